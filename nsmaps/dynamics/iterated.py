@@ -1,27 +1,31 @@
 """Iterates of a return map, with the words of all their impacts."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from nsmaps.arrays import ArrayLike, Floats
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import extents_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import joined
+from nsmaps.exact.surfaces.compose import iterated
 
 
 @dataclass(frozen=True, slots=True)
 class Iterated:
     """The iterate of a return map of order `times`: words are joined, such as BBTB for BB and BTB; an orbit that ends keeps
-    its outcome.
+    its outcome. The order may depend on the state: `times` is then a function of states (N, n) with orders (N,), such as the
+    `returns_of` of a composite map with pieces of several returns, whose counterpart this is.
     """
 
     map: ReturnMap
-    times: int
+    times: int | Callable[[Floats], Ints]
 
     def __post_init__(self) -> None:
-        if self.times < 1:
+        if not callable(self.times) and self.times < 1:
             raise NsmapsError(f"{self.times} returns; expected: at least one")
 
     @property
@@ -31,10 +35,9 @@ class Iterated:
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The last of `times` returns of states of shape (N, n), with the words, turns, times and derivatives of all of them."""
-        returns = self.map.first_return(as_states(states, self.coordinates), derivative)
-        for _ in range(self.times - 1):
-            returns = joined(returns, self.map.first_return(returns.image, derivative))
-        return returns
+        x = as_states(states, self.coordinates)
+        times = self.times(x) if callable(self.times) else np.full(len(x), self.times)
+        return iterated(self.map, self.map.first_return(x, derivative), times)
 
     def extents(self, states: ArrayLike) -> Floats | None:
         """As of the map whose iterate it is; None where that has none."""

@@ -25,14 +25,15 @@ BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that 
 class Lyapunov(WithCoordinates):
     """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
 
-    The exponents of an orbit that ended are NaN, and `outcome` gives the reason. A return that comes to rest on a wall does not
-    depend on its start: its derivative is zero, and exponents of orbits with such returns are -inf.
+    The exponents of an orbit that ended are NaN, and `outcome` gives the reason. A return that comes to rest on a wall, or is the
+    image of a constant piece of a composite map, does not depend on its start: its derivative is zero, and exponents of orbits
+    with such returns are -inf.
     """
 
     __repr__ = brief
 
     coordinates: Coordinates
-    returns: int  #: over which the exponents are averaged, after those discarded
+    returns: int  #: images over which the exponents are averaged, after those discarded; of a composite map some count several
     exponents: Floats  #: shape (..., dim), per return, in descending order
     error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
     per_time: Floats  #: shape (..., dim), per unit of the system's time; NaN where the map has no times
@@ -79,12 +80,12 @@ def lyapunov(map: ReturnMap, state: StateLike, n: int, discard: int = 1000) -> L
         flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
     sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
     for count in counts.tolist():
-        total = np.zeros((len(flat), dim + 2))
+        total = np.zeros((len(flat), dim + 3))
         for part in _growth(map, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
             part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a singular derivative, up to rounding
-            table = np.concatenate([part.growth, part.log_det[..., None], part.time[..., None]], axis=-1)
-            total += table.sum(axis=0)
+            others = np.stack([part.log_det, part.time, part.numbers], axis=-1)
+            total += np.concatenate([part.growth, others], axis=-1).sum(axis=0)
         sums.append(total)
     return _summary(map, np.stack(sums), counts, start.shape, outcome, flat)
 
@@ -98,6 +99,7 @@ class _Growth:
     growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where D is singular
     log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
     time: Floats  #: shape (n, M), of each return; NaN where unknown
+    numbers: NDArray[np.int32]  #: shape (n, M), successive returns of each image
     outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
 
 
@@ -125,8 +127,8 @@ def _carried(returns: Returns, frames: Floats) -> _Growth:
     carried(slopes, frames, growth)
     with np.errstate(divide="ignore", invalid="ignore"):
         log_det = np.log(np.abs(np.linalg.det(slopes)))
-    time, outcome = returns.time.reshape(n, m), returns.outcome.reshape(n, m)
-    return _Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, outcome)
+    time, numbers, outcome = returns.time.reshape(n, m), returns.numbers.reshape(n, m), returns.outcome.reshape(n, m)
+    return _Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, numbers, outcome)
 
 
 def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
@@ -137,17 +139,14 @@ def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[n
 def _summary(
     map: ReturnMap, sums: Floats, counts: NDArray[np.int64], shape: tuple[int, ...], outcome: NDArray[np.int8], final: Floats
 ) -> Lyapunov:
-    """Exponents and errors from the sums over batches, shape (B, M, dim + 2): growth, `log |det|`, time."""
+    """Exponents and errors from the sums over batches, shape (B, M, dim + 3): growth, `log |det|`, time, number of returns."""
     dim, n, some = shape[-1], int(counts.sum()), shape[:-1]
     sums = np.where(np.isnan(final).any(axis=1, keepdims=True), np.nan, sums)
-    growth, time = sums[..., :dim], sums[..., dim + 1 :]
+    growth, clocks = sums[..., :dim], (sums[..., -1:], sums[..., -2:-1])
     with np.errstate(invalid="ignore"):
-        means, duration = growth.sum(axis=0) / n, time.sum(axis=0) / n
-        per_time = means / duration
-        error = batch_error(growth / counts[:, None, None] - means)
-        per_time_error = batch_error((growth - per_time * time) / counts[:, None, None]) / duration
-        running = growth.cumsum(axis=0) / counts.cumsum()[:, None, None]
-        log_det = sums[..., dim].sum(axis=0) / n
+        (means, error), (per_time, per_time_error) = (_rate(growth, clock, counts) for clock in clocks)
+        running = growth.cumsum(axis=0) / clocks[0].cumsum(axis=0)
+        log_det = sums[..., dim].sum(axis=0) / clocks[0].sum(axis=0)[..., 0]
     means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
     running = running.reshape(BATCHES, *shape)
     return Lyapunov(
@@ -162,6 +161,12 @@ def _summary(
         outcome=outcome.reshape(some),
         final=final.reshape(shape),
     )
+
+
+def _rate(growth: Floats, clock: Floats, counts: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Growth per unit of a clock and its standard error, shape (M, dim), from sums over B batches, (B, M, dim) and (B, M, 1)."""
+    rate = growth.sum(axis=0) / clock.sum(axis=0)
+    return rate, batch_error((growth - rate * clock) / counts[:, None, None]) / (clock.sum(axis=0) / counts.sum())
 
 
 def batch_error(differences: Floats) -> Floats:

@@ -96,7 +96,8 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, alphabet: Alp
     (`condensed`), and those between events of several letters, which n:m does not distinguish.
 
     Args:
-        words, turns: of successive returns, at least one period of them; turns are whole turns of the phase.
+        words, turns: of successive returns, at least one period of them, or of the images of one period, of which some are of
+            several returns; turns are whole turns of the phase.
         period: in returns, 0 if there is none.
         alphabet: what the letters stand for; by default words begin and end with one letter of the section.
         kind: of motion without a period, one of `MEANING`.
@@ -108,7 +109,8 @@ def label(words: Sequence[str], turns: Sequence[int], period: int, alphabet: Alp
     counts = {word: _counted(word, there) for word in set(words)}
     known = [count for count in counts.values() if count is not None]
     if len(known) < len(counts) or len({tuple(_ends(word, there)) for word in counts}) > 1:
-        return (_by_word(words[:period], took, there) if all(words) or there.section else _in_returns("", took, period)) or kind
+        spelt = period and (all(words) or there.section)
+        return (_by_word(words[:period], took, period, there) if spelt else _in_returns("", took, period)) or kind
     if not period:
         return f"1:{known[0][1]}/{kind}" if len(set(known)) == 1 else kind
     pairs = [counts[word] or (0, 0) for word in words[:period]]
@@ -138,10 +140,10 @@ def _counted(word: str, alphabet: Alphabet) -> tuple[int, int] | None:
     return (sum(letter in ends for letter in word) - 1 if ends else 1), others
 
 
-def _by_word(words: Sequence[str], turns: int, alphabet: Alphabet) -> str:
+def _by_word(words: Sequence[str], turns: int, period: int, alphabet: Alphabet) -> str:
     """The name by the word of one period, the least of its rotations; a long one is left out."""
     word = min((joined([*words[k:], *words[:k]], alphabet) for k in range(len(words))), default="")
-    return _in_returns(word if len(word) <= _LETTERS else "", turns, len(words))
+    return _in_returns(word if len(word) <= _LETTERS else "", turns, period)
 
 
 def condensed(words: Sequence[str]) -> list[str]:

@@ -37,6 +37,12 @@ class Orbit(WithCoordinates):
     outcome: NDArray[np.int8]  #: shape (n, ...), values of `Outcome`; that which ended an orbit is repeated after its end
     time: Floats = field(default_factory=lambda: np.zeros(0))  #: shape (n, ...), of each return; NaN where unknown; or not kept
     alphabet: Alphabet = PLAIN  #: what the letters of words stand for
+    number: NDArray[np.int32] | None = None  #: shape (n, ...), successive returns from state to state; None: one each
+
+    @property
+    def numbers(self) -> NDArray[np.int32]:
+        """The number of successive returns from each state to the next, shape (n, ...): more than one by some composite maps."""
+        return np.ones(self.codes.shape, np.int32) if self.number is None else self.number
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -63,6 +69,8 @@ class Orbit(WithCoordinates):
             "word": (each, self.words, NONE, "impact word of each return"),
             "outcome": (each, self.outcome, NONE, OUTCOMES),
         }
+        if self.number is not None:
+            rows["number"] = (each, self.number, "returns", "successive returns to the state, counted as one step")
         if self.time.size:  # not kept by earlier versions
             rows["time"] = (each, self.time, TIME, "of each return")
         steps = np.arange(len(self.states))
@@ -72,6 +80,8 @@ class Orbit(WithCoordinates):
 @shows
 def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
+
+    By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
         map: an exact system, a composite map, or anything else with `coordinates` and `first_return`.
@@ -88,6 +98,7 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     m, done = len(flat), 0
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
+    number = np.ones((n, m), np.int32)
     states[0], none = flat, map.first_return(flat[:0], **how) if not n * m else None
     walls, alphabet = (none.walls, none.alphabet) if none is not None else ((), PLAIN)
     for part in returns_of(map, flat, n, **how):
@@ -95,10 +106,13 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
         done, walls, alphabet = rows.stop, part.walls, part.alphabet
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
         codes[rows], outcome[rows], time[rows] = (x.reshape(-1, m) for x in (part.codes, part.outcome, part.time))
+        if part.number is not None:
+            number[rows] = part.number.reshape(-1, m)
         beat(done / n)
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
-    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet)
+    several = number.reshape(shape[:-1]) if (number > 1).any() else None
+    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet, several)
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:

@@ -43,6 +43,11 @@ class PeriodicOrbit:
         return self.returns.start
 
     @property
+    def period(self) -> int:
+        """In returns: q, or more where the map's images are those of several returns."""
+        return int(self.returns.numbers.sum())
+
+    @property
     def words(self) -> tuple[str, ...]:
         """The word of the return from each state."""
         return tuple(self.returns.words.tolist())
@@ -58,7 +63,7 @@ class PeriodicOrbit:
         if not self.returns.valid.all():
             return ""
         turns = self.returns.known_turns[:, self.returns.coordinates.angles].sum(axis=1)
-        return label(self.words, turns.tolist(), len(self.states), self.returns.alphabet)
+        return label(self.words, turns.tolist(), self.period, self.returns.alphabet)
 
     @property
     def residual(self) -> float:

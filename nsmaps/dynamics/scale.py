@@ -54,9 +54,12 @@ def extents_of(map: ReturnMap, points: Floats) -> Floats | None:
     found = np.zeros(points.shape[1])
     for point in points:
         try:
-            found = np.fmax(found, own(point[None]))
+            one = own(point[None])
         except StateError:
             continue
+        if one is None:  # as of an iterate of such a map
+            return None
+        found = np.fmax(found, one)
     return found
 
 

@@ -34,7 +34,7 @@ def name_of(map: object) -> str:
         return "exact map"
     if isinstance(map, PolyMap):
         return "fitted map"
-    return "composite map" if isinstance(map, CompositeMap) else f"map {type(map).__name__}"
+    return map.title if isinstance(map, CompositeMap) else f"map {type(map).__name__}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

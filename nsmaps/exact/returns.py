@@ -54,6 +54,7 @@ class Returns(WithCoordinates):
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
     integrated: bool = False  #: True if flights were integrated numerically, which nothing certifies either
     alphabet: Alphabet = PLAIN  #: what the letters of words stand for
+    number: NDArray[np.int32] | None = None  #: shape (N,), successive returns that each row is, see `joined`; None: one each
 
     def __len__(self) -> int:
         return len(self.start)
@@ -102,6 +103,11 @@ class Returns(WithCoordinates):
         wrapped = np.where(found[:, None], names.wrap(np.where(found[:, None], there, 0.0)), np.nan)
         rows = turns.astype(np.int32), np.where(found, codes, 0), outcome.astype(np.int8), np.where(found, 1.0, np.nan)
         return cls(names, tuple(walls), start, wrapped, *rows, derivative=slopes)
+
+    @property
+    def numbers(self) -> NDArray[np.int32]:
+        """The number of successive returns that each row is, shape (N,)."""
+        return np.ones(len(self), np.int32) if self.number is None else self.number
 
     @property
     def slopes(self) -> Floats:
@@ -157,7 +163,8 @@ class Returns(WithCoordinates):
         rows = {name: getattr(self, name).take(k, axis=0) for name in ("start", "image", "turns", "codes", "outcome", "time")}
         derivative = None if self.derivative is None else self.derivative.take(k, axis=0)
         margin = None if self.margin is None else Margin(self.margin.clearance[k], self.margin.slowest[k])
-        return replace(self, **rows, derivative=derivative, margin=margin)
+        number = None if self.number is None else self.number.take(k)
+        return replace(self, **rows, derivative=derivative, margin=margin, number=number)
 
     @classmethod
     def concatenated(cls, parts: "Sequence[Returns]") -> "Returns":
@@ -165,7 +172,8 @@ class Returns(WithCoordinates):
         names = ["start", "image", "turns", "codes", "outcome", "time"]
         rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         slopes = [part.derivative for part in parts if part.derivative is not None]
-        return replace(parts[0], **rows, derivative=np.concatenate(slopes) if len(slopes) == len(parts) else None, margin=None)
+        rows["derivative"] = np.concatenate(slopes) if len(slopes) == len(parts) else None
+        return replace(parts[0], **rows, margin=None, number=numbers_of(parts))
 
     def counts(self) -> dict[str, int]:
         """The number of returns for each outcome, by name."""
@@ -184,6 +192,8 @@ class Returns(WithCoordinates):
             "outcome": ("state", self.outcome, NONE, OUTCOMES),
             "time": ("state", self.time, TIME, "from start to image"),
         }
+        if self.number is not None:
+            rows["number"] = ("state", self.number, "returns", "successive returns from start to image")
         if self.derivative is not None:
             rows["derivative"] = ("state coordinate by", self.derivative, EACH, "d image / d start; its unit is that over `by`'s")
         if self.margin is not None:
@@ -191,6 +201,11 @@ class Returns(WithCoordinates):
             rows["slowest"] = ("state", self.margin.slowest, NONE, "least impact speed on the way")
         by = {} if self.derivative is None else {"by": map(str, self.coordinates)}
         return dataset(self.coordinates, rows, by, walls=self.walls, fitted=self.fitted)
+
+
+def numbers_of(parts: Sequence[Returns]) -> NDArray[np.int32] | None:
+    """The field `number` of several batches after one another: None where every row of them is one return."""
+    return None if all(part.number is None for part in parts) else np.concatenate([part.numbers for part in parts])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

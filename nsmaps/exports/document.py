@@ -145,13 +145,17 @@ def _region(region: Region) -> Document:
 
 
 def _piece(piece: Piece) -> Document:
-    return {"name": piece.name, "word": piece.word, "region": _region(piece.region), "map": _polymap(piece.map)}
+    about = {"name": piece.name, "word": piece.word, "returns": piece.returns}
+    return about | {"region": _region(piece.region), "map": _polymap(piece.map)}
 
 
 def _piece_of(data: Document, names: Coordinates) -> Piece:
     region = data["region"]
     held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
-    return Piece(name_of(data["name"]), held, _polymap_of(data["map"]), data["word"])
+    returns = data["returns"]
+    if type(returns) is not int or returns < 1:
+        raise NsmapsError(f"{returns!r:.60} returns of the piece {data['name']!r:.60}; expected: a whole number from 1 on")
+    return Piece(name_of(data["name"]), held, _polymap_of(data["map"]), data["word"], returns)
 
 
 def _composite(composite: CompositeMap) -> Document:

@@ -150,14 +150,14 @@ def _pieces(
     notes = (
         "Image: the same coordinates, angles in [0, 2 pi); NaN for a state in no piece, or NaN or infinite itself.",
         "Regions see angles in [0, 2 pi).",
+        *(f"The image of piece {_title(each)} is that after all of them." for each in result.pieces if each.returns > 1),
     )
     branches = tuple(Part(each, _title(piece), piece.map, len(outputs), piece.region) for each, piece in parts)
     return Program(name, title, "pieces", inputs, outputs, branches, limits, notes)
 
 
 def _title(piece: Piece) -> str:
-    name = " ".join(piece.name.split()).replace("*/", "* /")  # it stands in comments
-    return f"{name} ({piece.word})" if piece.word else name
+    return piece.title.replace("*/", "* /")  # it stands in comments
 
 
 def _chain(result: SecondIterate | HeldIterate, name: str) -> Program:

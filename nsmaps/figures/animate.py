@@ -138,7 +138,7 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     composite, states = COMPOSITE.of(result, "cobweb"), composite_states(result, orbit - 1)
     count = min(frames or _STEPS, len(states))
     states = states[:count]
-    by = composite.piece_of(states)
+    by, count_of = composite.piece_of(states), np.cumsum(composite.returns_of(states))
     panels: list[_Cobweb] = []
 
     def panel(ax: Axes, i: int) -> Axes:
@@ -153,7 +153,7 @@ def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
         active = int(by[k - 1]) if k else -1
         for each in panels:
             each.show(k, active)
-        title = f"return {k}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
+        title = f"return {count_of[k - 1]}, by {piece_label(composite.pieces[active].name)}" if active >= 0 else "start"
         figure.suptitle(title)
 
     return Film(figure, show, count, 1, _EARLY)

@@ -69,12 +69,12 @@ def test_where_a_composite_map_misleads():
     whole = surface_of(high, lambda v, phi: np.where(v > 0.41, "BTB", "BB"))
     made = composite(fitted("up", "v > 0.51", "BTB"), fitted("down", "v <= 0.51", "BB"))
     made = replace(made, pieces=tuple(replace(piece, word=word) for piece, word in zip(made.pieces, ("BTB", "BB"), strict=True)))
-    found = misleads(made, whole.grid, whole.returns)
+    found = misleads(made, whole.grid, made, whole.returns)
     assert found.states == whole.grid.size
     assert found.wrong_words == pytest.approx(4 / 41)  # v = 0.425, ..., 0.5
     assert found.farthest == pytest.approx(4 / 40)
     assert 1 / 40 < found.typical < 4 / 40
-    assert misleads(made, whole.grid, made.first_return(whole.start)).wrong_words == 0
+    assert misleads(made, whole.grid, made, made.first_return(whole.start)).wrong_words == 0
 
 
 RESET = where("reset", "phi > pi or phi < 0", reset={"phi": 1.2})

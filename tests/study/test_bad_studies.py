@@ -152,12 +152,6 @@ BAD = {
         "['B(B'",
         "the pattern 'B(B' cannot be read: missing ), unterminated subpattern at position 1",
     ),
-    "several returns as a piece": (
-        "[BB]",
-        "[BBB]",
-        None,
-        "a piece of the composite map is one return, and 'low' has several; expected: words of one return",
-    ),
     "duplicate key": (
         "title: The ball\n",
         "title: The ball\ntitle: Another\n",

@@ -67,7 +67,8 @@ def _follow(
 ) -> None:
     """As `follow`, written to ends."""
     n, (label, arrival, outcome, stuck) = len(start), ends
-    streak, going, states = np.zeros((len(attractors), n), np.int32), np.arange(n), Coordinates(map.coordinates).wrap(start)
+    streak, since = np.zeros((2, len(attractors), n), np.int32)  # successive states near each, and the returns before the first
+    going, states = np.arange(n), Coordinates(map.coordinates).wrap(start)
     scale = Coordinates(map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
     for k in range(returns + 1):
         open_ = np.isfinite(states).all(axis=1)
@@ -77,12 +78,11 @@ def _follow(
             outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
         for number, attractor in enumerate(attractors):
             near = attractor.near(states)
-            if attractor.stay > 1:
-                streak[number, going] = np.where(near, streak[number, going] + 1, 0)
-                near = streak[number, going] >= attractor.stay
-            near &= open_
+            since[number, going] = np.where(streak[number, going] == 0, arrival[going], since[number, going])
+            streak[number, going] = np.where(near, streak[number, going] + 1, 0)
+            near = open_ & (streak[number, going] >= attractor.stay)
             if near.any():
-                label[going[near]], arrival[going[near]] = number, k - attractor.stay + 1
+                label[going[near]], arrival[going[near]] = number, since[number, going[near]]
                 open_ &= ~near
         if not open_.all():
             going, states = going[open_], states[open_]
@@ -91,7 +91,8 @@ def _follow(
         if not len(going) or k == returns:
             break
         next_returns = map.first_return(states)
-        outcome[going], arrival[going], states = next_returns.outcome, k + next_returns.valid, next_returns.image
+        outcome[going], states = next_returns.outcome, next_returns.image
+        arrival[going] += next_returns.numbers * next_returns.valid
         gone = vast(next_returns.coordinates, states, scale)
         if gone.any():
             outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)

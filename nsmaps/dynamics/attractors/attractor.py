@@ -75,16 +75,16 @@ def own_reach(states: Floats, coordinates: Coordinates, scale: Floats) -> float:
     return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
 
 
-def kept(coordinates: Coordinates, states: Floats, period: int, label: str, near: float, scale: Floats) -> Attractor:
+def kept(coordinates: Coordinates, states: Floats, length: int, label: str, near: float, scale: Floats) -> Attractor:
     """The set on which an orbit was found, from states (K, n) in order, to be compared with others by `may_be_one`.
 
-    Its reach is `near` in the scale, (n,); without a period, or with one longer than K, it is a sample of the last 1000 states,
-    whose reach is at least its own.
+    A period has `length` states, 0 without one. Its reach is `near` in the scale, (n,); without a period, or with one longer
+    than K, it is a sample of the last 1000 states, whose reach is at least its own.
     """
-    period = period if period <= len(states) else 0
-    there = coordinates.wrap(states[:period] if period else states[-SAMPLE:])
-    reach = near if period else max(near, own_reach(there, coordinates, scale))
-    return Attractor(coordinates, there, period, label, (), reach, scale)
+    length = length if length <= len(states) else 0
+    there = coordinates.wrap(states[:length] if length else states[-SAMPLE:])
+    reach = near if length else max(near, own_reach(there, coordinates, scale))
+    return Attractor(coordinates, there, length, label, (), reach, scale)
 
 
 def may_be_one(one: Attractor, other: Attractor) -> bool:

@@ -81,9 +81,9 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
     if not (near > 0 and step > 0):
         raise NsmapsError(f"near is {near}, step {step}; expected: shares of the extents above 0")
     orders = [np.argsort(each.values, kind="stable") for each in diagrams]
-    states, labels, held, period = (
+    states, labels, held, length = (
         np.concatenate([getattr(each, name)[order] for each, order in zip(diagrams, orders, strict=True)], axis=1)
-        for name in ("states", "labels", "held", "period")
+        for name in ("states", "labels", "held", "lengths")
     )
     numbers, names = np.full(held.shape, -1), labels.astype(object)
     if held.any():
@@ -92,7 +92,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
         scale = extents(states[held].reshape(-1, len(coordinates)), coordinates, unit)
         last: dict[int, Attractor] = {}
         for k, there in enumerate(held):
-            every = zip(states[k], period[k].tolist(), labels[k].tolist(), strict=True)
+            every = zip(states[k], length[k].tolist(), labels[k].tolist(), strict=True)
             sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
             groups = grouped(sets)
             last = numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)

@@ -16,6 +16,7 @@ from nsmaps.dynamics.orbit import Orbit
 from nsmaps.dynamics.periodic import stability
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.words import CHATTER, REST
 
 TOLERANCE = 1e-6  #: share of the scale within which the states of a cycle repeat
 VISITED = 1000  #: number of states that represent an attractor without period
@@ -33,7 +34,7 @@ class LimitSet(WithCoordinates):
     more: int  #: returns beyond those of the orbit that were computed
     label: str  #: name of the motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without a period, every word of the sample
-    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
+    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, those that are images of the map; or states visited
     multipliers: NDArray[np.complex128]  #: shape (n,), the largest first; empty where Newton's method did not find the cycle
     exponent: float = math.nan  #: largest Lyapunov exponent per return; NaN with a period and of an escape
     exponent_error: float = math.nan  #: its standard error
@@ -61,7 +62,8 @@ class LimitSet(WithCoordinates):
             text = f"{self.meaning}{f' ({self.name})' if self.name else ''}, followed for {self.more} more returns"
             exponent = f"largest Lyapunov exponent {self.exponent:.3g} +- {self.exponent_error:.1g} per return"
             if math.isinf(self.exponent):
-                exponent = f"largest Lyapunov exponent {self.exponent}, as where orbits that rest become one"
+                why = "orbits that rest become one" if _rests(self.words) else "an image does not depend on the state"
+                exponent = f"largest Lyapunov exponent {self.exponent}, as where {why}"
             return text if math.isnan(self.exponent) else f"{text}, {exponent}"
         kind = {True: "stable", False: "unstable", None: "seen"}[self.stable]
         what = "fixed point" if self.period == 1 else f"cycle of {self.period} returns"
@@ -84,21 +86,27 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
         return None
     scale = scale_of(map, path.states)
     circle = path.coordinates.angles
-    rows: Any = path.codes[:, None], path.turns[:, None, circle].sum(axis=2), path.time[:, None], path.outcome[:, None]
+    each = path.codes, path.turns[:, circle].sum(axis=1), path.time, path.outcome, path.numbers
+    rows: Any = [row[:, None] for row in each]
     seen = Path(path.coordinates, path.walls, path.alphabet, path.states[:, None], *rows)
     found, more = cycle_in(map, seen, scale, TOLERANCE) or approached(map, seen, scale), 0
     if found is None:
         found = limits(map, path.final[None], scale, TOLERANCE)[0]
         more = found.more
-    if not found.kind and not found.period:
+    if not found.kind and not found.length:
         found = replace(found, path=seen)
-    if found.period and found.cycle is None:
+    if found.length and found.cycle is None:
         found = refined(map, found, scale, TOLERANCE) or found
-    first = int(np.argmin(found.states[:, 0])) if found.period else 0
+    first = int(np.argmin(found.states[:, 0])) if found.length else 0
     states, words = np.roll(found.states, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
     about = path.coordinates, found.period, len(found.path.codes) // 2, more, found.label, words, states, factors
     return LimitSet(*about, found.exponent, found.error)
+
+
+def _rests(words: tuple[str, ...]) -> bool:
+    """True if one of the words has a rest or chatter."""
+    return any(mark in word for word in words for mark in (REST, CHATTER))
 
 
 def _number(value: complex) -> str:

@@ -87,7 +87,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
             motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
         elif one.held:
             motion[k] = names.number(motion_of(one.label, one.words, one.period, one.turns))
-            period[k] = one.period
+            period[k] = one.length
             exponent[k] = _of_cycle(one) if one.period else exponent[k]
         else:
             found.states[k], found.outcome[k] = np.nan, Outcome.escaped
@@ -127,7 +127,7 @@ def _of_cycle(one: Limit) -> float:
     if one.cycle is not None:
         slopes = one.cycle.returns.derivative
     else:
-        slopes = None if one.path.slopes is None else one.path.slopes[-one.period :, 0]
+        slopes = None if one.path.slopes is None else one.path.slopes[-one.length :, 0]
     return np.nan if slopes is None else float(_exponent(slopes[None], np.array([len(slopes)]))[0])
 
 

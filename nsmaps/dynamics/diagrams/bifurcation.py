@@ -1,6 +1,6 @@
 """Bifurcation diagrams: the attractors of a return map over the values of a parameter (figs. bifexact, bifapprox)."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
@@ -10,22 +10,19 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
-from nsmaps.dynamics.diagrams.names import alphabet_among, alphabet_as_arrays, are_exact, names, open_ends
+from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
+from nsmaps.dynamics.diagrams.sweep import Block, Sweep, attractors_at
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
-from nsmaps.dynamics.orbit import Orbit, orbit_after
-from nsmaps.dynamics.returnmap import ReturnMap, followed, starts_under
-from nsmaps.dynamics.scale import scale_of
+from nsmaps.dynamics.returnmap import ReturnMap, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import PLAIN, decoded
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
 STATES = 0.7  #: share of the work that the states are assumed to take, for `progress`; the rest is that of these orbits
-Block = tuple[NDArray[np.int64], slice, Arrays]  #: indices of values, starts, and the result of `_attractors` there
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -48,18 +45,24 @@ class Bifurcation(WithCoordinates):
     period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none was found
     scale: Floats | None = None  #: shape (n,), unit of tolerances in each coordinate, see `scale_of`; None in earlier runs
     labels: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, str))  #: shape (V, S), such as 1:1/2T; "" where it ended
+    length: NDArray[np.int64] | None = None  #: shape (V, S), number of states in a period; None: one a return
 
     def __post_init__(self) -> None:
         """Names from the words of what is kept, where no others are given."""
         WithCoordinates.__post_init__(self)
         if not self.labels.size and self.period.size:
-            found = names(self.coordinates, self.walls, PLAIN, self.codes, self.turns, self.period)
+            found = names(self.coordinates, self.walls, PLAIN, self.codes, self.turns, self.lengths, self.period)
             object.__setattr__(self, "labels", np.where(self.held & (self.period == 0), UNRESOLVED, found).astype(str))
 
     @property
     def unit(self) -> Floats:
         """The unit of tolerances in each coordinate, shape (n,); of an earlier run the largest magnitude in the diagram."""
         return self.coordinates.magnitudes(self.states) if self.scale is None else self.scale
+
+    @property
+    def lengths(self) -> NDArray[np.int64]:
+        """The number of states in a period, shape (V, S): fewer than its returns where images are those of several returns."""
+        return self.period if self.length is None else self.length
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -132,89 +135,13 @@ def bifurcation(
         return _beside(up, bifurcation(map_of, along, now, *how, "down", tolerance, jobs=jobs.share(0.5, 1.0, "down")))
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     if not jobs.divided or not len(now):
-        blocks = [(order, slice(None), _attractors(map_of, along[order], now, returns, discard, bool(direction)))]
+        blocks = [(order, slice(None), attractors_at(map_of, along[order], now, returns, discard, bool(direction)))]
     else:
         part = jobs.share(0.0, STATES, "states")
         so_far = partial(_diagram_so_far, along, now, tolerance)
-        sweep = _Sweep(map_of, along, order, returns, discard, part, so_far)
+        sweep = Sweep(map_of, along, order, returns, discard, part, so_far)
         blocks = sweep.followed(now) if direction else sweep.independent(now)
     return _unnamed(along, now, blocks, tolerance).named(map_of, tolerance, jobs.share(STATES, 1.0, "limits"))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Sweep:
-    """A diagram in parts, computed by an executor or stored in a folder."""
-
-    map_of: Callable[[float], ReturnMap]
-    values: Floats
-    order: NDArray[np.int64]  #: indices of the values in the order in which they are taken
-    returns: int
-    discard: int
-    jobs: Jobs
-    diagram: Callable[[list[Block]], Bifurcation]  #: over all values, from the results at some of them
-
-    def independent(self, starts: Floats) -> list[Block]:
-        """Every start at every value; parts are values."""
-        cuts = self._cuts(len(starts))
-        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, False) for cut in cuts]
-
-        def blocks(found: Mapping[int, Arrays]) -> list[Block]:
-            return [(cuts[k], slice(None), part) for k, part in found.items()]
-
-        return blocks(dict(enumerate(self.jobs.run(_attractors, parts, lambda found: self.diagram(blocks(found))))))
-
-    def followed(self, starts: Floats) -> list[Block]:
-        """Each start followed through the values; parts are starts, for successive ranges of values."""
-        blocks: list[Block] = []
-        done, count = 0, len(self.order)
-        for cut in self._cuts(1):
-            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.discard, True) for start in starts]
-            jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
-            found = jobs.run(_attractors, parts, partial(self._diagram_until, blocks, cut))
-            blocks += _of_starts(cut, dict(enumerate(found)))
-            starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
-        return blocks
-
-    def _diagram_until(self, blocks: list[Block], cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> Bifurcation:
-        """The diagram of some blocks, and of those of some starts at the next values."""
-        return self.diagram([*blocks, *_of_starts(cut, found)])
-
-    def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
-        """The indices of the values of each part, in their order."""
-        size = -(-PART // ((self.returns + self.discard) * starts))
-        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), size)]
-
-
-def _of_starts(cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> list[Block]:
-    """The blocks of some starts, by their number, at some values."""
-    return [(cut, slice(number, number + 1), part) for number, part in found.items()]
-
-
-def _attractors(
-    map_of: Callable[[float], ReturnMap],
-    values: Floats,
-    starts: Floats,
-    returns: int,
-    discard: int,
-    directed: bool,
-) -> Arrays:
-    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`."""
-    scales: list[Floats] = []
-
-    def run(map: ReturnMap, states: Floats) -> Orbit:
-        found = orbit_after(map, states, discard, returns)
-        own = [scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]
-        scales.append(np.array(own).reshape(states.shape))
-        return found
-
-    runs, reasons, last = followed(map_of, values, starts, run, directed)
-    about = {"last": last, "reasons": np.array(reasons, str)}
-    if not runs:
-        return about
-    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in ("turns", "codes", "time")}
-    tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
-    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.stack(scales)
-    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls), **alphabet_as_arrays(runs[0].alphabet)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -225,17 +152,17 @@ class _Unnamed:
     open_: Bools  #: shape (V, S), these orbits
     scale: Floats  #: shape (n,)
 
-    def diagram(self, found: Sequence[tuple[int, str]] = ()) -> Bifurcation:
+    def diagram(self, found: Sequence[Motion] = ()) -> Bifurcation:
         """The diagram with periods and names of the first open orbits; others are unresolved."""
         plain = self.diagram_so_far
-        period, labels = plain.period.copy(), plain.labels.astype(object)
-        labels[self.open_], period[self.open_] = UNRESOLVED, 0
-        for (v, s), (q, name) in zip(np.argwhere(self.open_).tolist(), found, strict=False):
-            period[v, s], labels[v, s] = q, name
+        length, period, labels = plain.lengths.copy(), plain.period.copy(), plain.labels.astype(object)
+        labels[self.open_], period[self.open_], length[self.open_] = UNRESOLVED, 0, 0
+        for (v, s), motion in zip(np.argwhere(self.open_).tolist(), found, strict=False):
+            length[v, s], period[v, s], labels[v, s] = motion
         gone = labels == ESCAPE
         states = np.where(gone[..., None, None], np.nan, plain.states)
         outcome = np.where(gone, np.int8(Outcome.escaped), plain.outcome)
-        return replace(plain, period=period, labels=labels.astype(str), states=states, outcome=outcome)
+        return replace(plain, length=length, period=period, labels=labels.astype(str), states=states, outcome=outcome)
 
     def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, jobs: Jobs) -> Bifurcation:
         """The diagram whose open orbits are followed on."""
@@ -263,30 +190,32 @@ def _unnamed(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
     shape = len(values), len(starts), *some["states"].shape[2:]
     states, turns, time = np.full(shape, np.nan), np.zeros(shape, np.int32), np.full(shape[:3], np.nan)
     codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
-    scales = np.ones((*shape[:2], shape[-1]))
-    tables = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time, "scale": scales}
+    numbers, scales = np.ones(shape[:3], np.int32), np.ones((*shape[:2], shape[-1]))
+    tables: Arrays = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time}
+    tables |= {"numbers": numbers, "scale": scales}
     for cut, own, part in blocks:
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
     held = np.isfinite(states[:, :, -1]).all(axis=-1)
     scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
-    period = periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time)
-    labels = names(coordinates, walls, alphabet_among(some), codes, turns, period)
+    length = periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time)
+    period = np.where(np.arange(shape[2]) < length[..., None], numbers, 0).sum(axis=-1)
+    labels = names(coordinates, walls, alphabet_among(some), codes, turns, length, period)
     labels[~held & np.isin(outcome, (Outcome.returned, Outcome.escaped)) & (reasons == "")[:, None]] = ESCAPE
-    open_ = held & ((period == 0) | ~are_exact(coordinates, states, period, scale))
+    open_ = held & ((length == 0) | ~are_exact(coordinates, states, length, scale))
     named = np.where(held | (labels == ESCAPE), labels, "")
-    about = outcome, tuple(reasons.tolist()), np.where(held, period, 0), scale
-    return _Unnamed(Bifurcation(coordinates, walls, values, states, turns, codes, *about, named), open_, scale)
+    about = outcome, tuple(reasons.tolist()), np.where(held, period, 0), scale, named, np.where(held, length, 0)
+    return _Unnamed(Bifurcation(coordinates, walls, values, states, turns, codes, *about), open_, scale)
 
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
     """The diagram of the orbits of both over the same values."""
     rows = {
         name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
-        for name in ("states", "turns", "codes", "outcome", "period", "labels")
+        for name in ("states", "turns", "codes", "outcome", "period", "labels", "lengths")
     }
-    return replace(one, **rows)  # type: ignore[arg-type]
+    return replace(one, length=rows.pop("lengths"), **rows)  # type: ignore[arg-type]
 
 
 def _check(values: Floats, returns: int, discard: int, direction: object) -> None:

@@ -14,6 +14,7 @@ from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, decoded
 from nsmaps.parallel import Arrays, Jobs, begun
 
+Motion = tuple[int, int, str]  #: number of states of a period, its returns, and the name
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
 
 
@@ -30,15 +31,21 @@ def alphabet_among(arrays: Arrays) -> Alphabet:
 
 
 def names(
-    coordinates: Coordinates, walls: tuple[str, ...], alphabet: Alphabet, codes: Ints, turns: NDArray[np.int32], period: Ints
+    coordinates: Coordinates,
+    walls: tuple[str, ...],
+    alphabet: Alphabet,
+    codes: Ints,
+    turns: NDArray[np.int32],
+    length: Ints,
+    period: Ints,
 ) -> NDArray[np.object_]:
-    """The motion of each orbit with a period, shape (V, S); "" of others."""
+    """The motion of each orbit with a period of so many states and returns, shape (V, S); "" of others."""
     turned, table, known = turns[..., coordinates.angles].sum(axis=-1), np.full(period.shape, "", object), dict[Any, str]()
     for k in zip(*np.nonzero(period), strict=True):
-        q = int(period[k])
-        key = codes[k][:q].tobytes(), turned[k][:q].tobytes()
+        q = int(length[k])
+        key = codes[k][:q].tobytes(), turned[k][:q].tobytes(), int(period[k])
         if key not in known:
-            known[key] = label(decoded(codes[k][:q], walls).tolist(), turned[k][:q].tolist(), q, alphabet)
+            known[key] = label(decoded(codes[k][:q], walls).tolist(), turned[k][:q].tolist(), int(period[k]), alphabet)
         table[k] = known[key]
     return table
 
@@ -51,9 +58,9 @@ def open_ends(
     scale: Floats,
     tolerance: float,
     jobs: Jobs,
-    unfinished: Callable[[list[tuple[int, str]]], Any],
-) -> list[tuple[int, str]]:
-    """Period and name of the motions of orbits that are open, from their last states (V, S, n) on, in the order of the orbits.
+    unfinished: Callable[[list[Motion]], Any],
+) -> list[Motion]:
+    """Length, period and name of the motions of open orbits, from their last states (V, S, n) on, in the order of the orbits.
 
     After Ctrl-C the result is what `unfinished` makes of the first of them, if the work is divided.
     """
@@ -62,29 +69,30 @@ def open_ends(
     cuts = [rows[cut] for cut in jobs.cuts(len(rows), -(-OPEN // max(states.shape[1], 1)))] if jobs.divided else [rows]
     parts = [(map_of, values[cut], last[cut], scale, tolerance) for cut in cuts]
     if not jobs.divided:
-        return _pairs([_limits(*part) for part in parts])
+        return _motions([_limits(*part) for part in parts])
 
     def first(found: Mapping[int, Arrays]) -> Any:
-        return unfinished(_pairs(begun(found)))
+        return unfinished(_motions(begun(found)))
 
-    return _pairs(jobs.run(_limits, parts, first))
+    return _motions(jobs.run(_limits, parts, first))
 
 
-def _pairs(parts: Iterable[Arrays]) -> list[tuple[int, str]]:
-    """Periods and names from the arrays of parts."""
-    return [pair for part in parts for pair in zip(part["period"].tolist(), part["label"].tolist(), strict=True)]
+def _motions(parts: Iterable[Arrays]) -> list[Motion]:
+    """The motions from the arrays of parts."""
+    return [one for part in parts for one in zip(*(part[name].tolist() for name in ("length", "period", "label")), strict=True)]
 
 
 def _limits(map_of: Callable[[float], ReturnMap], values: Floats, states: Floats, scale: Floats, tolerance: float) -> Arrays:
-    """Periods and names of the motions of orbits from states (V, S, n) that are not NaN."""
+    """Lengths, periods and names of the motions of orbits from states (V, S, n) that are not NaN."""
     found: list[Limit] = []
     for value, there in zip(values.tolist(), states, strict=True):
         found += limits(map_of(value), there[np.isfinite(there).all(axis=1)], scale, tolerance)
-    return {"period": np.array([one.period for one in found], int), "label": np.array([one.label for one in found], str)}
+    numbers = {name: np.array([getattr(one, name) for one in found], int) for name in ("length", "period")}
+    return {**numbers, "label": np.array([one.label for one in found], str)}
 
 
-def are_exact(coordinates: Coordinates, states: Floats, period: Ints, scale: Floats) -> Bools:
+def are_exact(coordinates: Coordinates, states: Floats, length: Ints, scale: Floats) -> Bools:
     """A mask of the orbits (V, S) that repeat up to rounding; others may still approach a cycle of another period."""
     count = states.shape[2]
-    before = np.take_along_axis(states, (count - 1 - period)[:, :, None, None].clip(0), axis=2)[:, :, 0]
+    before = np.take_along_axis(states, (count - 1 - length)[:, :, None, None].clip(0), axis=2)[:, :, 0]
     return coordinates.near(states[:, :, -1], before, ROUNDED, scale)

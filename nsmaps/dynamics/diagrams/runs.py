@@ -104,10 +104,10 @@ class Runs:
         near, far = (last, first) if way > 0 else (first, last)
         places = (near - way * k for k in range(TRIED) if first <= near - way * k <= last)
         for place in dict.fromkeys([*places, (near + far) // 2]):
-            period = int(self.diagram.period[self.order[place], 0])
-            states = self.kept(place)[:period]
-            found = self.cycles.at(self.value(place), states) if period == len(states) > 0 else None
-            if found is not None and len(found.states) == period:
+            length = int(self.diagram.lengths[self.order[place], 0])
+            states = self.kept(place)[:length]
+            found = self.cycles.at(self.value(place), states) if length == len(states) > 0 else None
+            if found is not None and len(found.states) == length:
                 return Located(self.value(place), found)
         return None
 

@@ -39,31 +39,37 @@ class Limit:
 
     kind: str  #: "" of a cycle and of an orbit that ended, otherwise one of `nsmaps.dynamics.motion.MEANING`
     path: Path  #: the last returns of the orbit
-    period: int = 0  #: in returns; 0 without one
+    length: int = 0  #: number of states of a period; 0 without one
     cycle: PeriodicOrbit | None = None  #: by Newton's method, where it was applied
     exponent: float = np.nan  #: largest Lyapunov exponent per return
     error: float = np.nan  #: its standard error
     more: int = 0  #: returns over which the orbit was followed for it
 
+    @cached_property
+    def period(self) -> int:
+        """In returns; 0 without one."""
+        seen = int(self.path.numbers[-self.length :, 0].sum()) if self.length else 0
+        return self.cycle.period if self.cycle is not None else seen
+
     @property
     def held(self) -> bool:
         """True if the orbit stays within bounds and did not end."""
-        return bool(self.kind or self.period) and self.kind != ESCAPE
+        return bool(self.kind or self.length) and self.kind != ESCAPE
 
     @cached_property
     def words(self) -> tuple[str, ...]:
         """Of the return from each state of a period; without a period, every word on the way."""
         if self.cycle is not None:
             return self.cycle.words
-        words = decoded(self.path.codes[-self.period :, 0], self.path.walls).tolist()
-        return tuple(words if self.period else sorted(set(words)))
+        words = decoded(self.path.codes[-self.length :, 0], self.path.walls).tolist()
+        return tuple(words if self.length else sorted(set(words)))
 
     @cached_property
     def states(self) -> Floats:
         """Shape (K, n), angles in [0, 2 pi): one period in order, from which the words lead on, or states visited."""
         if self.cycle is not None:
             return self.cycle.states
-        states = self.path.states[-self.period - 1 : -1, 0] if self.period else self.path.states[1:, 0]
+        states = self.path.states[-self.length - 1 : -1, 0] if self.length else self.path.states[1:, 0]
         return self.path.coordinates.wrap(states)
 
     @cached_property
@@ -73,7 +79,7 @@ class Limit:
             returns = self.cycle.returns
             found = int(returns.known_turns[:, returns.coordinates.angles].sum())
         else:
-            found = int(self.path.turns[-self.period :, 0].sum()) if self.period else 0
+            found = int(self.path.turns[-self.length :, 0].sum()) if self.length else 0
         return found or self.period * self.path.alphabet.turns
 
     @cached_property
@@ -134,7 +140,7 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
     if cycle is not None:
         return replace(cycle, path=path)
     growth = growth_on(map, path, scale)
-    exponent, error = exponent_of(growth)
+    exponent, error = exponent_of(growth, float(path.numbers[:, 0].mean()))
     about: Any = {"exponent": exponent, "error": error}
     if np.isfinite(exponent) and exponent > ERRORS * error:
         return Limit(CHAOS, path, **about)
@@ -149,13 +155,13 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
 def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
     """The cycle on which the orbit of one path repeats within a tolerance, in its last half or in all of it; None without one."""
     near = tolerance * scale
-    period = 0
+    length = 0
     for part in (path.last(-(-len(path.codes) // 2)), path):
-        period = period or int(part.repeats(near)[0]) or _between_releases(part, near)
-    if not period:
+        length = length or int(part.repeats(near)[0]) or _between_releases(part, near)
+    if not length:
         return None
-    seen = Limit("", path, period)
-    off = np.abs(path.coordinates.difference(path.states[-1, 0], path.states[-1 - period, 0]) / scale).max()
+    seen = Limit("", path, length)
+    off = np.abs(path.coordinates.difference(path.states[-1, 0], path.states[-1 - length, 0]) / scale).max()
     return seen if off <= ROUNDED else refined(map, seen, scale, tolerance)
 
 
@@ -165,10 +171,10 @@ def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Lim
     None where Newton's method does not converge, as beside a resonance, or leads to an unstable cycle that is not within the
     tolerance, which the orbit only passes; without derivatives where the orbit nearly repeats in a part of the period.
     """
-    path, states = seen.path, seen.path.states[-seen.period :, 0]
+    path, states = seen.path, seen.path.states[-seen.length :, 0]
     if not _has_slopes(map, states):
-        return None if _nearly_shorter(path, seen.period, NEARLY * tolerance * scale) else seen
-    found = least(map, periodic_orbit(map, states, seen.period, scale=scale), scale)
+        return None if _nearly_shorter(path, seen.length, NEARLY * tolerance * scale) else seen
+    found = least(map, periodic_orbit(map, states, seen.length, scale=scale), scale)
     if not _is_located(found):
         return None
     distance = _distances(found.states, states, path.coordinates, scale).max()

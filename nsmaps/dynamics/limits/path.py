@@ -32,6 +32,7 @@ class Path:
     turns: Ints  #: shape (N, M), of all angles
     time: Floats  #: shape (N, M)
     outcome: Ints  #: shape (N, M)
+    numbers: Ints  #: shape (N, M), successive returns of each, of which a composite map may have several
     slopes: Floats | None = None  #: shape (N, M, n, n), where known
 
     @classmethod
@@ -40,27 +41,28 @@ class Path:
         dim, circle = returns.start.shape[1], returns.coordinates.angles
         states = np.concatenate([returns.start[:count], returns.image]).reshape(-1, count, dim)
         turns: Ints = returns.known_turns[:, circle].sum(axis=1)
-        rows: dict[str, Any] = {"codes": returns.codes, "turns": turns, "time": returns.time, "outcome": returns.outcome}
+        rows: dict[str, Any] = {"codes": returns.codes, "turns": turns, "numbers": returns.numbers}
+        rows |= {"time": returns.time, "outcome": returns.outcome}
         each: Any = {name: row.reshape(-1, count) for name, row in rows.items()}
         slopes = None if returns.derivative is None else returns.derivative.reshape(-1, count, dim, dim)
         return cls(returns.coordinates, returns.walls, returns.alphabet, states, **each, slopes=slopes)
 
     def of_one(self, k: int) -> "Path":
         """The path of one of the states."""
-        names = "states", "codes", "turns", "time", "outcome"
+        names = "states", "codes", "turns", "time", "outcome", "numbers"
         rows = {name: getattr(self, name)[:, k : k + 1] for name in names}
         return replace(self, **rows, slopes=None if self.slopes is None else self.slopes[:, k : k + 1])
 
     def last(self, count: int) -> "Path":
         """The last returns."""
-        names = "codes", "turns", "time", "outcome"
+        names = "codes", "turns", "time", "outcome", "numbers"
         rows = {name: getattr(self, name)[-count:] for name in names}
         return replace(
             self, states=self.states[-count - 1 :], **rows, slopes=None if self.slopes is None else self.slopes[-count:]
         )
 
     def repeats(self, near: Floats) -> Ints:
-        """The period of each orbit within a tolerance (n,), see `periods`, shape (M,)."""
+        """The number of states after which each orbit repeats within a tolerance (n,), see `periods`, shape (M,)."""
         rows = np.swapaxes(self.states[1:], 0, 1), self.codes.T, self.coordinates, near, self.time.T
         return periods(*rows)
 
@@ -115,11 +117,16 @@ def slopes_by_differences(map: ReturnMap, path: Path, scale: Floats) -> Floats:
     return slopes[np.isfinite(slopes).all(axis=(1, 2))]
 
 
-def exponent_of(growth: Floats) -> tuple[float, float]:
-    """The mean of the logarithms of growth on successive returns, and its standard error by batch means."""
+def exponent_of(growth: Floats, returns: float = 1.0) -> tuple[float, float]:
+    """The logarithm of growth per return, and its standard error by batch means, from that on successive images.
+
+    Args:
+        growth: shape (N,).
+        returns: mean number of returns of an image.
+    """
     if len(growth) < BATCHES or np.isnan(growth).any():
         return np.nan, np.nan
     if np.isneginf(growth).any():
         return -np.inf, np.nan
     cut = growth[len(growth) % BATCHES :].reshape(BATCHES, -1)
-    return float(cut.mean()), float(batch_error(cut.mean(axis=1)[:, None] - cut.mean())[0])
+    return float(cut.mean() / returns), float(batch_error(cut.mean(axis=1)[:, None] - cut.mean())[0] / returns)

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.exact.returns import Margin, Returns
+from nsmaps.arrays import Ints
+from nsmaps.exact.returns import Margin, Returns, numbers_of
 from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.surfaces.family import ReturnFamily
     from nsmaps.exact.systems.system import ImpactSystem
 
@@ -40,7 +42,22 @@ def joined(first: Returns, second: Returns) -> Returns:
         margin=margin,
         fitted=first.fitted or second.fitted,
         integrated=first.integrated or second.integrated,
+        number=first.numbers + second.numbers,
     )
+
+
+def iterated(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
+    """Returns of a map, each joined with those that follow it, as many in all as `times` has, shape (N,), from one on."""
+    rows, row, derivative = np.arange(len(returns)), returns, returns.derivative is not None
+    numbers, parts = [rows[times <= 1]], [returns.select(times <= 1)]
+    for k in range(2, int(times.max(initial=1)) + 1):
+        on = times[rows] >= k
+        rows, row = rows[on], row.select(on)
+        row = joined(row, map.first_return(row.image, derivative))
+        done = times[rows] == k
+        numbers.append(rows[done])
+        parts.append(row.select(done))
+    return stacked(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
 
 
 def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
@@ -97,6 +114,7 @@ def stacked(parts: list[Returns]) -> Returns:
         time=rows("time"),
         derivative=None if first.derivative is None else rows("derivative"),
         margin=margin,
+        number=numbers_of(parts),
     )
 
 

@@ -28,11 +28,13 @@ class CompiledComposite(WithCoordinates):
     coordinates: Coordinates
     walls: tuple[str, ...]
     tables: CompositeTables
+    several: NDArray[np.int32] | None  #: shape (pieces + 1,), the number of returns of each, 1 in none; None: one each
 
     @classmethod
     def of(cls, map: "CompositeMap") -> Self:
         """The compiled form of a map."""
-        return cls(map.coordinates, map.walls, _tables(map, [code_of(piece.region) for piece in map.pieces]))
+        several = np.array([*(piece.returns for piece in map.pieces), 1, 1], np.int32) if map.several else None
+        return cls(map.coordinates, map.walls, _tables(map, [code_of(piece.region) for piece in map.pieces]), several)
 
     @property
     def given(self) -> bool:
@@ -53,25 +55,28 @@ class CompiledComposite(WithCoordinates):
             orbits(self.tables, self._work(), start[k], piece[None, k], *(each[:, k] for each in room))
 
         in_chunks(len(start), run)
-        return self._returns(start, *room)
+        return self._returns(start, piece, *room)
 
     def orbits(self, states: ArrayLike, n: int) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
         start = as_states(states, self.coordinates)
         room, piece = self._room(n, start), np.empty((n, len(start)), np.int64)
         orbits(self.tables, self._work(), start, piece, *room)
-        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), *room)
+        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), piece, *room)
 
     def _room(self, n: int, start: Floats) -> tuple[Floats, NDArray[np.int32], NDArray[np.int64], NDArray[np.int8]]:
         """Memory for the images, turns, codes and outcomes of n returns of M states."""
         m, dim = start.shape
         return np.empty((n, m, dim)), np.empty((n, m, dim), np.int32), np.empty((n, m), np.int64), np.empty((n, m), np.int8)
 
-    def _returns(self, start: Floats, image: Floats, turns: NDArray[np.int32], codes: Ints, outcome: NDArray[np.int8]) -> Returns:
+    def _returns(
+        self, start: Floats, piece: Ints, image: Floats, turns: NDArray[np.int32], codes: Ints, outcome: NDArray[np.int8]
+    ) -> Returns:
         """Returns of arrays of shape (n, M, ...)."""
         dim = len(self.coordinates)
         each = image.reshape(-1, dim), turns.reshape(-1, dim), codes.ravel(), outcome.ravel(), np.full(len(start), np.nan)
-        return Returns(self.coordinates, self.walls, start, *each, fitted=True)
+        number = None if self.several is None else self.several[piece.ravel()]
+        return Returns(self.coordinates, self.walls, start, *each, fitted=True, number=number)
 
     def _work(self) -> Work:
         """Memory for a block of states."""

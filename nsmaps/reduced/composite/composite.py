@@ -31,6 +31,13 @@ class Piece:
     region: Region
     map: PolyMap
     word: str = ""  #: the most frequent word of its data; "" for a reset or where none is known
+    returns: int = 1  #: successive returns after which the image is reached, as 2 for the word BBTB
+
+    @property
+    def title(self) -> str:
+        """Its name on one line, with its word and its number of returns where it is several."""
+        about = ", ".join([self.word] * bool(self.word) + [f"{self.returns} returns"] * (self.returns > 1))
+        return " ".join(self.name.split()) + (f" ({about})" if about else "")
 
 
 def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
@@ -83,10 +90,27 @@ class CompositeMap(WithCoordinates):
         """The piece of a name."""
         return piece_named(self.pieces, name)
 
+    @property
+    def several(self) -> bool:
+        """True if the image of a piece is that of several returns."""
+        return any(piece.returns > 1 for piece in self.pieces)
+
+    @property
+    def title(self) -> str:
+        """What it is called in results, with its pieces of several returns: `composite map (2 returns by R2)`."""
+        names = {piece.returns: [each.name for each in self.pieces if each.returns == piece.returns] for piece in self.pieces}
+        about = "; ".join(f"{number} returns by {', '.join(names[number])}" for number in sorted(names) if number > 1)
+        return f"composite map ({about})" if about else "composite map"
+
+    def returns_of(self, states: ArrayLike) -> Ints:
+        """The number of returns of the piece that contains each state (N, n), 1 where there is none; shape (N,)."""
+        return np.array([piece.returns for piece in self.pieces] + [1])[self.piece_of(states)]
+
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The first returns of states (N, n) by the map of their piece.
 
-        A state in no piece is `uncovered`, one that is NaN or infinite `invalid`. Images are the values of the polynomials,
+        The image of a piece of several returns is that after all of them, see `Returns.number`. A state in no piece is
+        `uncovered`, one that is NaN or infinite `invalid`. Images are the values of the polynomials,
         even where they are not states, as at a negative speed: no piece contains them unless its region does. Times
         are NaN, and no image is `certified`.
         """
@@ -230,7 +254,19 @@ def _piece(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: Pie
     assert piece.fit is not None
     data = data_of(coordinates, surfaces, piece)
     values, counts = np.unique(data.returns.words, return_counts=True)
-    return Piece(piece.name, region, piece.fit.fit(data), str(values[np.argmax(counts)]))
+    return Piece(piece.name, region, piece.fit.fit(data), str(values[np.argmax(counts)]), _returns_of(data))
+
+
+def _returns_of(data: Surface) -> int:
+    """The number of returns of all members among the data of a piece."""
+    numbers, counts = np.unique(data.returns.numbers, return_counts=True)
+    if len(numbers) > 1:
+        many = ", ".join(f"{count} of {number}" for number, count in zip(numbers.tolist(), counts.tolist(), strict=True))
+        raise FitError(
+            f"members of the family {data.name!r} among its data are of different numbers of returns ({many}); expected: one "
+            "number, by which its images count: a family of words of so many returns, or a region or `data` with these alone"
+        )
+    return int(numbers[0])
 
 
 def data_of(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:

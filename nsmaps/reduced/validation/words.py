@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.compose import iterated
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import CompositeMap
 
@@ -29,13 +31,15 @@ class Misleads:
         return f"{word}{far if np.isfinite(self.typical) else ''}{gone if self.leaves else ''}"
 
 
-def misleads(composite: CompositeMap, grid: Grid, exact: Returns) -> Misleads:
-    """The difference of the words of a composite map from those of exact returns from all states of a grid.
+def misleads(composite: CompositeMap, grid: Grid, map: ReturnMap, first: Returns) -> Misleads:
+    """The difference of the words of a composite map from those of the exact map, from all states of a grid.
 
-    Distances are those between states of the grid, so exact to its spacing. A piece without a word, as a reset, is omitted.
+    The word of a piece of several returns is compared with that of as many exact ones. Distances are those between states of the
+    grid, so exact to its spacing. A piece without a word, as a reset, is omitted.
     """
     from scipy.ndimage import distance_transform_edt
 
+    exact = iterated(map, first, composite.returns_of(first.start)) if composite.several else first
     ours = composite.first_return(exact.start)
     number = composite.piece_of(exact.start)
     worded = np.array([bool(piece.word) for piece in composite.pieces] + [False])[number]

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
+from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.conclusions.texts import finite, point
@@ -54,6 +55,7 @@ class OrbitPair:
     )
     ends: "LimitSet | None" = None  #: the limit set of the exact orbit; None if the orbit ended
     composite_ends: "LimitSet | None" = None
+    counterpart_ends: "LimitSet | None" = None  #: as `ends`, but only of the states after as many returns as the pieces have
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -79,8 +81,18 @@ def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any
         exact = orbit(plan.system, start, section.returns, progress=then)
         reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
         kept = track(plan.system, start, section.track) if section.track else None
-        pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends))
+        there = _counterpart(result, plan.system)
+        same = None if there is plan.system else limit_set(there, orbit(there, start, section.returns))
+        pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends, same))
     return {"orbits": tuple(pairs)}
+
+
+def _counterpart(result: "StudyResult", system: "ImpactSystem") -> "ReturnMap":
+    """The map that the composite map approximates: the exact one, iterated where a piece has several returns."""
+    from nsmaps.dynamics.iterated import Iterated
+
+    map = result.composite
+    return Iterated(system, map.returns_of) if isinstance(map, CompositeMap) and map.several else system
 
 
 def _describe(spec: Orbits, study: "Study") -> str:
@@ -150,7 +162,7 @@ def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
     """Whether both orbits have the same attractor: confirmed, not required, text with the distance."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
-    exact, other = pair.ends, pair.composite_ends
+    exact, other = pair.counterpart_ends or pair.ends, pair.composite_ends
     if exact is None or other is None:
         which = "neither map's" if exact is other else "the exact map's" if exact is None else "the composite map's"
         return False, False, f"no: {which} orbit {'completes' if exact is other else 'does not complete'} all returns"
@@ -158,6 +170,7 @@ def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
     distance = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
     text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map"
     text = f"{text}, at a distance of {distance:.2g} relative to the extents"
+    text += ", after as many returns as the pieces have" if pair.counterpart_ends else ""
     if _alike(exact, other, scale):
         return True, False, f"yes: {text}"
     return False, False, f"no: {text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
@@ -167,14 +180,15 @@ def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
     """Whether two limit sets have the same period and close states, or samples that may be of the same set."""
     from nsmaps.dynamics.attractors.attractor import kept, may_be_one
 
-    sets = (kept(end.coordinates, end.states, end.period, end.label, SAME, scale) for end in (one, other))
+    sets = (kept(end.coordinates, end.states, len(end.states) * bool(end.period), end.label, SAME, scale) for end in (one, other))
     return one.period == other.period and may_be_one(*sets)
 
 
 def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]", scale: Floats) -> str:
     """A statement on which of two different attractors, exact first, is also one of the other map."""
     reduced, (exact, other) = result.reduced, ends
-    also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(result.system, other, returns, scale)
+    there = _counterpart(result, result.system)
+    also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(there, other, returns, scale)
     if all(also):
         return "each map has both attractors"
     if not any(also):

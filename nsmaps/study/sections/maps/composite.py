@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.family import WordFamily, is_pattern
 from nsmaps.exact.surfaces.surface import Surface, surfaces, surfaces_among
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
@@ -113,8 +114,6 @@ def _bind(spec: Pieces, binding: "Binding") -> tuple[PiecePlan, ...]:
 
 
 def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
-    if piece.family is not None and piece.family in binding.study.families:
-        _single(loc, piece.family, binding)
     region = _region(loc, piece, binding)
     fit = bind_fit((*loc, "fit"), piece.fit, binding) if piece.fit else None
     reset = None if piece.reset is None else binding.some_coordinates((*loc, "reset"), piece.reset)
@@ -123,6 +122,9 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
     if piece.polynomial is not None:
         with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
             piece.polynomial.of(binding.system)
+        if piece.family is not None and piece.family in binding.study.families:
+            with binding.study.source.located((*loc, "family")):
+                _returns_of(bind_family(piece.family, binding.study.families[piece.family], binding))
     return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
 
 
@@ -130,12 +132,6 @@ def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
     if piece.box is not None:
         return binding.box((*loc, "box"), piece.box)
     return binding.where((*loc, "where"), piece.where or "")
-
-
-def _single(loc: Loc, family: str, binding: "Binding") -> None:
-    if bind_family(family, binding.study.families[family], binding).max_returns > 1:
-        text = f"a piece of the composite map is one return, and {family!r} has several; expected: words of one return"
-        raise binding.study.source.error((*loc, "family"), text)
 
 
 def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
@@ -148,7 +144,7 @@ def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict
     """The part of the grid that the pieces of a composite map cover, and its comparison with the exact map."""
     if plan.grid is None or result.returns is None:
         return {}
-    return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, result.returns)}
+    return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, plan.system, result.returns)}
 
 
 def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
@@ -163,11 +159,20 @@ def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface
 def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
     """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
     if piece.polynomial is not None:
-        word = plan.families[piece.family].words[0] if piece.family else ""
-        return Piece(piece.name, piece.region, piece.polynomial.of(system), word)
+        family = plan.families.get(piece.family or "")
+        about = (family.words[0], _returns_of(family)) if family else ()
+        return Piece(piece.name, piece.region, piece.polynomial.of(system), *about)
     surfaces, spec = _data(plan, surfaces, piece)
     piece_map = build_composite(system.coordinates, system.letters, surfaces, [spec]).pieces[0]
     return replace(piece_map, region=piece.region)
+
+
+def _returns_of(family: WordFamily) -> int:
+    """The number of returns of the image of a printed piece, by the word of its family."""
+    if family.max_returns > 1 and (len(family.words) > 1 or is_pattern(family.words[0])):
+        text = f"the family {family.name!r} ({', '.join(family.words)}) does not say of how many returns a printed image is"
+        raise FitError(f"{text}; expected: words of one return, or one word of several, such as BBTB")
+    return family.max_returns
 
 
 def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:

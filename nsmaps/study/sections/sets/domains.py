@@ -94,6 +94,9 @@ def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, prog
     printed = [piece.name for piece in plan.study.composite if piece.polynomial]
     kind = "printed" if section.map in printed else "fitted"
     of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
+    if result.composite is not None and result.composite.several:
+        number = result.composite.piece(section.map).returns if section.map in pieces else 1
+        of = result.composite.title if section.map == "composite" else f"{of} ({number} returns)" if number > 1 else of
     return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of, progress)
 
 
@@ -194,7 +197,8 @@ def trapped_text(result: "StudyResult", section: DomainSection, domain: "Attract
     """The reason why a box is forward invariant, or possible reasons why it is not."""
     if domain.forward_invariant:
         reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
-        return f"yes: {reason}{elsewhere(result, domain)}"
+        between = "; the states between these returns are not bounded" if "returns" in domain.of else ""
+        return f"yes: {reason}{between}{elsewhere(result, domain)}"
     return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
 
 

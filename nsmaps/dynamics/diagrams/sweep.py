@@ -1,0 +1,99 @@
+"""Bifurcation diagrams in parts: the last states of orbits over the values of a parameter."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.diagrams.names import alphabet_as_arrays
+from nsmaps.dynamics.orbit import Orbit, orbit_after
+from nsmaps.dynamics.returnmap import ReturnMap, followed
+from nsmaps.dynamics.scale import scale_of
+from nsmaps.parallel import Arrays, Jobs, names_as_arrays
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+
+PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
+Block = tuple[NDArray[np.int64], slice, Arrays]  #: indices of values, starts, and the result of `attractors_at` there
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweep:
+    """A diagram in parts, computed by an executor or stored in a folder."""
+
+    map_of: Callable[[float], ReturnMap]
+    values: Floats
+    order: NDArray[np.int64]  #: indices of the values in the order in which they are taken
+    returns: int
+    discard: int
+    jobs: Jobs
+    diagram: "Callable[[list[Block]], Bifurcation]"  #: over all values, from the results at some of them
+
+    def independent(self, starts: Floats) -> list[Block]:
+        """Every start at every value; parts are values."""
+        cuts = self._cuts(len(starts))
+        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, False) for cut in cuts]
+
+        def blocks(found: Mapping[int, Arrays]) -> list[Block]:
+            return [(cuts[k], slice(None), part) for k, part in found.items()]
+
+        return blocks(dict(enumerate(self.jobs.run(attractors_at, parts, lambda found: self.diagram(blocks(found))))))
+
+    def followed(self, starts: Floats) -> list[Block]:
+        """Each start followed through the values; parts are starts, for successive ranges of values."""
+        blocks: list[Block] = []
+        done, count = 0, len(self.order)
+        for cut in self._cuts(1):
+            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.discard, True) for start in starts]
+            jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
+            found = jobs.run(attractors_at, parts, partial(self._diagram_until, blocks, cut))
+            blocks += _of_starts(cut, dict(enumerate(found)))
+            starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
+        return blocks
+
+    def _diagram_until(self, blocks: list[Block], cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> "Bifurcation":
+        """The diagram of some blocks, and of those of some starts at the next values."""
+        return self.diagram([*blocks, *_of_starts(cut, found)])
+
+    def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
+        """The indices of the values of each part, in their order."""
+        size = -(-PART // ((self.returns + self.discard) * starts))
+        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), size)]
+
+
+def _of_starts(cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> list[Block]:
+    """The blocks of some starts, by their number, at some values."""
+    return [(cut, slice(number, number + 1), part) for number, part in found.items()]
+
+
+def attractors_at(
+    map_of: Callable[[float], ReturnMap],
+    values: Floats,
+    starts: Floats,
+    returns: int,
+    discard: int,
+    directed: bool,
+) -> Arrays:
+    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`."""
+    scales: list[Floats] = []
+
+    def run(map: ReturnMap, states: Floats) -> Orbit:
+        found = orbit_after(map, states, discard, returns)
+        own = [scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]
+        scales.append(np.array(own).reshape(states.shape))
+        return found
+
+    runs, reasons, last = followed(map_of, values, starts, run, directed)
+    about = {"last": last, "reasons": np.array(reasons, str)}
+    if not runs:
+        return about
+    kept = "turns", "codes", "time", "numbers"
+    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in kept}
+    tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
+    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.stack(scales)
+    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls), **alphabet_as_arrays(runs[0].alphabet)}
