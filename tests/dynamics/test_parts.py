@@ -17,7 +17,7 @@ import nsmaps
 from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
 from nsmaps.dynamics.charts import chart
-from nsmaps.dynamics.diagrams import sweep
+from nsmaps.dynamics.diagrams import parts
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
@@ -56,7 +56,7 @@ def two() -> Iterator[Executor]:
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of two values or fewer, and of thirty starts."""
-    monkeypatch.setattr(sweep, "PART", 200)
+    monkeypatch.setattr(parts, "PART", 200)
     monkeypatch.setattr(chart, "PART", 1200)
     monkeypatch.setattr(basins, "CHUNK", 30)
 
@@ -111,7 +111,7 @@ class Logistic:
 @pytest.mark.parametrize("follow", [None, "up"])
 def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts are two values of two starts apart, or four values of one start followed; all orbits have a period."""
-    monkeypatch.setattr(sweep, "PART", 1280)
+    monkeypatch.setattr(parts, "PART", 1280)
     values, starts = [2.8, 3.2, 3.5, 3.55, 3.1, 3.832, 2.9], [[0.3], [0.4]]
     run = partial(nsmaps.bifurcation, Noted(tmp_path / "note"), values, starts, 20, 300, follow)
     whole = run()

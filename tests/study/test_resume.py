@@ -13,7 +13,8 @@ from ruamel.yaml import YAML
 
 from nsmaps import parallel as parts
 from nsmaps import read_result, run
-from nsmaps.dynamics.diagrams import bifurcation, sweep
+from nsmaps.dynamics.diagrams import bifurcation
+from nsmaps.dynamics.diagrams import parts as diagrams
 from nsmaps.dynamics.noise import orbits as noise
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.systems.system import ImpactSystem
@@ -107,7 +108,7 @@ noise:
 def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
     text = LONG if follow is None else LONG.replace("discard: 16", f"discard: 16, direction: {follow}")
     Path("s.yaml").write_text(text)
-    monkeypatch.setattr(sweep, "PART", 40)  # two values
+    monkeypatch.setattr(diagrams, "PART", 40)  # two values
     whole = run("s.yaml")
     assert not Path("parts").exists(), "without a folder nothing is kept"
 
@@ -119,8 +120,8 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
         run("s.yaml", out="out", progress=stop)
     assert len(list(Path("out/parts/bifurcation").rglob("part-*.npz"))) == 2
     made: list[float] = []
-    attractor = sweep.orbit_after
-    monkeypatch.setattr(sweep, "orbit_after", lambda map, *given: (made.append(map.a), attractor(map, *given))[1])
+    attractor = diagrams.orbit_after
+    monkeypatch.setattr(diagrams, "orbit_after", lambda map, *given: (made.append(map.a), attractor(map, *given))[1])
     again = run("s.yaml", out="out", resume=True)
     assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
     assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
@@ -158,9 +159,9 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
     before = [*values]
     monkeypatch.setattr(section, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
-    exact = sweep.orbit_after
+    exact = diagrams.orbit_after
     of: list[type] = []
-    monkeypatch.setattr(sweep, "orbit_after", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
+    monkeypatch.setattr(diagrams, "orbit_after", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
     again = run("s.yaml", out="out", resume=True)
     assert np.allclose(sorted(set(np.round(values, 9))), np.linspace(0.2, 0.4, 7))
     assert values[:3] == before

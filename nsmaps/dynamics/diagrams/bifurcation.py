@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Bools, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
 from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
-from nsmaps.dynamics.diagrams.sweep import Block, Sweep, attractors_at
+from nsmaps.dynamics.diagrams.parts import Block, Sweep, attractors_at
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
 from nsmaps.dynamics.returnmap import ReturnMap, starts_under
 from nsmaps.errors import NsmapsError
