@@ -48,19 +48,29 @@ class VIPair(ImpactSystem):
         """Of the forcing cos(pi t)."""
         return 2
 
-    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
-        """Eq. relvar with F = cos: F1 = sin(pi t)/pi, F2 = -cos(pi t)/pi^2."""
-        from sympy import cos, pi, sin
+    def capsule(self, t: Any) -> Any:
+        """The place X* of the capsule's middle, in sympy: F2 of eq. relvar, whose second derivative is the force F of unit norm.
 
-        s = t - hit.t
-        drift = hit.w - sin(pi * hit.t) / pi
-        return hit.z + drift * s + self.g_bar * s**2 / 2 - (cos(pi * t) - cos(pi * hit.t)) / pi**2
+        Here F = cos(pi t). A subclass with another force of period 2 defines this anew, and nothing else.
+        """
+        from sympy import cos, pi
+
+        return -cos(pi * t) / pi**2
+
+    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
+        """Eq. relvar, with the place of the capsule as F2 and its rate as F1."""
+        from sympy import Dummy
+
+        at, s = Dummy(), t - hit.t
+        drift = hit.w - self.capsule(at).diff(at).subs(at, hit.t)
+        return hit.z + drift * s + self.g_bar * s**2 / 2 + self.capsule(t) - self.capsule(hit.t)
 
     def absolute(self, t: Any, displacement: Any) -> Any:
-        """Place along the capsule, upwards: Z = X - x with the capsule's middle X at -cos(pi t)/pi^2, its mean at zero."""
-        from numpy import cos
+        """Place along the capsule, upwards: Z = X - x with the capsule's middle X, of a force without a mean about zero."""
+        from sympy import Dummy, lambdify
 
-        return -cos(pi * t) / pi**2 - displacement
+        at = Dummy()
+        return lambdify(at, self.capsule(at))(t) - displacement
 
     @model_validator(mode="before")
     @classmethod
