@@ -56,6 +56,34 @@ def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     assert np.abs(through.points[:, 0, 0] - 3 * through.parameter).max() < 1e-9
 
 
+def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
+    """Of 1 + a - b^2/2 in place of 1 + a: a = b^2/2, which turns back in a; a term that breaks the symmetry leaves one point."""
+    for broken in (0, 1):
+
+        def of(a, b, broken=broken):
+            return Shifted(a - b**2 / 2, broken * (b - 0.4))
+
+        (event,) = continue_branch(
+            lambda a, of=of: of(a, 0.4), nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, "down"
+        ).events
+        curve = nsmaps.bifurcation_curve(of, event, 0.4, (BOUNDS, (-1.2, 1.0)), step=0.3)
+        a, b = curve.parameters.T
+        assert np.abs(a - b**2 / 2).max() < 1e-12
+        assert (b[0], b[-1]) == ((0.4, 0.4) if broken else (-1.2, 1.0))
+        assert ["lost" in end for end in curve.ended] == 2 * [bool(broken)]
+
+
+@dataclass(frozen=True)
+class Shifted(Pitchfork):
+    """The same with another constant in the first image."""
+
+    shift: float = 0.0
+
+    def first_return(self, states, derivative=False):
+        found = super().first_return(states, derivative)
+        return replace(found, image=found.image + np.array([self.shift, 0.0]))
+
+
 @dataclass(frozen=True)
 class Delayed:
     """The delayed logistic map: x' = a x (1 - y), y' = x."""
@@ -83,9 +111,9 @@ def test_the_branches_of_the_delayed_logistic_map_cross():
         switched_branch(Delayed, replace(event, kind="fold"), (0.5, 1.8))
 
 
-def half_turn(v, phi, gap):
+def half_turn(v, phi, gap, r):
     """From an impact on one wall to the next on the other, of x'' + x'/10 + x = cos(1.7 t): speed, and phase less pi."""
-    z, w, r = mp.mpf(0.05), mp.mpf(1.7), mp.mpf(0.7)
+    z, w = mp.mpf(0.05), mp.mpf(1.7)
     k, size = mp.sqrt(1 - z**2), (1 - w**2) ** 2 + (2 * z * w) ** 2
 
     def forced(t):
@@ -101,11 +129,11 @@ def half_turn(v, phi, gap):
     return -speed, phi + w * s - mp.pi
 
 
-def symmetry_lost(v, phi, gap):
+def symmetry_lost(v, phi, gap, r):
     """Half a turn leads to the mirror image, and has the multiplier -1."""
-    image = half_turn(v, phi, gap)
-    columns = [mp.diff(lambda v: half_turn(v, phi, gap)[0], v), mp.diff(lambda x: half_turn(v, x, gap)[0], phi)]
-    others = [mp.diff(lambda v: half_turn(v, phi, gap)[1], v), mp.diff(lambda x: half_turn(v, x, gap)[1], phi)]
+    image = half_turn(v, phi, gap, r)
+    columns = [mp.diff(lambda v: half_turn(v, phi, gap, r)[0], v), mp.diff(lambda x: half_turn(v, x, gap, r)[0], phi)]
+    others = [mp.diff(lambda v: half_turn(v, phi, gap, r)[1], v), mp.diff(lambda x: half_turn(v, x, gap, r)[1], phi)]
     slopes = mp.matrix([columns, others])
     return [image[0] - v, image[1] - phi, mp.det(slopes + mp.eye(2))]
 
@@ -114,15 +142,23 @@ def symmetry_lost(v, phi, gap):
 def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds):
     """Whatever the range, and so the steps: of walls at 1/a, by mpmath."""
 
-    def of(a):
-        return Oscillator(zeta=0.05, w=1.7, gap=1 / a, r=0.7)
+    def of(a, r=0.7):
+        return Oscillator(zeta=0.05, w=1.7, gap=1 / a, r=r)
 
-    with mp.workdps(25):
-        *_, gap = mp.findroot(symmetry_lost, [mp.mpf(0.8127), mp.mpf(0.1984), mp.mpf(0.40315)], tol=1e-20)
+    def lost(a, r, state):
+        with mp.workdps(25):
+            start = [*map(mp.mpf, state), 1 / mp.mpf(a)]
+            return float(1 / mp.findroot(lambda v, phi, gap: symmetry_lost(v, phi, gap, mp.mpf(r)), start, tol=1e-20)[2])
+
     orbit = nsmaps.periodic_orbit(of(5.0), [0.7775, 0.4251])
     assert orbit.word == "RLR"
     (event,) = continue_branch(of, orbit, 5.0, bounds, "down").of_kind("branch point")
-    assert abs(event.parameter - float(1 / gap)) < event.precision < 1e-7
+    assert abs(event.parameter - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-7
+    curve = nsmaps.bifurcation_curve(of, event, 0.7, (bounds, (0.6, 0.8)), step=0.3)
+    assert curve.ended == ("the range of the second parameter ends at 0.6", "the range of the second parameter ends at 0.8")
+    for k in (0, -1):
+        (a, r), state = curve.parameters[k], curve.points[k, 0]
+        assert abs(a - lost(a, r, state)) < 1e-12
 
 
 @dataclass(frozen=True)

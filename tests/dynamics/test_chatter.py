@@ -152,6 +152,11 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
     assert abs(below.parameter - 1 / np.hypot(1, k)) < 1e-11
+    curve = nsmaps.bifurcation_curve(nsmaps.Along(system, "a", "drag"), below, k, ((0.5, 3.0), (0.1, 1.0)), step=0.2)
+    a, drag = curve.parameters.T
+    assert (drag[0], drag[-1]) == (0.1, 1.0)
+    assert np.abs(a * np.hypot(1, drag) - 1).max() < 1e-12
+    assert (curve.words, np.isfinite(curve.points).all(axis=(1, 2)).sum() > 2) == (start.words, True)
 
     def landing(a):
         phase, s = mp.asin(1 / (a * mp.sqrt(1 + k**2))) + mp.atan(k), 2 * mp.pi

@@ -468,7 +468,7 @@ BAD = {
         "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
         "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
         "fold}",
-        "the branch 'one' locates no fold; expected: one of its 'events', period doubling, grazing, border collision",
+        "the branch 'one' locates no fold; expected: one of its 'events', period doubling, grazing, border collision, detachment",
     ),
     "figure of branches that are not there": (
         "require:",

@@ -12,7 +12,7 @@ from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
-from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, has_rest
+from nsmaps.dynamics.continuation.problem import has_rest
 from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.words import CHATTER, REST
@@ -121,7 +121,7 @@ def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
         return None
 
     def rests(values: Floats) -> Bools:
-        return np.array([_rests(curve, last, float(value)) for value in values])
+        return np.array([rests_for_good(map_or_reason(curve.map_of, float(value))[0], last.orbit.states) for value in values])
 
     near = np.array([last.value])
     for share in FURTHER:
@@ -133,18 +133,18 @@ def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
     return None
 
 
-def _rests(curve: OrbitCurve, last: OrbitPoint, value: float) -> bool:
-    """True if, at a value of the parameter, the motion from a state of an orbit ends in contact for all times."""
-    map, states = map_or_reason(curve.map_of, value)[0], last.orbit.states[:1]
+def rests_for_good(map: ReturnMap | None, states: Floats) -> bool:
+    """True if there is a map, and the motion from the first state of an orbit (q, n) ends in contact for all times."""
+    now = states[:1]
     for _ in range(IMPACTS):
         if map is None:
             break
-        returns = map.first_return(states)
+        returns = map.first_return(now)
         if returns.outcome[0] == Outcome.rests:
             return True
         if not returns.valid[0] or has_rest(str(returns.words[0])):  # released, as before
             return False
-        states = returns.image
+        now = returns.image
     return False
 
 

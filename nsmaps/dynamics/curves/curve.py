@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
-from nsmaps.dynamics.continuation.events import Event
+from nsmaps.dynamics.continuation.events import DETACHMENT, Event
 from nsmaps.dynamics.continuation.problem import curve_from
+from nsmaps.dynamics.curves.contact import CLOSED, ContactCurve
+from nsmaps.dynamics.curves.crossing import CrossingCurve
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
@@ -41,7 +43,7 @@ class BifurcationCurve:
 
     kind: Kind
     parameters: Floats  #: shape (K, 2); at a graze or a border extrapolated to a clearance of zero
-    points: Floats  #: shape (K, q, n), the states; at a graze or a border those at a small clearance
+    points: Floats  #: shape (K, q, n), the states; at a graze or a border at a small clearance, at a detachment beside it
     words: tuple[str, ...]  #: of the q returns
     multipliers: NDArray[np.complex128]  #: shape (K, n), the largest first
     special: tuple[SpecialPoint, ...]  #: in the order of the curve
@@ -70,12 +72,14 @@ def bifurcation_curve(
     orbits have the words of the first. At a `grazing` this is the orbit that does not touch, at a `border collision` that of the
     event: it is followed at a clearance of 1e-4 in the units of branches, and the parameters are extrapolated to zero, an
     estimate, from that clearance (at a border from 1/64 of it), its half and its quarter. Two points of codimension two of one
-    kind within a step are missed; none is looked for on curves of grazes and borders. A Neimark-Sacker curve ends where its
-    multipliers become real.
+    kind within a step are missed; none is looked for on curves of branch points, grazes, borders and detachments. A
+    Neimark-Sacker curve ends where its multipliers become real. The curve of a `branch point` ends where branches no longer
+    cross. That of a `detachment` is found by bisection across it, on whether contact lasts for all times.
 
     Args:
         map_of: the return map at a value of each parameter, such as `nsmaps.Along(system, "d", "r")`.
-        event: a `period doubling`, `fold`, `Neimark-Sacker`, `grazing` or `border collision` of a branch in the first parameter.
+        event: a `period doubling`, `fold`, `branch point`, `Neimark-Sacker`, `grazing`, `border collision` or `detachment` of a
+            branch in the first parameter.
         second: value of the second parameter on that branch.
         bounds: least and greatest value of the first parameter, and of the second; their differences are units of the
             arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
@@ -89,16 +93,36 @@ def bifurcation_curve(
     check_class(event, Event, "a curve in two parameters begins at an event of a branch")
     _check(event, second, bounds, step, max_points)
     curve = _curve(map_of, event, second, bounds, tolerance)
+    if curve.kind == DETACHMENT:
+        return _detachments(curve, event, second, step, max_points)
     y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.parameter)
-    fixed = np.append(np.zeros(event.orbit.states.size + 1), 1.0)
-    start = None if y is None else correct(curve, np.append(y, second / curve.unit), fixed)
+    start = None if y is None else correct(curve, curve.unknowns(y, second), _upward(curve.unknowns(y, second)))
     if start is None or not curve.along.low <= start.values[0] <= curve.along.high:
         place = f"{event.parameter:.9g}, {second:.9g}"
         raise NsmapsError(f"no {event.kind} near {place}; expected: an orbit at the event, and these parameters")
-    sense = tangent(start, fixed)
+    sense = tangent(start, _upward(start.y))
     control = Control(step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
     ways = [_Way.followed(curve, start, sign * sense, control, max_points) for sign in (-1.0, 1.0)]
     return _result(curve, start, *ways)
+
+
+def _detachments(curve: CriticalCurve, event: Event, second: float, step: float, max_points: int) -> BifurcationCurve:
+    """The curve of a detachment, with the orbits beside it that are released, NaN where none is found."""
+    boundary, start = ContactCurve(curve, event.orbit, step, max_points), np.array([event.parameter, second])
+    (before, begun), (after, ended) = (boundary.way(start, sense) for sense in (-1.0, 1.0))
+    parameters = np.concatenate([before[::-1] if ended != CLOSED else before[:0], [start], after])
+    q, n = event.orbit.states.shape
+    states, multipliers = np.full((len(parameters), q, n), np.nan), np.full((len(parameters), n), complex(np.nan, np.nan))
+    for k, (first, second) in enumerate(parameters.tolist()):
+        orbit = boundary.orbit_beside(first, second)
+        if orbit is not None:
+            states[k], multipliers[k] = orbit.states, orbit.multipliers
+    return BifurcationCurve(curve.kind, parameters, states, event.orbit.words, multipliers, (), (begun, ended))
+
+
+def _upward(y: Floats) -> Floats:
+    """The direction among unknowns in which the second parameter alone changes."""
+    return np.asarray(np.eye(1, len(y), len(y) - 1)[0])
 
 
 def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
@@ -204,7 +228,8 @@ def _curve(
     along, side = curve_from(lambda first: map_of(first, second), orbit, event.parameter, bounds[0], tolerance), None
     if kind == "border collision":
         side = _side(map_of(event.parameter, second), orbit.states, along.scale)
-    return CriticalCurve(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
+    curve_class = CrossingCurve if kind == "branch point" else CriticalCurve
+    return curve_class(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
 
 
 def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:

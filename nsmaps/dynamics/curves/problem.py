@@ -22,7 +22,7 @@ from nsmaps.exact.returns import Returns
 H = 1e-6  #: step of the differences of the condition, in the curve's units
 FAR = 0.01  #: distance from a border, in units of branches, up to which it is looked for
 PARTS = (64, *[8] * 15)  #: into which that distance is divided, and the part with the first other word again: to rounding
-Kind = Literal["period doubling", "fold", "Neimark-Sacker", "grazing", "border collision"]
+Kind = Literal["period doubling", "fold", "branch point", "Neimark-Sacker", "grazing", "border collision", "detachment"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +112,10 @@ class CriticalCurve:
     def in_second(self, first: float) -> OrbitCurve:
         """The orbits in the second parameter at a value of the first."""
         return replace(self.along, map_of=lambda second: self.map_of(first, second), low=self.low, high=self.high)
+
+    def unknowns(self, y: Floats, second: float) -> Floats:
+        """Those of a branch in the first parameter, at a value of the second, as unknowns of the curve."""
+        return np.append(y, second / self.unit)
 
     def values(self, y: Floats) -> tuple[float, float]:
         """The parameters among the unknowns."""

@@ -16,7 +16,7 @@ COARSEST = 1e-8  #: precision of a point of codimension two, in units of the par
 IDENTICAL = 1e-9  #: a test within this bound at both ends of a step is zero up to rounding, as where a map preserves area
 CUSP, FLIP, ONE, TWO = "cusp", "fold-flip", "1:1 resonance", "1:2 resonance"
 RESONANCES = {ONE: 2.0, TWO: -2.0, "1:3 resonance": -1.0, "1:4 resonance": 0.0}  #: sums of the two multipliers on the unit circle
-UNKNOWN = ("grazing", "border collision")  #: kinds of curves on which no points are looked for
+UNKNOWN = ("branch point", "grazing", "border collision", "detachment")  #: kinds of curves on which no points are looked for
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -35,7 +35,7 @@ def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study
     for number, curve in enumerate(curves):
         loc = (key, "curves", number)
         study.source.known((*loc, "branch"), curve.branch, list(branches), f"branch in {name!r}")
-        located = (*branches[curve.branch].events, "grazing", "border collision")
+        located = (*branches[curve.branch].events, "grazing", "border collision", "detachment")
         if curve.event not in located:
             text = f"the branch {curve.branch!r} locates no {curve.event}; expected: one of its 'events', {', '.join(located)}"
             raise study.source.error((*loc, "event"), text)
