@@ -24,14 +24,16 @@ _THICK = (4.2, 1.2)  #: points, of the lines of words that lie over one another,
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     """One sheet: of each slice the phase plane of every coordinate, then images of those held over the coordinate that runs."""
     panels: list[Any] = []
-    for k, found in enumerate(SLICES.of(result, "slices")):
-        names = found.returns.coordinates
-        panels += [partial(slices, result, coordinate=name, number=k) for name in names]
-        panels += [partial(slices, result, coordinate=name, number=k, over=found.along) for name in names if name != found.along]
-    return (Sheet("slices", tuple(panels), 2 if len(panels) == 2 else 3, 0.94, legend=True),)
+    every = SLICES.of(result, "slices")
+    for k, found in enumerate(every):
+        names, look = found.returns.coordinates, dict[str, Any](number=k, titled=len(every) > 1)
+        panels += [partial(slices, result, coordinate=name, **look) for name in names]
+        panels += [partial(slices, result, coordinate=name, over=found.along, **look) for name in names if name != found.along]
+    title = _held(every[0]) if len(every) == 1 else ""
+    return (Sheet("slices", tuple(panels), min(len(panels), 3), 1.1, title=title, legend=True),)
 
 
-def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0, over: str = "") -> Axes:
+def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0, over: str = "", titled: bool = True) -> Axes:
     """One coordinate of the image in the colour of its word, with gaps where the map jumps, over the same or another coordinate.
 
     In the phase plane of a coordinate that is held all images stand over one value, words with few impacts on thin lines
@@ -49,11 +51,16 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     if np.ptp(x):
         ax.set_xlim(x[0], x[-1])
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]) if not is_angle(names[i]) else 0.0)
-    angles = {name for name in names if is_angle(name)}
-    held = [f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items()]
-    ax.set_title(", ".join(held))
+    if titled:
+        ax.set_title(_held(found))
     ax.legend()
     return dress(ax, (names[below], "k"), (names[i], "k+1"))
+
+
+def _held(found: "Slice") -> str:
+    """The values at which the other coordinates are held."""
+    angles = {name for name in found.returns.coordinates if is_angle(name)}
+    return ", ".join(f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items())
 
 
 def _draw(ax: Axes, found: "Slice", below: int, i: int) -> None:
