@@ -17,10 +17,9 @@ from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
 from nsmaps.reduced.partition.candidates import attracting_boxes
-from nsmaps.reduced.partition.cell import Cell, Cut, sample
+from nsmaps.reduced.partition.cell import Cell, Cut, roots, sample
 from nsmaps.reduced.partition.orders import Demand, choose_order
 from nsmaps.reduced.partition.partition import partition
-from nsmaps.reduced.partition.refine import roots
 from nsmaps.reduced.partition.separators import best_separator, sheets
 from nsmaps.reduced.partition.spec import Partition
 
@@ -143,6 +142,7 @@ def test_the_lowest_order_that_meets_the_demand_is_chosen():
     assert exactly.max_error.max() < 1e-12
     constant = choose_order(drawn, Demand(np.full(2, 0.3), 0.0), 5)
     assert constant.order == "constant"
+    assert choose_order(drawn, Demand(np.full(2, 0.3), 0.0), 5, lowest=1).order == "full v:1 phi:1"
     none = choose_order(drawn, Demand(np.full(2, 1e-10), 0.0), 1)
     assert not none.met
     assert none.missed > 0.9

@@ -13,8 +13,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.words import encode
-from nsmaps.reduced.partition.cell import Cell, Cut, powers, sample, side_of
-from nsmaps.reduced.partition.refine import roots
+from nsmaps.reduced.partition.cell import Cell, Cut, powers, roots, sample, side_of
 from nsmaps.reduced.partition.separators import best_separator, sheets
 from nsmaps.reduced.partition.spec import Partition
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arrays import Bools, Floats
-from nsmaps.coordinates import TWO_PI, nearest_turn
+from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.coordinates import TWO_PI, Coordinates, nearest_turn
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -23,6 +23,8 @@ MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float, slope: float) -> tuple[Floats, Floats]:
     """Boxes around possible attractors, shape (B, n, 2), and the states in them that indicate these, shape (M, n).
 
+    Where orbits that end in the grid's box leave it for single states, boxes hold these too: an attractor is not cut off.
+
     Candidates are the states near both diagonals where the surfaces have small derivatives (eq. r1uniond). Those are selected
     that lie
     together with states in which orbits stay: ends of orbits of the map from the whole grid. Where the grid covers
@@ -36,6 +38,7 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
     stay = ends_of_orbits(map, grid)
     if not len(stay):
         return np.empty((0, *box.shape)), stay
+    box = _reached(box, stay, np.any(returns.image[returns.valid] < 0, axis=0))
     states = np.concatenate([stay, near_diagonals(returns, grid, delta, slope)])
     group = _groups(states, box, circles)
     margin = MARGIN * (box[:, 1] - box[:, 0])
@@ -57,12 +60,26 @@ def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> 
 
 
 def ends_of_orbits(map: ReturnMap, grid: Grid) -> Floats:
-    """States of the grid's box in which orbits from all over it end, shape (M, n)."""
+    """States of the grid's box in which orbits from all over it end, and those that they leave it for and come back from at once,
+    shape (M, n). Longer ways outside, as in chatter, are left to resets.
+    """
     box = box_of(grid)
     side = side_of(len(box), STARTS)
     starts = np.stack(np.meshgrid(*(np.linspace(low, high, side) for low, high in box)), axis=-1).reshape(-1, len(box))
-    tail = orbit(map, starts, RETURNS).states[-TAIL:].reshape(-1, len(box))
-    return np.unique(tail[inside(tail, box)].round(9), axis=0)
+    tail = Coordinates(map.coordinates).lift(orbit(map, starts, RETURNS).states[-TAIL:], box.mean(axis=1))
+    there = inside(tail.reshape(-1, len(box)), box).reshape(tail.shape[:2])
+    stays = there.copy()
+    stays[1:-1] |= there[:-2] & there[2:] & np.isfinite(tail[1:-1]).all(axis=2)
+    return np.unique(tail[stays].round(9), axis=0)
+
+
+def _reached(box: Floats, states: Floats, signed: ArrayLike) -> Floats:
+    """The hull of a box and of states (M, n), with a margin where these leave it; a coordinate that is not signed stays so."""
+    margin = MARGIN * np.ptp(box, axis=1)
+    low, high = states.min(axis=0), states.max(axis=0)
+    below = np.where(low < box[:, 0], low - margin, box[:, 0])
+    above = np.where(high > box[:, 1], high + margin, box[:, 1])
+    return np.column_stack([np.where(~np.asarray(signed) & (box[:, 0] >= 0), np.maximum(below, 0.0), below), above])
 
 
 def box_of(grid: Grid) -> Floats:

@@ -187,3 +187,14 @@ def _grid(coordinates: Sequence[str], box: Floats, side: int) -> Grid:
     """A grid over a box (n, 2), of `side` points along each axis in the plane."""
     points = side_of(len(box), side)
     return Grid(axes={name: Axis(low=low, high=high, points=points) for name, (low, high) in zip(coordinates, box, strict=True)})
+
+
+def roots(names: Sequence[str], box: Floats) -> list[Cell]:
+    """The cells that make up a box, with angles in [0, 2 pi], as in conditions."""
+    coordinates, spans = Coordinates(names), [[(float(low), float(high))] for low, high in box]
+    for i in np.flatnonzero(coordinates.angles):
+        low, high = box[i] - TWO_PI * np.floor(box[i, 0] / TWO_PI)
+        spans[i] = (
+            [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
+        )
+    return [Cell(coordinates, bounds) for bounds in product(*spans) if all(low < high for low, high in bounds)]

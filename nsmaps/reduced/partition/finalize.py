@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
@@ -16,6 +15,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.candidates import box_of
 from nsmaps.reduced.partition.orders import errors
 from nsmaps.reduced.partition.result import LogRow, PartitionResult
+from nsmaps.reduced.validation.destinations import RETURNS, STARTS, TAIL, random_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
@@ -23,13 +23,6 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition.spec import Partition
 
 VALIDATION = 20_000  #: random states of the grid's box, and of each attracting piece
-STARTS, RETURNS, TAIL = 500, 160, 32  #: random starts whose orbits must arrive, their returns, and the number of last returns
-
-
-def random_states(box: Floats, count: int) -> Floats:
-    """Random states of a box, shape (count, n); the same in every call."""
-    low, high = box.T
-    return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
 def ends(map: ReturnMap, composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
@@ -69,6 +62,7 @@ def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: 
         uncovered={name: count / len(states) for name, count in Counter(names).items()},
         right_next=float(same.mean()) if both.any() else float("nan"),
         arrives=(arrives[0], arrives[1]),
+        same_end=refinement.destinations.agreement(composite),
     )
 
 

@@ -37,23 +37,25 @@ class Chosen:
     states: int  #: held-out states
 
 
-def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterator[tuple[str, PolyFit, int]]:
+def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterator[tuple[str, PolyFit, int, int]]:
     """The orders that are compared, by their number of terms: constant, separable if requested, and full ones.
+
+    Each is its name, its fit, its number of terms, and the least degree in a coordinate.
 
     In the plane the degrees of full ones differ by at most one, as in the paper's poly23; in more coordinates they are equal,
     since a fit costs the more there.
     """
     n = len(coordinates)
-    found: list[tuple[str, PolyFit, int]] = []
+    found: list[tuple[str, PolyFit, int, int]] = []
     for a in range(highest + 1):
         for beside in range(max(0, a - 1), min(highest, a + 1) + 1) if n == 2 else (a,):
             degrees = dict.fromkeys(coordinates, beside) | {coordinates[0]: a}
             fit = Full(degrees=degrees, absolute=())
             name = f"full {_text(degrees)}" if any(degrees.values()) else "constant"
-            found.append((name, fit, n * len(fit.exponents(coordinates, coordinates[0]))))
+            found.append((name, fit, n * len(fit.exponents(coordinates, coordinates[0])), min(degrees.values())))
         if separable and a:
             degrees = dict.fromkeys(coordinates, a)
-            found.append((f"separable {_text(degrees)}", Separable(degrees=degrees, lines=None, absolute=()), n * (a + 1)))
+            found.append((f"separable {_text(degrees)}", Separable(degrees=degrees, lines=None, absolute=()), n * (a + 1), a))
     yield from sorted(found, key=lambda each: each[2])
 
 
@@ -61,8 +63,11 @@ def _text(degrees: Mapping[str, int]) -> str:
     return " ".join(f"{name}:{degree}" for name, degree in degrees.items())
 
 
-def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False) -> Chosen | None:
+def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False, lowest: int = 0) -> Chosen | None:
     """The order with the fewest terms that meets a demand, or otherwise the one that comes nearest; None without data.
+
+    Orders below the `lowest` degree in a coordinate are tried after all others: a constant piece takes all states to one, so that
+    a chaotic attractor through even the smallest is a stable cycle of the composite map.
 
     Each is fitted to the returns of the most frequent word on the cell's grid, and validated at the held-out states,
     which include other words. If no state may miss the demand, no point of the grid may either.
@@ -72,7 +77,8 @@ def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool =
         return None
     word, surface = data
     best: Chosen | None = None
-    for order, fit, _ in orders(surface.coordinates, highest, separable):
+    known = orders(surface.coordinates, highest, separable)
+    for order, fit, _, _ in sorted(known, key=lambda each: each[3] < lowest):
         try:
             polymap = fit.fit(surface)
         except FitError:

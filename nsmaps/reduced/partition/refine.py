@@ -2,13 +2,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.errors import FitError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
@@ -18,11 +17,12 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Region
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.partition.candidates import attracting_boxes, box_of
-from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, rounded, sample
-from nsmaps.reduced.partition.finalize import ends, random_states
+from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, roots, rounded, sample
+from nsmaps.reduced.partition.finalize import ends
 from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors
 from nsmaps.reduced.partition.resets import resets
 from nsmaps.reduced.partition.separators import best_separator, bound, sheets
+from nsmaps.reduced.validation.destinations import Destinations, random_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
@@ -35,12 +35,12 @@ STRAY_EVERYWHERE = 0.01  #: the same where one tolerance holds everywhere
 FRACTIONS = (0.25, 0.5, 0.75)  #: places in a cell at which it may be split
 SHIFTS = (0.05, 0.15, 0.3)  #: width of a strip along a curved edge that is split off, as a share of the cell
 NARROWEST = 1e-12  #: share of a coordinate, below which it is not split
-FINE, STRICT = (
-    80,
-    8000,
-)  #: points along a planar cell's grid to find edges on; held-out states where none may miss the demand
-TIGHTER = 2.0  #: factor by which the demand on such a piece is divided, round by round
-ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor
+FINE, STRICT = 80, 8000  #: points along a planar grid to find edges; held-out states of which none may miss the demand
+TIGHTER, TIGHTEST = (
+    2.0,
+    16.0,
+)  #: factor by which the demand on a piece is divided, round by round, and below the tolerance at most
+ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor, or lead to another
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,7 +83,7 @@ class Leaf:
         return Piece(f"R{self.number}", self.cell.region, replace(polymap, absolute=names), self.chosen.word)
 
 
-@dataclass(slots=True, eq=False)
+@dataclass(eq=False)
 class Refinement:
     """The regions while they are refined."""
 
@@ -107,14 +107,18 @@ class Refinement:
         remaining = roots(self.system.coordinates, box_of(self.grid))
         self.refine(self.divided(remaining, "transient", states), self.spec.max_pieces)
         for _ in range(ROUNDS if self.taken else 0):
-            stuck = self.stuck()
-            if not stuck or len(self.leaves) >= self.spec.max_pieces:
+            loose = self.loose()
+            if not loose or len(self.leaves) >= self.spec.max_pieces:
                 break
-            self.leaves = [leaf for leaf in self.leaves if leaf not in stuck]
-            why = "tightened: attractors of the composite map pass through it"
-            self.log = [replace(leaf, became=why) if leaf in stuck else leaf for leaf in self.log]
-            self.refine([self.tightened(leaf) for leaf in stuck], self.spec.max_pieces)
+            self.leaves = [leaf for leaf in self.leaves if leaf not in loose]
+            self.log = [replace(leaf, became=f"tightened: {loose[leaf]}") if leaf in loose else leaf for leaf in self.log]
+            self.refine([self.tightened(leaf) for leaf in loose], self.spec.max_pieces)
         return self
+
+    @cached_property
+    def destinations(self) -> Destinations:
+        """Where orbits of the exact map end."""
+        return Destinations.of(self.system, box_of(self.grid))
 
     def attracting(self, returns: Returns) -> tuple[Floats, Floats]:
         """Step iii: boxes around possible attractors with states that indicate them, or given boxes with states everywhere."""
@@ -152,16 +156,16 @@ class Refinement:
 
     def leaf(self, cell: Cell, role: "Role", demand: Demand, states: Floats, number: int = 0, iteration: int = 1) -> Leaf | None:
         """Step iv: a region with the lowest order that meets its demand; None if it is empty, or if no part of it attracts."""
-        drawn = sample(self.system, cell, self.taken, held_out=HELD_OUT if demand.share else STRICT)
-        if role == "attracting":
+        attracts = role == "attracting"
+        drawn = sample(self.system, cell, () if attracts else self.taken, held_out=HELD_OUT if demand.share else STRICT)
+        if attracts:
             states = states[cell.region.contains(states)]
-        if not len(drawn.held_out) or (role == "attracting" and not len(states)):
+        if not len(drawn.held_out) or (attracts and not len(states)):
             return None
         if not number:
             self.count += 1
             number = self.count
-        separable = role == "transient" and self.spec.separable
-        chosen = choose_order(drawn, demand, self.spec.max_order, separable)
+        chosen = choose_order(drawn, demand, self.spec.max_order, not attracts and self.spec.separable, lowest=int(attracts))
         return Leaf(number, iteration, role, cell, drawn, demand, chosen, states)
 
     def separator(self, drawn: Sample, role: "Role") -> Cut | None:
@@ -254,32 +258,32 @@ class Refinement:
         pieces = tuple(leaf.piece() for leaf in sorted(self.leaves, key=lambda leaf: leaf.role != "attracting"))
         return CompositeMap(self.system.coordinates, self.system.letters, pieces + self.resets)
 
-    def stuck(self) -> list[Leaf]:
-        """The transient regions in which orbits of the composite map end, which contain parts of its attractors."""
+    def loose(self) -> dict[Leaf, str]:
+        """The regions that must be more accurate, with the reason: transient ones in which orbits of the composite map end, and
+        any by which they leave the basin of the attractor of the exact map.
+        """
         composite = self.composite()
-        names = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
-        loose = [leaf for leaf in self.leaves if leaf.role == "transient" and (leaf.demand.errors > self.spec.tolerance).any()]
-        return [leaf for leaf in loose if f"R{leaf.number}" in names]
+        ended = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
+        misleads = dict.fromkeys(self.destinations.misleading(composite), "by it orbits leave the basin of their attractor")
+        ends_there = dict.fromkeys(ended, "attractors of the composite map pass through it")
+        loose = dict[Leaf, str]()
+        for leaf in (leaf for leaf in self.leaves if (leaf.demand.errors > self.least_error(leaf)).any()):
+            why = (ends_there if leaf.role == "transient" else {}) | misleads
+            if f"R{leaf.number}" in why:
+                loose[leaf] = why[f"R{leaf.number}"]
+        return loose
+
+    def least_error(self, leaf: Leaf) -> float:
+        """The error to which a region is tightened at most: the tolerance, of an attracting one a share of it."""
+        return self.spec.tolerance / (TIGHTEST if leaf.role == "attracting" else 1.0)
 
     def tightened(self, leaf: Leaf) -> Leaf:
-        """The region with a demand twice as tight, because it contains part of an attractor."""
-        demand = replace(
-            leaf.demand, errors=np.maximum(self.spec.tolerance, leaf.demand.errors / TIGHTER), share=leaf.demand.share
-        )
+        """The region with a demand twice as tight."""
+        errors = np.maximum(self.least_error(leaf), leaf.demand.errors / TIGHTER)
+        demand = replace(leaf.demand, errors=errors)
         again = self.leaf(leaf.cell, leaf.role, demand, leaf.states, leaf.number, leaf.iteration + 1)
         assert again is not None
         return again
-
-
-def roots(names: Sequence[str], box: Floats) -> list[Cell]:
-    """The cells that make up a box, with angles in [0, 2 pi], as in conditions."""
-    coordinates, spans = Coordinates(names), [[(float(low), float(high))] for low, high in box]
-    for i in np.flatnonzero(coordinates.angles):
-        low, high = box[i] - TWO_PI * np.floor(box[i, 0] / TWO_PI)
-        spans[i] = (
-            [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
-        )
-    return [Cell(coordinates, bounds) for bounds in product(*spans) if all(low < high for low, high in bounds)]
 
 
 def splits(cell: Cell) -> Iterator[Cut]:

@@ -44,6 +44,7 @@ class PartitionResult:
     arrives: tuple[
         float, float
     ]  #: share of random starts whose orbits end in attracting pieces, of the exact and of the composite map
+    same_end: float = float("nan")  #: share of these whose orbits end on the attractor of the exact one; NaN in runs before
 
     @property
     def met(self) -> bool:

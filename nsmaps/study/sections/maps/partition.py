@@ -1,5 +1,6 @@
 """The section `partition`: the reduced map from a tolerance, by the general algorithm."""
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -12,6 +13,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.partition import partition
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
+from nsmaps.reduced.validation.destinations import MISLED
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.reading.values import ATTRACTING
@@ -103,6 +105,7 @@ def _reached(found: PartitionResult) -> dict[str, Any]:
         "covered": found.covered,
         "uncovered": found.uncovered,
         "right_next": right_next,
+        "same_end": finite([found.same_end])[0],
         "arrives": dict(zip(("exact", "composite"), found.arrives, strict=True)),
         "log": rows,
     }
@@ -113,6 +116,10 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     if (found := result.partition) is not None:
         yield tolerance(f"{MET} in the attracting regions", MAP, found.met, f"{yes(found.met)}: {found.reason}")
         yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
+        if not math.isnan(found.same_end):
+            right = found.same_end >= 1 - MISLED
+            text = f"{yes(right)}: {100 * found.same_end:.3g} % of random starts, of which {100 * (1 - MISLED):g} % must"
+            yield Verdict("partition: orbits end on the attractors of the exact map", MAP, right, False, text)
     if (strips := result.accurate) is not None:
         yield tolerance(f"{MET} everywhere (held out)", MAP, strips.met, _errors(strips))
     if (speed := result.speed) is not None:
