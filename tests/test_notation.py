@@ -171,6 +171,16 @@ def test_the_map_under_another_force_is_that_of_flights_in_30_digits(written, d)
             assert image == pytest.approx([float(speed), float(phase)], abs=1e-12)
 
 
+def test_the_two_cycle_of_the_page_is_one_of_flights_in_30_digits():
+    (shown,) = re.findall(r"states\[-2:\]\.round\(8\)\.tolist\(\)\n\[\[(.+?)\], \[(.+?)\]\]", PAGE)
+    first, second = ([float(number) for number in state.split(", ")] for state in shown)
+    with mp.workdps(30):
+        for start, end in ((first, second), (second, first)):
+            word, *image = by_hand(*start, mp.mpf("0.2"), mp.mpf("0.35"))
+            assert word == "BTB"
+            assert [float(number) for number in image] == pytest.approx(end, abs=5e-8)
+
+
 def test_the_device_in_si_units_is_the_pair_scaled(written):
     """Lengths by F pi^2/(M omega^2), speeds by F pi/(M omega), times by pi/omega; at parameters of which none is one."""
     F, M, omega, s, beta = 3.7, 0.21, 11.0, 0.4, 0.8
