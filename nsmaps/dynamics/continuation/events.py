@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Step, correct, tangent
-from nsmaps.continuation.zeros import ASIDE, PRECISION, locate
+from nsmaps.continuation.zeros import PRECISION, locate
+from nsmaps.dynamics.continuation.crossing import crossing_within
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 
@@ -20,6 +21,7 @@ ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unk
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
 DEFICIENT = 1e-5  #: share of the least singular value beside a point, below which its equations are not independent
 TURNS = "the branch turns back, as the two halves of a pitchfork do"
+ASIDE = 1e-2  #: share of the distance of two neighbours, within which halves of a cycle coincide
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
@@ -100,13 +102,15 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
         turns = False
         if kind == HALVING:
             known = halving(curve, step)
+        elif kind == BRANCH_POINT:
+            known = crossing_within(curve, step)
         elif ends[kind][1] == 0:
             known = step.length, step.end, float(PRECISION * curve.unit + np.spacing(abs(step.end.value)))
         else:
-            known = located(curve, step.start, step.direction, step.length, TESTS[kind], kind == BRANCH_POINT)
+            known = located(curve, step.start, step.direction, step.length, TESTS[kind])
             if kind == FOLD and (known is None or crosses(step, known[1])):
-                known = located(curve, step.start, step.direction, step.length, TESTS[kind], crossing=True) or known
-                turns = known is not None and crosses(step, known[1])
+                crossing = crossing_within(curve, step)
+                known, turns = crossing or known, crossing is not None
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
         if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # otherwise two real ones whose product is one
             detail = "" if known else "not located: somewhere in the step before this orbit"
@@ -125,22 +129,15 @@ def crosses(step: Step[OrbitPoint], point: OrbitPoint) -> bool:
     return bool(at <= DEFICIENT * max(ends))
 
 
-def located(
-    curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test, crossing: bool = False
-) -> tuple[float, OrbitPoint, float] | None:
+def located(curve: OrbitCurve, at: OrbitPoint, along: Floats, h: float, test: Test) -> tuple[float, OrbitPoint, float] | None:
     """The arclength within h of a point at which a test is zero, the point there, and the precision of its parameter.
 
     None where it is not found, or known to less than a share of 1e-8 of the parameter's range.
     """
-    zero = locate(curve, at, along, h, test, crossing)
+    zero = locate(curve, at, along, h, test)
     if zero is None:
         return None
     point = zero.point
-    if zero.y is not point.y:  # two branches cross: the orbit is that at the crossing, or else one beside it
-        there = curve.evaluate(zero.y)
-        if there is None:
-            return None
-        point = there if curve.exists(there) else replace(point, value=there.value)
     precision = float(zero.error[-1] * curve.unit + np.spacing(abs(point.value)))
     return (zero.arclength, point, precision) if precision <= COARSEST * curve.unit else None
 

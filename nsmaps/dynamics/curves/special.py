@@ -85,7 +85,7 @@ class Search:
             self.isolated.add(kind)
             zero = locate(curve, step.start, step.direction, step.length, test) if ends[0] * ends[1] < 0 else None
             if zero is not None and (zero.error[-2:] <= COARSEST).all():
-                first, second = curve.values(zero.y)
+                first, second = curve.values(zero.point.y)
                 near = (float(zero.error[-2] * curve.along.unit), float(zero.error[-1] * curve.unit))
                 found.append((zero.arclength, SpecialPoint(kind, (first, second), near, zero.point.orbit)))
         self.points += [point for _, point in sorted(found, key=lambda pair: pair[0])]
