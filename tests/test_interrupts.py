@@ -17,7 +17,7 @@ from nsmaps.exact.observables import totals
 
 BELT = nsmaps.load_system("belt", zeta=0.02, vb=0.3, mu_k=0.4, mu_s=0.6, w=0.9, A=0.25)
 PAIR = nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
-STARTS = {BELT: [0.7, 1.0], PAIR: [0.83, 0.36]}
+STARTS = {BELT: [0.838, 0.0], PAIR: [0.83, 0.36]}
 FORCE = (Observable(name="force", formula="cos(phi)", of="flights"),)
 MANY = 5_000_000  #: returns, which take much longer than until Ctrl-C
 

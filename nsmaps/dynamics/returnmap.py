@@ -129,6 +129,12 @@ def _in_words(error: ValueError) -> str:
     return " ".join(str(error).split())
 
 
+def nearest_starts(map: ReturnMap, states: Floats) -> Floats:
+    """States (..., n) on the section of a map, nearest to these, where its coordinates are not all free."""
+    nearest = getattr(map, "on_section", None)
+    return states if nearest is None else np.asarray(nearest(states.reshape(-1, states.shape[-1]))).reshape(states.shape)
+
+
 def followed(
     map_of: Callable[[float], ReturnMap],
     values: Floats,
@@ -145,7 +151,7 @@ def followed(
     for k, value in enumerate(values.tolist()):
         map, reasons[k] = map_or_reason(map_of, value)
         if map is not None:
-            runs.append(run(map, start))
+            runs.append(run(map, nearest_starts(map, start)))
             if directed:
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)

@@ -3,13 +3,11 @@
 import warnings
 
 import numpy as np
-import sympy as sp
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.flows.formulas import PHI
-from nsmaps.exact.modes.definitions.definition import Start
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -56,7 +54,7 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
     both = Returns.concatenated([returns, later])
     good = both.select(both.certified)
     for name in type(system).parameter_names():
-        others = [other.first_return(good.start, derivative=True) for other in neighbours(system, name)]
+        others = [other.first_return(other.on_section(good.start), derivative=True) for other in neighbours(system, name)]
         if others and all(np.array_equal(other.image, good.image, equal_nan=True) for other in others):
             raise CheckError(
                 f"no return of {type(system).__name__} depends on its parameter {name!r}: the same from {len(good)} states with "
@@ -83,25 +81,7 @@ def _trial_states(system: HybridSystem) -> Floats:
     shape = TRIALS, len(system.coordinates)
     states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
     states = np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states)
-    for number, start in enumerate(system._definition().starts):
-        own = slice(number, None, len(system._definition().starts))
-        states[own] = _on_surface(system, start, states[own])
-    return states
-
-
-def _on_surface(system: HybridSystem, start: Start, states: Floats) -> Floats:
-    """States of the section's coordinates where functions that are zero at a start, if any, give one of them."""
-    definition, states = system._definition(), states.copy()
-    names = list(system.coordinates)
-    symbols = [dict(zip(definition.states, definition.variables, strict=True)).get(name, PHI) for name in names]
-    known = dict(zip(definition.symbols, system.parameters.values(), strict=True))
-    for zero in start.zeros:
-        formula = zero.of(definition.variables).subs(known)
-        bound = [k for k, symbol in enumerate(symbols) if symbol is not PHI and formula.coeff(symbol) != 0]
-        if bound:
-            solved = sp.solve(formula, symbols[bound[-1]])[0]
-            states[:, bound[-1]] = sp.lambdify(symbols, solved, "numpy")(*states.T)
-    return states
+    return system.on_section(states)
 
 
 def _check_derivatives(system: HybridSystem, returns: Returns) -> None:

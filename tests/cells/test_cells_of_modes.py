@@ -36,7 +36,9 @@ def test_a_closed_set_around_the_fixed_point(name):
     boxes = held.boxes
     rng = np.random.default_rng(1)
     states = boxes[rng.integers(0, len(boxes), 100)]
-    states = states[:, :, 0] + rng.random(states.shape[:2]) * np.ptp(states, axis=2)
+    states = made.on_section(states[:, :, 0] + rng.random(states.shape[:2]) * np.ptp(states, axis=2))
+    states = states[held.contains(states)]
+    assert len(states) > 50
     for _ in range(20):
         states = made.first_return(states).image
         assert held.contains(states).all()

@@ -46,12 +46,14 @@ def states_in(boxes, rng, number=STATES):
 def missed(made, boxes, rng, rounding):
     """Which states have an exact image that lies in no image box of their word, and the enclosure and the images."""
     found, states = made.image_boxes(boxes), states_in(boxes, rng)
+    states = made.on_section(states.reshape(-1, states.shape[2])).reshape(states.shape)
+    beside = ((states < boxes[:, None, :, 0]) | (states > boxes[:, None, :, 1])).any(axis=2)
     returns = made.first_return(states.reshape(-1, states.shape[2]))
     shape = states.shape[:2]
     images, words = returns.lifted.reshape(states.shape), returns.words.reshape(shape)
     outcome = returns.outcome.reshape(shape)
     decided, valid = outcome != Outcome.undecided, outcome == Outcome.returned
-    held = ~found.bounded[:, None] | ~decided | (~valid & found.empty[:, None])
+    held = beside | ~found.bounded[:, None] | ~decided | (~valid & found.empty[:, None])
     slack = rounding * np.maximum(1.0, np.abs(np.nan_to_num(images)).max(axis=(0, 1)))
     for source, (low, high), word in zip(found.source, found.images.transpose(0, 2, 1), found.words, strict=True):
         inside = ((images[source] >= low - slack) & (images[source] <= high + slack)).all(axis=1)

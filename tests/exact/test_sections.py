@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import nsmaps
 from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding, orbit, periodic_orbit
 from nsmaps.errors import ProofError, SystemDefinitionError
 
@@ -485,3 +486,79 @@ def test_a_start_just_after_an_event_without_a_reset_is_one_where_the_event_take
     assert "'hold to right' has a function that rises" in rises
     boxes = Held(side="after").image_boxes([[[1.0, 1.01]], [[4.0, 4.01]]])
     assert boxes.empty.tolist() == [True, False]
+
+
+class Spokes(HybridSystem):
+    """A wheel of spokes, 2 a apart, that rolls down a slope, in any unit of angle; seen at a step with angle and speed."""
+
+    unit: float = 1.0
+    a: float = 0.39
+    side: str = "before"
+    slope, k, c = 0.08, 9.81, 0.71
+    states = ("th", "w")
+
+    def modes(self, t, y):
+        return {"roll": {"th": y.w, "w": self.k * y.th}}
+
+    def guards(self, t, y):
+        a, turned = self.a * self.unit, self.slope * self.unit
+        return {
+            "F": Guard("roll", turned + a - y.th, reset={"th": y.th - 2 * a, "w": self.c * y.w}),
+            "B": Guard("roll", y.th + a - turned, reset={"th": y.th + 2 * a, "w": self.c * y.w}),
+        }
+
+    def section(self, t, y):
+        return Section("F", ("th", "w"), side=self.side)
+
+
+@pytest.mark.parametrize("unit", [1.0, 180 / np.pi, 1e-7])
+@pytest.mark.parametrize("side", ["before", "after"])
+def test_of_coordinates_that_are_not_free_rows_off_the_surface_are_no_starts(unit, side):
+    wheel = Spokes(unit=unit, side=side)
+    at, from_ = 0.47 if side == "before" else -0.31, -0.31
+    speed = 1.5 if side == "before" else 1.5 * wheel.c
+    rows = unit * np.array([[at, speed], [0.2, speed], [at + 1e-4, speed], [-at, speed]])
+    returns = wheel.first_return(rows)
+    assert returns.outcome.tolist() == [Outcome.returned] + [Outcome.invalid] * 3
+    fallen = np.sqrt((wheel.c * 1.5) ** 2 + wheel.k * (0.47**2 - from_**2))
+    assert returns.image[0] / unit == pytest.approx([at, fallen if side == "before" else wheel.c * fallen], rel=1e-14)
+    assert wheel.on_section(rows[:3]) / unit == pytest.approx(np.array([[at, speed]] * 3), rel=1e-14)
+    assert f"w = {rows[1, 1]:.10g} is not on the section" in wheel.reasons(rows)[1]
+    assert f"such as th = {unit * at:.10g}" in wheel.reasons(rows)[1]
+
+
+@pytest.mark.parametrize("side", ["before", "after"])
+def test_newton_steps_and_sweeps_stay_on_the_surface(side):
+    """The steady roll has w**2 = gained/(1 - c**2) before a step, with the gain k (4 a slope) of w**2 from spoke to spoke."""
+    wheel = Spokes(side=side)
+    share = 1.0 if side == "before" else wheel.c
+
+    def steady(a):
+        return [0.08 + a if side == "before" else 0.08 - a, share * np.sqrt(wheel.k * 4 * a * 0.08 / (1 - wheel.c**2))]
+
+    orbit = nsmaps.periodic_orbit(wheel, [0.3, 1.6])
+    assert orbit.converged
+    assert orbit.states[0] == pytest.approx(steady(0.39), rel=1e-13)
+    branch = nsmaps.continue_branch(lambda a: wheel.at(a=a), orbit, 0.39, (0.35, 0.42))
+    assert branch.parameter[-1] == pytest.approx(0.42)
+    assert branch.points[:, 0] == pytest.approx(np.array([steady(a) for a in branch.parameter]), rel=1e-10)
+    swept = nsmaps.bifurcation(nsmaps.Along(wheel, "a"), [0.35, 0.37, 0.39], [0.3, 1.6], 2, 60, direction="up")
+    assert swept.states[:, 0, -1] == pytest.approx(np.array([steady(a) for a in (0.35, 0.37, 0.39)]), rel=1e-12)
+
+
+class Carried(Held):
+    """The block, with its place as a coordinate that the phase gives: a force that it takes begins it to slip."""
+
+    def section(self, t, y):
+        return Section("hold to right", ("x", "phi"), side=self.side)
+
+
+def test_a_coordinate_that_passes_zero_on_the_surface():
+    phases = np.append(np.linspace(3.3, 6.1, 20), 2 * np.pi - np.arccos(0.5 / 0.8))  # at the last x is zero
+    rows = np.column_stack([0.8 * np.cos(phases) - 0.5, phases])
+    rows[-1, 0] = 3e-17
+    returns, free = Carried().first_return(rows), Held().first_return(phases[:, None])
+    assert returns.outcome.tolist() == free.outcome.tolist()
+    assert (returns.outcome[-1], abs(rows[-1, 0])) == (Outcome.returned, 3e-17)
+    assert returns.image[:, 1] == pytest.approx(free.image[:, 0], abs=1e-13, nan_ok=True)
+    assert (Carried().first_return(rows + np.array([1e-3, 0])).outcome == Outcome.invalid).all()

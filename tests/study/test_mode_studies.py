@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from nsmaps_belt import Belt
 from nsmaps_recoil_pair import RecoilPair
 
 from nsmaps import Noise, load_study, noisy_orbits, read_result, run
@@ -31,7 +30,18 @@ FAMILIES = """\
 system: belt
 parameters: {zeta: 0.02, vb: 0.5, mu_k: 0.4, mu_s: 0.6, A: 0.3, w: 1.3}
 grid: {x: {from: 0.3, to: 0.9, points: 5}, phi: {from: 0, to: 6, points: 40}}
-families: {both: [MKMKM], one: [MKM], other: [MPKM, PKM]}
+families: {both: [MKMKM], one: [MKM], other: [MPKM, MKPKM]}
+"""
+
+
+RELEASE = """
+from nsmaps import Section
+from nsmaps_belt import Belt
+
+
+class Release(Belt):
+    def section(self, t, y):
+        return Section("M", ("phi",), states={"u": self.vb})
 """
 
 
@@ -53,14 +63,16 @@ def test_noise_in_a_study_is_that_of_the_function():
 
 
 def test_families_hold_words_of_every_letter_of_the_section():
-    Path("families.yaml").write_text(FAMILIES)
+    Path("release.py").write_text(RELEASE)
+    free = FAMILIES.replace("belt", "release.py:Release").replace("x: {from: 0.3, to: 0.9, points: 5}, ", "").replace("40", "400")
+    Path("families.yaml").write_text(free)
     result = run("families.yaml", out="families")
-    system, words = Belt(zeta=0.02, vb=0.5, mu_k=0.4, mu_s=0.6, A=0.3, w=1.3), result.returns.words
+    system, words = result.system, result.returns.words
     assert system.letters[0] == "K"  # the first of the class, with which no return begins
-    assert system.section_letters == ("M", "P")
+    assert system.section_letters == ("M",)
     sizes = {name: len(surface.returns) for name, surface in result.surfaces.items()}
     assert sizes["one"] == (words == "MKM").sum() > 0
-    assert sizes["other"] == np.isin(words, ["MPKM", "PKM"]).sum() > 0
+    assert sizes["other"] == np.isin(words, ["MPKM", "MKPKM"]).sum() > 0
     twice = system.first_return(result.returns.image[words == "MKM"])
     assert sizes["both"] == (twice.words == "MKM").sum() > 0
 

@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.margins import margins_of, speeds_of
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
-from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason
+from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason, nearest_starts
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import CHATTER, REST
@@ -85,7 +85,7 @@ class OrbitCurve(WithCoordinates):
         for end in (self.low, self.high):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
         map = self.map_of(value)
-        states = self.begun(map, self.coordinates.wrap(self.states(y)))
+        states = self.begun(map, nearest_starts(map, self.coordinates.wrap(self.states(y))))
         returns = map.first_return(states, derivative=True)
         if not returns.valid.all() or returns.derivative is None:
             return None

@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
-from nsmaps.dynamics.returnmap import starts_under
+from nsmaps.dynamics.returnmap import nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
@@ -78,8 +78,8 @@ def _impacts(
     now, kept = state, []
     for k, value in enumerate(along.tolist()):
         system = system_of(value)
-        start = noisy_orbits(system, now, discard, noise, 1, [seed, 2 * k], step).states[-1, 0]
-        start = start if np.isfinite(start).all() else state
+        start = noisy_orbits(system, nearest_starts(system, now), discard, noise, 1, [seed, 2 * k], step).states[-1, 0]
+        start = nearest_starts(system, start if np.isfinite(start).all() else state)
         orbits = noisy_orbits(system, start, returns, noise, 1, [seed, 2 * k + 1], step, impacts=KEPT * returns)
         now = orbits.states[-1, 0] if orbits.held.all() else state
         kept.append(orbits.impacts[0])

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
@@ -19,6 +19,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
 from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
+from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_section, surfaces_of, why_off
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
@@ -40,6 +41,7 @@ class ModeKernel:
     definition: Definition
     table: Tables
     values: tuple[float, ...]  #: of the parameters
+    surfaces: Surfaces  #: on which starts lie, where some coordinates determine others
 
     @property
     def coordinates(self) -> Coordinates:
@@ -104,11 +106,27 @@ class ModeKernel:
 
     def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
-        return mode_track(self.definition, self.table, as_states(start[None], self.coordinates)[0], n, samples)
+        rows = as_states(start[None], self.coordinates)
+        if not on_section(self.table, self.surfaces, rows).all():
+            raise StateError(self._why_off(rows[0]))
+        return mode_track(self.definition, self.table, rows[0], n, samples)
 
     def reasons(self, start: Floats) -> tuple[str, ...]:
         """As `HybridSystem.reasons`."""
-        return reasons_of(self.definition, self.table, start)
+        known = on_section(self.table, self.surfaces, start)
+        sentences = iter(reasons_of(self.definition, self.table, start[known]))
+        return tuple(next(sentences) if on else self._why_off(row) for on, row in zip(known, start, strict=True))
+
+    def on_section(self, start: Floats) -> Floats:
+        """As `HybridSystem.on_section`, of a batch, shape (N, n)."""
+        return nearest_on_section(self.table, self.surfaces, start)
+
+    def starts(self, start: Floats) -> Floats:
+        """A batch, shape (N, n), with NaN for rows that do not lie on the section."""
+        return np.where(on_section(self.table, self.surfaces, start)[:, None], start, np.nan)
+
+    def _why_off(self, row: Floats) -> str:
+        return why_off(self.definition, self.table, self.surfaces, row)
 
     def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None) -> tuple[str, ...]:
         """As `HybridSystem.arrival_reasons`."""
@@ -139,8 +157,11 @@ class ModeKernel:
         plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all()
         wide = plain and found.states.shape[1] >= FEW
         at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
+        given = found.states[0].copy()
+        found.states[0] = self.starts(given)
         while not returns(p, found, at, memory, o, b):
             check_stop()
+        found.states[0] = given
 
     def _returns(self, found: Record, derivative: bool) -> Returns:
         """A record as a result, one row a return."""
@@ -157,7 +178,8 @@ def kernel_of(system: "HybridSystem") -> ModeKernel:
     """The kernel of a system; those used last are remembered."""
     definition = known_definition(system)
     values = tuple(system.parameters.values())
-    return ModeKernel(definition, tables_of(definition, values), values)
+    table = tables_of(definition, values)
+    return ModeKernel(definition, table, values, surfaces_of(definition, table))
 
 
 FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which the message of an error names

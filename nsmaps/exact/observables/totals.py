@@ -127,7 +127,7 @@ def totals_of(
     On all cores, of integrated flights on one. Raises as `integrated_returns`.
     """
     kernel: Any = system._kernel()
-    states, m = np.array(start, float), len(start)
+    states, m = np.array(kernel.starts(start) if isinstance(kernel, ModeKernel) else start, float), len(start)
     outcome, time = np.zeros(m, np.int8), np.zeros((batches, m))
     totals = np.zeros((batches, m, len(plan.columns)))
     values = list(system.parameters.values())
@@ -177,6 +177,7 @@ def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats,
     kernel: Any = system._kernel()
     values, n = list(system.parameters.values()), states.shape[1]
     if isinstance(kernel, ModeKernel):
+        states = kernel.starts(states)
         by_state = _mode_slopes(kernel, plan, states, n, None, rates)
         moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
         by_parameters = _mode_slopes(kernel, plan, states, 1, moving, rates)

@@ -145,6 +145,17 @@ class HybridSystem(ParametricSystem):
         """
         return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates))
 
+    def on_section(self, states: ArrayLike) -> Floats:
+        """States of the section nearest to some, shape (N, n), where its coordinates are not all free; otherwise the same.
+
+        Of a state off the surface of the section, which is not a start, the coordinates that are states are moved onto the
+        nearest surface, each in proportion to its size; a phase is kept.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+        """
+        return self._kernel().on_section(as_states(states, self.coordinates))
+
     def extents(self, states: ArrayLike) -> Floats:
         """The largest extent of each coordinate on a flight between events of first returns, shape (n,).
 

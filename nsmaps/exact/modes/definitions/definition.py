@@ -86,6 +86,7 @@ class Start:
     transition: int
     states: tuple[Row, ...]
     zeros: tuple[Row, ...] = ()  #: functions of the coordinates that are zero there, where these are more than needed
+    surface: tuple[Row, ...] = ()  #: functions of the states that are zero there
 
 
 @dataclass(frozen=True)

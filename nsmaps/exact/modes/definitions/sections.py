@@ -48,8 +48,9 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
 
 def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
     states = _states(reader, section, transition)
-    zeros = (row.at(states) for row in zeros_at(section, transition))
-    return Start(number, states, tuple(row for row in zeros if any(row.coefficients) or row.remainder != 0))
+    surface = tuple(zeros_at(section, transition))
+    zeros = (row.at(states) for row in surface)
+    return Start(number, states, tuple(row for row in zeros if any(row.coefficients) or row.remainder != 0), surface)
 
 
 def _states(reader: Reader, section: Section, transition: Transition) -> Rates:

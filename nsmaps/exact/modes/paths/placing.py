@@ -1,0 +1,94 @@
+"""Rows of a section's coordinates, some of which the others determine: whether they lie on it, and rows beside them that do."""
+
+import numpy as np
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.engine.returns import MOST_PHASE
+from nsmaps.exact.modes.definitions.definition import Definition, Numbers, filled
+from nsmaps.exact.modes.paths.arriving import features_of, velocities
+from nsmaps.exact.modes.tables.tables import Tables
+
+OFF = 1e-6  #: of the sizes of its terms and of its change in time: how far a function is from zero at most on its surface
+
+Surfaces = tuple[
+    Floats, ...
+]  #: of each start the functions that are zero there, shape (K, N); () where no coordinate is redundant
+
+
+def surfaces_of(definition: Definition, table: Tables) -> Surfaces:
+    """The functions that are zero at the events of a section, where not all coordinates are free."""
+    if not all(start.zeros for start in definition.starts):
+        return ()
+    width, n, found = table.functions.shape[1], len(definition.states), []
+    for start in definition.starts:
+        numbers = Numbers(list(start.surface), definition.symbols).at(table.parameters.tolist())
+        found.append(np.array([filled(row, (width - n - 1) // 2) for row in numbers]))
+    return tuple(found)
+
+
+def on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Bools:
+    """Which rows of coordinates (N, m) lie on the surface of an event; rows that are not finite count among them."""
+    known = np.ones(len(rows), bool)
+    if surfaces:
+        usual = np.flatnonzero(np.isfinite(rows).all(axis=1))
+        known[usual] = _distances(table, surfaces, rows[usual]).min(axis=0, initial=np.inf) <= OFF
+    return known
+
+
+def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Floats:
+    """Rows of coordinates, those off the section with states moved onto the nearest surface, in proportion to their size."""
+    moved, off = rows.copy(), np.flatnonzero(~on_section(table, surfaces, rows))
+    if not len(off):
+        return moved
+    nearest, places = _distances(table, surfaces, rows[off]).argmin(axis=0), table.places
+    states = np.flatnonzero(places >= 0)
+    for i, k in zip(off.tolist(), nearest.tolist(), strict=True):
+        n = table.resets.shape[1]
+        change = (surfaces[k][:, :n] @ table.states[k])[:, places[states]]
+        units = np.abs(rows[i, states])
+        units[units == 0] = units.max(initial=0.0) or 1.0
+        values = surfaces[k] @ _features(table, k, rows[i : i + 1])[0]
+        moved[i, states] -= units * np.linalg.lstsq(change * units, values, rcond=1e-12)[0]
+    return moved
+
+
+def why_off(definition: Definition, table: Tables, surfaces: Surfaces, row: Floats) -> str:
+    """On which surface a row does not lie, and a row that does."""
+    k = int(_distances(table, surfaces, row[None])[:, 0].argmin())
+    values = surfaces[k] @ _features(table, k, row[None])[0]
+    event, side = definition.transitions[definition.starts[k].transition].name, "just after" if definition.after else "at"
+    return (
+        f"{_in_words(definition, row)} is not on the section: a function that is zero {side} {event!r} is "
+        f"{values[abs(values).argmax()]:.6g} there, as not all coordinates are free; expected: such as "
+        f"{_in_words(definition, nearest_on_section(table, surfaces, row[None])[0])} (`on_section` of the system)."
+    )
+
+
+def _in_words(definition: Definition, row: Floats) -> str:
+    return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.coordinates, row.tolist(), strict=True))
+
+
+def _features(table: Tables, k: int, rows: Floats) -> Floats:
+    """The features of rows at one start, shape (M, N)."""
+    n, places = table.resets.shape[1], table.places
+    given, phase = np.zeros((len(rows), n)), np.full(len(rows), table.phase)
+    given[:, places[places >= 0]] = rows[:, places >= 0]
+    if (places < 0).any():
+        phase = rows[:, np.flatnonzero(places < 0)[0]]
+    features = features_of(table, given, np.where(np.abs(phase) <= MOST_PHASE, phase, 0.0) % TWO_PI)
+    return np.concatenate([features @ table.states[k].T, features[:, n:]], axis=1)
+
+
+def _distances(table: Tables, surfaces: Surfaces, rows: Floats) -> Floats:
+    """How far rows are from the surfaces of each start, as a share of sizes of terms and of changes in a longest step."""
+    found = []
+    for k, functions in enumerate(surfaces):
+        transition = int(table.starts[k])
+        mode = int(table.target[transition] if table.after else table.mode[transition])
+        features = _features(table, k, rows)
+        sizes = np.abs(features) @ np.abs(functions).T + np.abs(velocities(table, mode, features) @ functions.T)
+        values = np.abs(features @ functions.T)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            found.append(np.where(values == 0, 0.0, values / sizes).max(axis=1, initial=0.0))
+    return np.array(found)
