@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.surfaces.along import Along
@@ -124,10 +125,14 @@ class Binding:
         with self.study.source.located(loc, Box, bounds=""):
             return Box(coordinates=self.system.coordinates, bounds=ordered)
 
-    def where(self, loc: Loc, text: str) -> Where:
-        """The states at which a condition holds."""
+    def where(self, loc: Loc, text: str, parameters: bool = False) -> Where:
+        """The states at which a condition holds; with `parameters`, one that may name the system's parameters."""
+        names = self.system.coordinates
+        others = {name: value for name, value in self.system.parameters.items() if parameters and name not in names}
         with self.study.source.located(loc, Where, text=""):
-            return Where(text=text, coordinates=self.system.coordinates)
+            condition = Where(text=text, coordinates=Coordinates([*names, *others]))
+            condition.at(others)
+            return condition
 
     def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
         """The values in the order of the system's coordinates; raises StudyError if one is missing."""

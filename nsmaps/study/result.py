@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nsmaps.arrays import brief
 from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.maps.named import map_title
 
 if TYPE_CHECKING:
     from xarray import DataTree
@@ -51,6 +52,10 @@ class _Run(Kept):
     def holds(self) -> bool:
         """True if every required verdict is confirmed."""
         return all(verdict.holds for verdict in self.verdicts if verdict.required)
+
+    def map_title(self, of: str) -> str:
+        """What a map of the study is called: `exact map`, `composite map`, `parametric map`, `fitted map R1`."""
+        return map_title(self.study, self.system, of)
 
     def family(self, name: str) -> "WordFamily":
         """A family of the study, or one of a partition, which is named by its word."""

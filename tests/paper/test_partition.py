@@ -4,8 +4,11 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+import scipy.optimize
+import sympy as sp
 
 import nsmaps
+from nsmaps import continue_branch, periodic_orbit
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.distance import hausdorff
 from nsmaps.errors import NsmapsError
@@ -57,29 +60,75 @@ def test_r4_and_r5_are_carried_beyond_their_curves():
     assert any("the largest error is 2.6" in text for text in r4.map.report.warnings)
 
 
-def test_the_parametric_map_follows_refits():
-    parametric = ran("parametric").parametric
-    assert parametric.report.follows
-    k = parametric.report.names.index("R1")
-    assert parametric.report.difference[k].max() < 5e-4
-    assert parametric.condition < 10
+@lru_cache
+def in_d():
+    """The parametric map, compared with the exact one at 46 values of d."""
+    study = nsmaps.load_study("vi_pair/parametric")
+    compare = study.parametric.compare.model_copy(update={"points": 46})
+    changed = {"parametric": study.parametric.model_copy(update={"compare": compare}), "bifurcation": None, "figures": ()}
+    return nsmaps.run(study.model_copy(update=changed))
 
 
-@pytest.mark.parametrize(("d", "near"), [(0.35, 0.01), (0.33, 0.01), (0.30, 0.01), (0.29, 0.02)])
+def test_the_parametric_map_has_the_attractors_of_the_exact_map():
+    """Cases FP, PD and CD, and every period but in the windows that the study states; orders in d are the paper's."""
+    found = in_d().agreement
+    for d, exact, ours in ((0.35, "1:1/T", "1:1, period 1"), (0.30, "1:1/2T", "1:1, period 2"), (0.26, "1:1/C", "1:1/C")):
+        k = np.argmin(np.abs(found.values - d))
+        assert (found.values[k], found.exact[k, 0], found.labels[k, 0]) == (pytest.approx(d), exact, ours)
+    (verdict,) = (v for v in in_d().verdicts if v.name == "parametric: follows")
+    assert (verdict.holds, verdict.required) == (True, True), verdict.text
+    assert found.distance[found.values > 0.2766][:, 0].max() > 0.4  # another attractor of the exact map near d = 0.336
+    for name, orders in {"R1": (2, 2), "R2": (4, 5), "R3": (0, 0), "R4": (4, 5), "R5": (4, 4)}.items():
+        of = in_d().parametric.piece(name).map.exponents
+        assert tuple(int(each[:, 2].max()) for each in of[:2]) == orders
+
+
+def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
+    """Newton's method and bisection on the polynomials in (v, phi, d) of R1; those of the exact map are of 50 digits."""
+    v, phi, d = sp.symbols("v phi d", real=True)
+    f, g = (in_d().parametric.piece("R1").map.symbolic(name) for name in ("v", "phi"))
+    image = sp.lambdify((v, phi, d), [f, g])
+    slope = sp.lambdify((v, phi, d), [[x.diff(y) for y in (v, phi)] for x in (f, g)])
+
+    def cycle(value, period, x):
+        for _ in range(30):
+            y, along = x, np.eye(2)
+            for _ in range(period):
+                y, along = np.array(image(*y, value)), np.array(slope(*y, value)) @ along
+            x = x - np.linalg.solve(along - np.eye(2), y - x)
+        return x, 1 + np.trace(along) + np.linalg.det(along)
+
+    def test(value, period, near):
+        return cycle(value, period, np.array(near))[1]
+
+    parametric = in_d().parametric.at
+    for period, low, high, near, exact, off in (
+        (1, 0.320, 0.330, (0.80, 0.31), 0.32418854, 3e-4),
+        (2, 0.270, 0.280, (0.79, 0.45), 0.27649856, 2.2e-3),
+    ):
+        value = scipy.optimize.brentq(test, low, high, (period, near), 1e-12)
+        assert abs(value - exact) < off
+        orbit = periodic_orbit(parametric(high), near, period)
+        branch = continue_branch(parametric, orbit, high, (low, high), "down", 0.1, kinds=("period doubling",))
+        (event,) = branch.of_kind("period doubling")
+        assert event.parameter == pytest.approx(value, abs=1e-8)
+
+
+@pytest.mark.parametrize(("d", "near"), [(0.35, 0.005), (0.33, 0.005), (0.30, 0.03), (0.29, 0.03)])
 def test_orbits_of_the_parametric_map_arrive_where_the_exact_ones_do(pair, d, near):
-    composite = ran("parametric").parametric.at(d)
+    composite = in_d().parametric.at(d)
     ours, exact = (nsmaps.orbit(each, [0.2, 0.1], 300).states[-4:] for each in (composite, pair(d)))
     assert np.abs(ours[:, None] - exact[None]).max(axis=2).min(axis=0).max() < near
 
 
 def test_beyond_the_papers_range_of_d_there_is_no_map():
-    parametric = ran("parametric").parametric
+    parametric = in_d().parametric
     with pytest.raises(NsmapsError, match=r"d is 0.36; expected: d from 0.26 to 0.35"):
         parametric.at(0.36)
 
 
 def test_coefficients_in_d_written_out_lose_few_digits():
-    piece = ran("parametric").parametric.piece("R1")
+    piece = in_d().parametric.piece("R1")
     assert piece.map.coordinates.names == ("v", "phi", "d")
     assert {str(symbol) for symbol in piece.map.symbolic("v").free_symbols} == {"v", "phi", "d"}
     for name in ("v", "phi"):

@@ -8,6 +8,8 @@ import sheets
 import sympy as sp
 from sheets import NAMES, TWO_PI
 
+from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
+from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.errors import FitError, NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map, report_on
@@ -125,15 +127,15 @@ def test_neither_the_order_of_the_values_nor_the_turns_of_the_data_matter(seed):
     assert max(report.error.max(), report.refit.max()) < 1e-13
 
 
-@pytest.mark.parametrize(("order", "follows"), [(2, False), (8, True)])
-def test_errors_at_values_held_out(order, follows):
+@pytest.mark.parametrize("order", [2, 8])
+def test_errors_at_values_held_out(order):
     def bumpy(d, v, phi):
         return 0.5 + np.exp(v * phi) * np.sin(60 * d) / 5, 1 + 0 * v
 
     parametric = made(bumpy, order, chebyshev_nodes(LOW, HIGH, 12))
     held = [(d, *composite(bumpy, d)) for d in (LOW, 0.3, 0.33)]
     report = report_on(parametric, [(d, fitted, {"low": surface}) for d, fitted, surface in held])
-    assert (report.names, report.values.tolist(), report.follows) == (("low",), [LOW, 0.3, 0.33], follows)
+    assert (report.names, report.values.tolist()) == (("low",), [LOW, 0.3, 0.33])
     for h, (d, fitted, surface) in enumerate(held):
         exact = surface.lifted[:, 0]
         ours, refit = parametric.at(d).piece("low").map(surface.start)[:, 0], fitted.piece("low").map(surface.start)[:, 0]
@@ -143,7 +145,51 @@ def test_errors_at_values_held_out(order, follows):
         )
 
 
+def quadratic(a, v, phi):  # periods double at a = 3/4 and 5/4
+    return 1 - a * v**2, 1 + a**2 * v / 4
+
+
+WHOLE = PieceSpec(name="low", region=Where(text="0 < 1", coordinates=NAMES), family="F", fit=Full(degrees={"v": 2, "phi": 0}))
+
+
+def quadratics(orders):
+    fitted = {}
+    for a in chebyshev_nodes(0.6, 1.3, 5).tolist():
+        surface = surface_of(lambda v, phi, a=a: quadratic(a, v, phi), v=(-1, 1, 9), phi=(0, 2, 3))
+        fitted[a] = build_composite(NAMES, ("B",), {"F": surface}, [WHOLE])
+    return parametric_map(fitted, "a", 0.6, 1.3, 1, orders)
+
+
+def test_period_doublings_of_a_parametric_map_are_where_they_are_known_to_be():
+    parametric = quadratics({"low": {"phi": 2}})
+    cycle = periodic_orbit(parametric.at(0.7), [0.6, 1.0])
+    branch = continue_branch(parametric.at, cycle, 0.7, (0.6, 1.3), "up", 0.1, kinds=("period doubling",))
+    doubled = doublings_of(parametric.at, branch, (0.6, 1.3), max_doublings=1, step=0.1, kinds=("period doubling",))
+    found = [event.parameter for each in (branch, *doubled) for event in each.of_kind("period doubling")]
+    assert found == pytest.approx([0.75, 1.25], abs=1e-9)
+
+
+def test_images_have_orders_of_their_own():
+    """Of least squares at the nodes by themselves: the image of v is of order 0, that of phi of order 2 and so exact."""
+    nodes, states = chebyshev_nodes(0.6, 1.3, 5), np.array([[0.7, 0.3], [-0.4, 2.0]])
+    for orders, order in (({"low": {"v": 0, "phi": 2}}, 0), ({"low": 2}, 2)):
+        parametric = quadratics(orders)
+        slope = np.polynomial.Polynomial.fit(nodes, -nodes, order)
+        for a in (0.6, 0.93):
+            image = parametric.at(a).first_return(states).image
+            expected = np.column_stack([1 + slope(a) * states[:, 0] ** 2, quadratic(a, *states.T)[1]])
+            np.testing.assert_allclose(image, expected, atol=1e-12)
+        assert parametric.piece("low").map.exponents[0][:, 2].max() == order
+
+
 def test_what_is_refused():
+    for orders, message in (
+        ({"lo": 2}, "no piece 'lo', did you mean 'low'"),
+        ({"low": {"ph": 2}}, "the order of 'ph', did you mean 'phi'. in the piece 'low'; expected: v, phi"),
+        ({"low": {"phi": 5}}, "order 5 of 'a' from 5 values; expected: at least 6 values"),
+    ):
+        with pytest.raises(NsmapsError, match=message):
+            quadratics(orders)
     with pytest.raises(FitError, match="order 7 of 'd' from 7 values; expected: at least 8 values"):
         made(smooth, 7)
     one, _ = composite(smooth, 0.3)

@@ -172,3 +172,18 @@ def test_regions_are_frozen_values():
         region.text = "v > 2"
     with pytest.raises(TypeError, match="abstract"):
         Region(coordinates=NAMES)
+
+
+def test_a_condition_at_values_of_parameters_is_one_on_the_other_names():
+    """Powers, products and signs of negative numbers stay what they are, and angles stay angles."""
+    names = ("v", Angle("phi"), "d", "k")
+    condition = Where(text="0.65 + (d - 0.26)/3 <= v - d**2*k and not phi > 2*-d", coordinates=names)
+    states = np.random.default_rng(0).uniform([0, 0], [2, 6.2], (500, 2))
+    for d, k in ((0.3, 2.0), (-0.7, -1.0), (-1e-30, 3e5)):
+        there = condition.at({"d": d, "k": k, "r": 0.5})
+        assert (there.coordinates.names, there.coordinates.angles.tolist()) == (("v", "phi"), [False, True])
+        v, phi = states.T
+        assert np.array_equal(there.contains(states), (0.65 + (d - 0.26) / 3 <= v - d**2 * k) & ~(phi > 2 * -d))
+    assert there.at({"r": 0.5}) is there
+    with pytest.raises(ValueError, match=r"'1 / 0\.0' has no finite real value"):
+        Where(text="v > 1/d", coordinates=("v", "d")).at({"d": 0.0})

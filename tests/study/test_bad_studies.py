@@ -264,13 +264,13 @@ BAD = {
         "require:",
         "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: []}\nrequire:",
         "{parameter",
-        "'map' names no map; expected: 'exact', 'composite' or both",
+        "'map' names no map; expected: 'exact', 'composite', 'parametric' or pieces of the composite map",
     ),
     "bifurcation of a map that is not there": (
         "require:",
         "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: [reduced]}\nrequire:",
         "reduced",
-        "unknown word 'reduced'; expected: exact, composite",
+        "unknown map 'reduced'; expected: exact, composite, slow",
     ),
     "lyapunov of no parameter": (
         "require:",

@@ -6,7 +6,7 @@ import numpy as np
 
 import nsmaps
 from nsmaps.study.binding import prepare
-from nsmaps.study.sections.maps import composite
+from nsmaps.study.sections.maps import refits
 
 STUDY = """
 title: Two windows
@@ -44,10 +44,10 @@ def test_a_refit_of_the_states_that_pieces_use_is_that_of_the_whole_grid(tmp_pat
     (tmp_path / "two.yaml").write_text(STUDY)
     plan = prepare(nsmaps.load_study(tmp_path / "two.yaml"))
     other = plan.system.at(d=0.31)
-    some, data = composite.refit(plan, other)
-    assert len(composite._used(plan)) < plan.grid.size / 10
-    monkeypatch.setattr(composite, "_used", lambda plan: np.arange(plan.grid.size))
-    whole, all_data = composite.refit(plan, other)
+    some, data = refits.refit(plan, other)
+    assert len(refits._used(plan, other)) < plan.grid.size / 10
+    monkeypatch.setattr(refits, "_used", lambda plan, system: np.arange(plan.grid.size))
+    whole, all_data = refits.refit(plan, other)
     for one, two in zip(some.pieces[0].map.coefficients, whole.pieces[0].map.coefficients, strict=True):
         assert np.array_equal(one, two)
     assert np.array_equal(data["R1"].member, all_data["R1"].member)

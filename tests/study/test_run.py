@@ -259,7 +259,8 @@ def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
     assert made.report is not None
     assert (made.report.values[0], made.report.values[-1], len(made.report.values)) == (0.2, 0.4, 8)
     (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
-    assert (verdict.of, verdict.holds, verdict.required) == ("parametric map", made.report.follows, True)
+    assert (verdict.of, verdict.holds, verdict.required) == ("parametric map", False, True)
+    assert verdict.text == "no: the exact map has no attractor from the start at any value compared"  # the ball comes to rest
     states = result.returns.start[:50]
     Path("own.yaml").write_text(PARAMETRIC.replace("a: 0.2}", "a: 0.3}").split("parametric:")[0])
     fitted = run("own.yaml").composite  # the truth: the same pieces, fitted at the value itself

@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, kind_of
-from nsmaps.exact.systems.parameters import map_name
 from nsmaps.exact.words import CHATTER, LONGER, REST, decoded
 from nsmaps.figures.data import BIFURCATION, section
 from nsmaps.figures.lines import window
@@ -66,18 +65,25 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     for low, high in _gaps(diagram):
         ax.axvspan(low, high, color="0.92", lw=0)
     parameter = section(result.study.bifurcation, "bifurcation").parameter
-    ax.set_title(map_name(result.system, of), loc="right")
+    ax.set_title(result.map_title(of), loc="right")
     dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
     if ends is not None:
-        windows = _named(result, of)
         for border in dict.fromkeys(end.value for window in result.windows.get(of, ()) for end in (window.low, window.high)):
             ax.axvline(border, color="0.6", lw=0.4)
-        tall = _name_motions(ax, [*windows, *_chaotic(diagram, windows)])
+        named = {each: _motions(result, each) for each in diagrams}
+        tall = max(_height(ax, each) for each in named.values())  # the same for all maps, so that their states are comparable
+        _name_motions(ax, named[of])
         ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
         many = len(ticks) * _TICK * (1 + tall) * ax.figure.dpi / ax.bbox.height
         ax.set_yticks(ticks[:: max(ceil(many), 1)])
         ax.set_ylim(ends[0], ends[1] + tall * (ends[1] - ends[0]))
     return ax
+
+
+def _motions(result: "StudyResult", of: str) -> list[Named]:
+    """The windows of a map and its chaotic regions between them."""
+    windows = _named(result, of)
+    return [*windows, *_chaotic(result.bifurcation[of], windows)]
 
 
 def _named(result: "StudyResult", of: str) -> list[Named]:
@@ -189,18 +195,27 @@ def _gaps(diagram: "Bifurcation") -> list[tuple[float, float]]:
     return list(zip(middles[starts].tolist(), middles[stops].tolist(), strict=True))
 
 
-def _name_motions(ax: Axes, named: Sequence[Named]) -> float:
-    """The names of intervals along the upper edge; the share of the height that names need."""
-    (left, right), tall = ax.get_xlim(), 0.0
-    width, height = (float(side) / ax.figure.dpi for side in ax.bbox.size)
-    for name, low, high in named:
-        share = (high - low) / (right - left) * width
-        if not name or share < _LINE:
-            continue
-        upright = share < _LETTER * (len(name) + 1)
-        if upright and len(name) > _UPRIGHT:
-            continue
-        tall = max(tall, ((len(name) + 1) * _LETTER if upright else _LINE) / height)
+def _name_motions(ax: Axes, named: Sequence[Named]) -> None:
+    """The names of intervals along the upper edge."""
+    for name, low, high, upright in _fitting(ax, named):
         look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
         ax.text((low + high) / 2, 0.985, name, transform=ax.get_xaxis_transform(), **look)
+
+
+def _height(ax: Axes, named: Sequence[Named]) -> float:
+    """The height that names need, as a share of that of the states below them."""
+    height = float(ax.bbox.height) / ax.figure.dpi
+    tall = max([0.0, *((len(name) + 1) * _LETTER if upright else _LINE for name, *_, upright in _fitting(ax, named))]) / height
     return tall / max(1 - tall, 0.5)
+
+
+def _fitting(ax: Axes, named: Sequence[Named]) -> list[tuple[str, float, float, bool]]:
+    """The intervals wide enough for their names, and whether these are written upwards."""
+    (left, right), width = ax.get_xlim(), float(ax.bbox.width) / ax.figure.dpi
+    found = []
+    for name, low, high in named:
+        share = (high - low) / (right - left) * width
+        upright = share < _LETTER * (len(name) + 1)
+        if name and share >= _LINE and not (upright and len(name) > _UPRIGHT):
+            found.append((name, low, high, upright))
+    return found

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -9,11 +10,13 @@ from numpy.polynomial.chebyshev import chebvander
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.errors import FitError, NsmapsError
+from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
 from nsmaps.reduced.fit.polyfit import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
+
+Order = int | Mapping[str, int]  #: degree in the parameter, of all images or by coordinate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,11 +30,6 @@ class ParametricReport:
     refit: Floats  #: shape (P, H, n), largest error of a map fitted at the value itself, at its data
     error: Floats  #: shape (P, H, n), largest error of the parametric map at the same data of the exact map
     difference: Floats  #: shape (P, H, n), largest difference between both maps there
-
-    @property
-    def follows(self) -> bool:
-        """True if the parametric map is everywhere nearer to the map fitted there than that is to the exact map."""
-        return bool((self.difference <= self.refit).all())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,29 +69,54 @@ def chebyshev_nodes(low: float, high: float, count: int) -> Floats:
 
 
 def parametric_map(
-    composites: Mapping[float, CompositeMap], parameter: str, low: float, high: float, order: int
+    composites: Mapping[float, CompositeMap],
+    parameter: str,
+    low: float,
+    high: float,
+    order: int,
+    orders: Mapping[str, Order] = MappingProxyType({}),
 ) -> ParametricMap:
     """The parametric map of composite maps of the same pieces at K values of a parameter, by least squares of some order.
 
     Coefficients are first transformed, exactly, to one scaling for each piece, and angles to one turn.
 
+    Args:
+        order: the degree of coefficients in the parameter.
+        orders: other degrees, by piece, of all its images or by coordinate, as the paper's 4 of f2 and 5 of g2.
+
     Raises:
-        FitError: fewer values than the order needs, or composites of different pieces.
+        FitError: fewer values than the highest order needs, composites of different pieces, or orders of other names.
     """
     composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
     first, *others = composites.values()
-    if len(np.unique(nodes)) <= order:
-        raise FitError(f"order {order} of {parameter!r} from {len(nodes)} values; expected: at least {order + 1} values")
+    table = _orders(first, order, orders)
+    highest = max(max(row) for row in table)
+    if len(np.unique(nodes)) <= highest:
+        raise FitError(f"order {highest} of {parameter!r} from {len(nodes)} values; expected: at least {highest + 1} values")
     if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in others):
         raise FitError("composite maps of different pieces; expected: the same pieces at every value")
-    powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), order), float)
+    powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), highest), float)
     pieces = []
     for k, piece in enumerate(composites[nodes[len(nodes) // 2]].pieces):
         maps = [composite.pieces[k].map for composite in composites.values()]
-        pieces.append(replace(piece, map=_joined(maps, parameter, np.array([low, high]), powers)))
+        own = [powers[:, : order + 1] for order in table[k]]
+        pieces.append(replace(piece, map=_joined(maps, parameter, np.array([low, high]), own)))
     condition = float(np.linalg.cond(powers))
     return ParametricMap(parameter, low, high, first.coordinates, first.walls, tuple(pieces), nodes, condition)
+
+
+def _orders(composite: CompositeMap, order: int, orders: Mapping[str, Order]) -> list[list[int]]:
+    """The degree in the parameter of every image of every piece."""
+    for name, of in orders.items():
+        composite.piece(name)
+        for coordinate in of if isinstance(of, Mapping) else ():
+            if coordinate not in composite.coordinates:
+                near = near_match(coordinate, composite.coordinates)
+                expected = ", ".join(composite.coordinates)
+                raise FitError(f"the order of {coordinate!r}{near} in the piece {name!r}; expected: {expected}")
+    given = [orders.get(piece.name, order) for piece in composite.pieces]
+    return [[of.get(name, order) if isinstance(of, Mapping) else of for name in composite.coordinates] for of in given]
 
 
 def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMap, Mapping[str, Surface]]]) -> ParametricReport:
@@ -111,15 +134,15 @@ def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -
     return np.abs(data.coordinates.difference([b, a, a], [target, target, b])).max(axis=1)
 
 
-def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Floats) -> PolyMap:
-    """One map of the coordinates and the parameter from the maps at its values; powers (K, order + 1)."""
+def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Sequence[Floats]) -> PolyMap:
+    """One map of the coordinates and the parameter from the maps at its values; powers (K, order + 1) of each image."""
     first, maps = maps[0], _on_one_turn(maps)
     domains = np.array([each.domain for each in maps])
     box = np.stack([domains[:, :, 0].min(axis=0), domains[:, :, 1].max(axis=0)], axis=1)
     flat = np.ptp(box, axis=1, keepdims=True) == 0  # data on one line of the grid at every value
     sides = np.where(flat, box + np.array([-1.0, 1.0]), box)
     alike = maps if np.isinf(box).any() else [each.over(sides) for each in maps]  # a reset has no box and needs none
-    whole = [_joined_output(alike, i, powers) for i in range(len(first.coordinates))]
+    whole = [_joined_output(alike, i, powers[i]) for i in range(len(first.coordinates))]
     n, middle, half = len(first.coordinates), ends.mean(), np.ptp(ends) / 2
     identity = np.array([[0] * n + [0], [0] * n + [1]]), np.array([middle, half])
     exponents, coefficients = zip(*whole, identity, strict=True)

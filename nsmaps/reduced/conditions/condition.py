@@ -1,9 +1,11 @@
 """Safe readers of the numbers and conditions in a study's text: `pi/3`, `v > 0.63 - 0.53*phi and v > 0.55`."""
 
+import ast
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
+from unicodedata import normalize
 
 import numpy as np
 from pydantic import BeforeValidator
@@ -55,6 +57,29 @@ def read_condition(text: str, names: Sequence[str]) -> Condition:
     array([ True, False, False])
     """
     return Condition(text, tuple(names), fold(text, names, Numbers()))
+
+
+class _Numbers(ast.NodeTransformer):
+    """A syntax tree with numbers in place of some names."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        self.values = {normalize("NFKC", name): value for name, value in values.items()}  # as Python normalises names
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        value = self.values.get(node.id)
+        if value is None:
+            return node
+        size = ast.Constant(abs(value))
+        return ast.UnaryOp(ast.USub(), size) if value < 0 else size
+
+
+def with_numbers(text: str, values: Mapping[str, float]) -> str:
+    """A condition in text at finite values of some of its names, which are written in their place.
+
+    >>> with_numbers("v >= 0.65 + d**2", {"d": -0.3})
+    'v >= 0.65 + (-0.3) ** 2'
+    """
+    return ast.unparse(_Numbers(values).visit(Reader("condition", text, tuple(values)).tree()))
 
 
 def read_number(text: str) -> float:

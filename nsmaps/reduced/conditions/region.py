@@ -1,7 +1,7 @@
 """Regions of the state space: the class `Region` of the domains of pieces, a `Box` and a `Where`."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSe
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
-from nsmaps.reduced.conditions.condition import Condition, Number, read_condition
+from nsmaps.reduced.conditions.condition import Condition, Number, read_condition, with_numbers
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -136,6 +136,12 @@ class Where(Region):
     def contains(self, states: ArrayLike) -> Bools:
         """A mask of the states (N, n) that satisfy the condition, shape (N,)."""
         return self._condition(states)
+
+    def at(self, values: Mapping[str, float]) -> "Where":
+        """The condition at values of some of its names, such as parameters, over the others."""
+        own = {name: values[name] for name in self.coordinates if name in values}
+        others = [name for name in self.coordinates if name not in own]
+        return Where(text=with_numbers(self.text, own), coordinates=Coordinates(others)) if own else self
 
     def condition(self) -> "sp.Basic":
         """The condition as a sympy Boolean."""

@@ -35,6 +35,11 @@ def plain(table: Floats) -> Any:
     return kept.tolist()
 
 
+def known(value: float, precision: float) -> str:
+    """A value to the digits that are known."""
+    return f"{value:.{min(max(-floor(log10(precision)), 0), 15)}f}"
+
+
 def yes(holds: object) -> str:
     """The first word of the text of a verdict."""
     return "yes" if holds else "no"

@@ -19,6 +19,7 @@ def _in_a_line(name: str) -> str:
     return name
 
 
+MAPS = ("exact", "composite", "parametric")  #: names of maps, which no piece may have
 Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_in_a_line)]  #: of a part of a study
 Bounds = dict[str, tuple[Number, Number]]  #: a box: low and high by coordinate
 Points = Annotated[int, Field(ge=2, le=100_000)]  #: number of equally spaced values

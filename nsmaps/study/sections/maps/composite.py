@@ -2,17 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Self
 
-import numpy as np
 from pydantic import BaseModel, model_validator
 
-from nsmaps.errors import FitError, NsmapsError
+from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.family import WordFamily, is_pattern
-from nsmaps.exact.surfaces.surface import Surface, surfaces, surfaces_among
-from nsmaps.progress import beat
-from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite, data_of
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.composite.printed import PrintedMap
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region, Where
@@ -22,14 +19,13 @@ from nsmaps.study.conclusions.diagnostics import pieces_of_others
 from nsmaps.study.conclusions.texts import finite, intervals, yes
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, one_of
+from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, one_of
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import bind_family
 
 if TYPE_CHECKING:
-    from nsmaps.arrays import Floats, Ints
     from nsmaps.reduced.composite.composite import Coverage
     from nsmaps.reduced.validation.words import Misleads
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
@@ -46,7 +42,7 @@ class PieceSection(BaseModel):
     where: str | None = None
     family: str | None = None
     fit: FitSection | None = None
-    data: str | None = None  #: a condition, or `diagonal`: the data of the fit, by default the piece's region
+    data: str | None = None  #: the data of the fit: a condition, which may name parameters, or `diagonal`; by default the region
     reset: dict[str, Number] | None = None
     polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
 
@@ -62,6 +58,7 @@ class PieceSection(BaseModel):
 
 
 Pieces = tuple[PieceSection, ...]
+Surfaces = dict[str, Surface]  #: by family
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,7 +78,7 @@ class PiecePlan:
     region: Region
     family: str | None
     fit: PolyFit | None
-    data: Where | None  #: the data of the fit; None for the region or the states near the diagonals
+    data: Where | None  #: data of the fit, a condition also on parameters; None for the region or the states near the diagonals
     near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
     reset: dict[str, float] | None
     polynomial: PrintedMap | None
@@ -98,10 +95,9 @@ def _needs(spec: Pieces) -> Iterator[Need]:
 def _check(spec: Pieces, study: "Study") -> None:
     study.once("composite", [piece.name for piece in spec])
     for number, piece in enumerate(spec):
-        if piece.name in ("exact", "composite"):
-            raise study.source.error(
-                ("composite", number, "name"), f"{piece.name!r} is the name of a map; expected: another name for the piece"
-            )
+        if piece.name in MAPS:
+            text = f"{piece.name!r} is the name of a map; expected: another name for the piece"
+            raise study.source.error(("composite", number, "name"), text)
         if piece.family is not None:
             study.source.known(("composite", number, "family"), piece.family, study.families, "family")
         if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
@@ -118,7 +114,7 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
     fit = bind_fit((*loc, "fit"), piece.fit, binding) if piece.fit else None
     reset = None if piece.reset is None else binding.some_coordinates((*loc, "reset"), piece.reset)
     near = piece.data == DIAGONAL
-    data = None if piece.data is None or near else binding.where((*loc, "data"), piece.data)
+    data = None if piece.data is None or near else binding.where((*loc, "data"), piece.data, parameters=True)
     if piece.polynomial is not None:
         with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
             piece.polynomial.of(binding.system)
@@ -136,7 +132,7 @@ def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
 
 def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """Steps iv to vi: every piece fitted, printed or reset."""
-    composite = _composite(plan, plan.system, result.surfaces)
+    composite = composite_of(plan, plan.system, result.surfaces)
     return {"composite": composite, **judged(plan, result, composite)}
 
 
@@ -147,7 +143,7 @@ def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict
     return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, plan.system, result.returns)}
 
 
-def _composite(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+def composite_of(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
     """The composite map at the parameters of a system; an error names the line of its piece."""
     pieces: list[Piece] = []
     for number, piece in enumerate(plan.bound["composite"]):
@@ -162,7 +158,7 @@ def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], p
         family = plan.families.get(piece.family or "")
         about = (family.words[0], _returns_of(family)) if family else ()
         return Piece(piece.name, piece.region, piece.polynomial.of(system), *about)
-    surfaces, spec = _data(plan, surfaces, piece)
+    surfaces, spec = data_and_spec(plan, system, surfaces, piece)
     piece_map = build_composite(system.coordinates, system.letters, surfaces, [spec]).pieces[0]
     return replace(piece_map, region=piece.region)
 
@@ -175,58 +171,19 @@ def _returns_of(family: WordFamily) -> int:
     return family.max_returns
 
 
-def _data(plan: "Plan", surfaces: dict[str, Surface], piece: PiecePlan) -> tuple[dict[str, Surface], PiecePlan]:
+def data_and_spec(plan: "Plan", system: "ImpactSystem", surfaces: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
     """The surfaces to which a piece is fitted, and the piece with the region of its data."""
-    data: Region = piece.data or piece.region
+    data = region_of_data(system, piece)
     if piece.near_diagonals:
         surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
     return surfaces, replace(piece, region=data)
 
 
-def refits(plan: "Plan", parameter: str, values: "Floats", half: int) -> list[tuple[float, CompositeMap, dict[str, Surface]]]:
-    """The composite map at each value of a parameter, with the data of its fitted pieces: the first or second half of a step."""
-    found = []
-    for value in values.tolist():
-        try:
-            found.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
-        except NsmapsError as error:
-            raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
-        beat(half / 2 + len(found) / len(values) / 2)
-    return found
-
-
-def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, dict[str, Surface]]:
-    """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
-    try:
-        found = _surfaces_in(plan, system, _used(plan))
-        composite = _composite(plan, system, found)
-    except FitError:  # whose message speaks of all of the grid
-        found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
-        composite = _composite(plan, system, found)
-    fitted = [(piece.name, *_data(plan, found, piece)) for piece in plan.bound["composite"] if piece.fit]
-    return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
-
-
-@lru_cache(maxsize=1)
-def _used(plan: "Plan") -> "Ints":
-    """The numbers of the grid's states to which a piece is fitted, whatever the parameters are."""
-    pieces = [piece for piece in plan.bound["composite"] if piece.fit]
-    if plan.grid is None or any(piece.near_diagonals for piece in pieces):
-        return np.arange(plan.grid.size if plan.grid else 0)
-    coordinates = plan.system.coordinates
-    states = coordinates.wrap(plan.grid.states())
-    regions = [(piece.data or piece.region).over(coordinates) for piece in pieces]
-    return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
-
-
-def _surfaces_in(plan: "Plan", system: "ImpactSystem", numbers: "Ints") -> dict[str, Surface]:
-    """The surfaces of all families over some states of the grid, those with these numbers."""
-    if plan.grid is None:
-        return {}
-    returns = system.first_return(plan.grid.states()[numbers])
-    found = surfaces_among(system, returns, plan.grid, plan.families.values())
-    masks = {name: np.isin(np.arange(plan.grid.size), numbers[surface.member]) for name, surface in found.items()}
-    return {name: replace(surface, member=masks[name]) for name, surface in found.items()}
+def region_of_data(system: "ImpactSystem", piece: PiecePlan) -> Region:
+    """The region of the data of a piece at the parameters of a system."""
+    data = piece.data or piece.region
+    others = {name: value for name, value in system.parameters.items() if name not in system.coordinates}
+    return data.at(others) if isinstance(data, Where) else data
 
 
 def _describe(spec: Pieces, study: "Study") -> str:

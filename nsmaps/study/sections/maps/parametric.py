@@ -1,23 +1,51 @@
 """The section `parametric`: the composite map as a function of a parameter."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal, Self
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import AfterValidator, BaseModel, Field, model_validator
 
-from nsmaps.reduced.composite.parametric import ParametricMap, chebyshev_nodes, parametric_map, report_on
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import finite, yes
-from nsmaps.study.estimates import Size
-from nsmaps.study.reading.values import SPEC, in_order
-from nsmaps.study.sections.base import Need, Section, Verdict, claimed
-from nsmaps.study.sections.maps.composite import pieces_size, refits
+from nsmaps.study.estimates import RETURN, Size
+from nsmaps.study.reading.values import SPEC, Points, in_order
+from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
+from nsmaps.study.sections.maps.composite import pieces_size
+from nsmaps.study.sections.maps.refits import refits
 from nsmaps.study.sections.maps.surfaces import grid_size
 
 if TYPE_CHECKING:
+    from nsmaps.arrays import Floats
+    from nsmaps.dynamics.diagrams.agreement import Agreement, Disagreement
+    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+
+TITLE = "parametric map"
+FITTED = 0.6  #: share of the work that fits are assumed to take, for `progress`; the rest is that of attractors
+NAMES = 3  #: of motions that a row of the table names
+Degree = Annotated[int, Field(ge=0, le=20)]
+
+
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] <= ends[1]:
+        raise ValueError(f"[{ends[0]:g}, {ends[1]:g}] is empty; expected: the lower end first")
+    return ends
+
+
+class CompareSection(BaseModel):
+    """The comparison of the attractors of the parametric map and of the exact map, from one start over the parameter."""
+
+    model_config = SPEC
+    start: dict[str, Number] | None = None  #: by default that of the first of `orbits`, or the middle of the grid
+    points: Points = 46  #: equally spaced values
+    discard: int = Field(2000, ge=0)
+    returns: int = Field(400, ge=50)  #: that are compared, after those discarded
+    tolerance: Number = Field(0.03, gt=0, le=1)  #: largest distance, in shares of the sides of the grid
+    apart_from: tuple[Annotated[tuple[Number, Number], AfterValidator(_rising)], ...] = Field((), alias="except")
 
 
 class ParametricSection(BaseModel):
@@ -27,16 +55,28 @@ class ParametricSection(BaseModel):
     parameter: str
     low: Number = Field(alias="from")
     high: Number = Field(alias="to")
-    order: int = Field(4, ge=0, le=20)
-    nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the order if omitted
+    order: Degree = 4
+    orders: dict[str, Degree | dict[str, Degree]] = Field(default_factory=dict)  #: by piece, of all images or by coordinate
+    nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the highest order if omitted
+    compare: CompareSection = Field(default_factory=lambda: CompareSection.model_validate({}))
     require: tuple[Literal["follows"], ...] = ()
     _in_order = model_validator(mode="after")(in_order)
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
-        if self.nodes is not None and self.nodes <= self.order:
-            raise ValueError(f"{self.nodes} nodes for order {self.order}; expected: more nodes than the order")
+        if self.nodes is not None and self.nodes <= self.highest:
+            raise ValueError(f"{self.nodes} nodes for order {self.highest}; expected: more nodes than the order")
         return self
+
+    @property
+    def highest(self) -> int:
+        """The highest order."""
+        return max([self.order, *(max([*of.values(), 0]) if isinstance(of, dict) else of for of in self.orders.values())])
+
+    @property
+    def number_of_nodes(self) -> int:
+        """The number of Chebyshev nodes."""
+        return self.nodes or 2 * self.highest + 1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,39 +84,90 @@ class Stored:
     """The fields of a result for parametric map."""
 
     parametric: "ParametricMap | None" = None
+    agreement: "Agreement | None" = None  #: of the attractors of the parametric map with those of the exact map
 
 
 def _needs(spec: ParametricSection) -> Iterator[Need]:
     yield ("parametric",), "'parametric'", "composite"
 
 
-def _bind(spec: ParametricSection, binding: "Binding") -> None:
+def _check(spec: ParametricSection, study: "Study") -> None:
+    if spec.require and not (spec.compare.start or study.orbits or study.grid):
+        text = "'follows' compares orbits, of which none has a start; expected: 'start' in 'compare', or 'orbits', or a 'grid'"
+        raise study.source.error(("parametric", "require"), text)
+    for name in spec.orders:
+        study.source.known(("parametric", "orders", name), name, [piece.name for piece in study.composite], "piece", key=True)
+
+
+def _bind(spec: ParametricSection, binding: "Binding") -> "Floats | None":
+    """The start of the comparison, if it is given."""
     binding.swept_values(("parametric",), spec.parameter, (spec.low, spec.high))
+    for name, of in spec.orders.items():
+        binding.some_coordinates(("parametric", "orders", name), of if isinstance(of, dict) else {})
+    start = spec.compare.start
+    return None if start is None else binding.start(("parametric", "compare", "start"), start)
 
 
 def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The parametric map from the maps at its nodes, compared with refits between them."""
+    """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
     ends = (spec.low, spec.high)
-    nodes = chebyshev_nodes(*ends, spec.nodes or 2 * spec.order + 1)
+    nodes = chebyshev_nodes(*ends, spec.number_of_nodes)
     with plan.study.source.located(("parametric",)):
-        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, 0)}
-        map = parametric_map(at_nodes, spec.parameter, *ends, spec.order)
-        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), 1)
-        return {"parametric": replace(map, report=report_on(map, held) if held[0][2] else None)}
+        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, 0.0, FITTED / 2)}
+        map = parametric_map(at_nodes, spec.parameter, *ends, spec.order, spec.orders)
+        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
+        reported = replace(map, report=report_on(map, held) if held[0][2] else None)
+        return {"parametric": reported, "agreement": _compared(spec, plan, map)}
+
+
+def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agreement | None":
+    """The agreement of the attractors of a parametric map with the exact ones; None without a start or any exact attractor."""
+    from nsmaps.dynamics.diagrams.agreement import agreement
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+
+    values, compare, start = np.linspace(spec.low, spec.high, spec.compare.points), spec.compare, _start(plan)
+    if start is None:
+        return None
+    how: Any = {"starts": start, "returns": compare.returns, "discard": compare.discard}
+    half = (1 + FITTED) / 2
+    exact = bifurcation(Along(plan.system, spec.parameter), values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
+    ours = bifurcation(map.at, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
+    return agreement(exact, ours, compare.tolerance, _sides(plan, exact)) if exact.held.any() else None
+
+
+def _sides(plan: "Plan", exact: "Bifurcation") -> "Floats":
+    """The sides of the study's grid, or, of coordinates that it has at one value, the extents of all exact attractors."""
+    from nsmaps.dynamics.attractors.distance import extents
+
+    own = extents(exact.states[exact.held].reshape(-1, len(exact.coordinates)), exact.coordinates)
+    sides = np.array([axis.high - axis.low for axis in plan.grid.axes.values()]) if plan.grid else own
+    return np.where(sides > 0, sides, own)
+
+
+def _start(plan: "Plan") -> "Floats | None":
+    """The start of the comparison, shape (1, n), if there is one."""
+    given = plan.bound["parametric"]
+    if given is None and plan.bound.get("orbits"):
+        given = plan.bound["orbits"][0]
+    if given is None and plan.grid:
+        given = np.mean([(axis.low, axis.high) for axis in plan.grid.axes.values()], axis=1)
+    return None if given is None else np.atleast_2d(given)
 
 
 def _describe(spec: ParametricSection, study: "Study") -> str:
-    return f"order {spec.order} in {spec.parameter} from {spec.low:g} to {spec.high:g}"
+    return f"order {spec.highest} in {spec.parameter} from {spec.low:g} to {spec.high:g}"
 
 
 def _size(spec: ParametricSection, study: "Study", system: "ImpactSystem") -> Size:
-    nodes, pieces = spec.nodes or 2 * spec.order + 1, pieces_size(study)
-    return (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * nodes + 1) + Size(memory=pieces.memory)
+    pieces, compare = pieces_size(study), spec.compare
+    returns = 2.0 * compare.points * (compare.discard + compare.returns)
+    fits = (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * spec.number_of_nodes + 1)
+    return fits + Size(seconds=RETURN * returns, memory=pieces.memory)
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The largest errors over all held-out values, one per output, by piece."""
-    map = result.parametric
+    """The largest errors over all held-out values, one per output, by piece, and where the map does not follow the exact one."""
+    map, found = result.parametric, result.agreement
     if map is None:
         return {}
     report = map.report
@@ -85,34 +176,96 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
     ends = {"parameter": map.parameter, "from": map.low, "to": map.high, "condition": map.condition}
     held = [] if report is None else report.values.tolist()
-    return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces}}
+    where = {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
+    return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    map, section = result.parametric, result.study.parametric
-    if map is None or section is None or map.report is None or not map.report.names:
+    """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
+    section, found = result.study.parametric, result.agreement
+    if section is None or (found is None and not section.require):
         return
-    report = map.report
-    share = report.difference / report.refit
-    k, h, i = np.unravel_index(np.argmax(share), share.shape)
-    difference = (
-        f"{report.difference[k, h, i]:.2g} from the map fitted there, which is {report.refit[k, h, i]:.2g} from the exact one"
+    if found is None:
+        text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
+        yield claimed(section, "follows", "parametric: follows", TITLE, False, text)
+        return
+    stated = section.compare.apart_from
+    inside = found.in_intervals(stated)
+    wrong = list(found.disagreements(stated))
+    holds = not wrong and not inside.all()
+    outside = f" outside {' and '.join(f'[{low:g}, {high:g}]' for low, high in stated)}" if stated else ""
+    where = f"{(~inside).sum()} values of {section.parameter} from {section.low:g} to {section.high:g}{outside}"
+    if holds:
+        furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
+        text = f"at {where} the attractors have the same period and are at most {furthest:.2g} apart, in sides of the grid"
+    elif wrong:
+        text = f"at {sum(each.count for each in wrong)} of {where} they differ: {_spoken(section, result, wrong[0])}"
+        text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
+    else:
+        text = f"no value is compared{outside}"
+    yield claimed(section, "follows", "parametric: follows", TITLE, holds, f"{yes(holds)}: {text}")
+
+
+def _spoken(section: ParametricSection, result: "StudyResult", where: "Disagreement") -> str:
+    """An interval where both maps differ, in words."""
+    at = f"from {where.low:.6g} to {where.high:.6g}" if where.count > 1 else f"at {where.low:.6g}"
+    maps = f"{_named(where.exact)} of the {result.system.map_name}, {_named(where.labels)} of the {TITLE}"
+    return f"{section.parameter} {at}, {maps}{_distance(where, ' at a distance of ')}"
+
+
+def _named(motions: tuple[str, ...]) -> str:
+    """The first motions of an interval."""
+    return ", ".join([name or "none" for name in motions[:NAMES]] + ["..."] * (len(motions) > NAMES))
+
+
+def _distance(where: "Disagreement", before: str = "") -> str:
+    return "" if np.isnan(where.distance) else f"{before}{where.distance:.2g}"
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """The errors of each piece, and where the attractors are not those of the exact map."""
+    map, found, section = result.parametric, result.agreement, result.study.parametric
+    if map is None or section is None:
+        return
+    if map.report is not None:
+        yield _errors(map.report, map.coordinates.names, section.parameter)
+    if found is not None:
+        heads = (f"{section.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
+        rows = tuple(_row(each) for each in found.disagreements())
+        note = f"Of {len(found.values)} values compared; distances in sides of the grid, of which {found.tolerance:g} is allowed."
+        yield Table("Where the parametric map does not follow", heads, rows, (note,))
+
+
+def _row(where: "Disagreement") -> tuple[str, ...]:
+    return f"{where.low:.6g}", f"{where.high:.6g}", str(where.count), _named(where.exact), _named(where.labels), _distance(where)
+
+
+def _errors(report: ParametricReport, names: tuple[str, ...], parameter: str) -> Table:
+    """The largest errors of each piece at the values held out."""
+    worst = [getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")]
+    rows = [(p, x, *(f"{of[k, i]:.2g}" for of in worst)) for k, p in enumerate(report.names) for i, x in enumerate(names)]
+    heads = ("piece", "image", "map fitted there", "parametric map", "between both")
+    note = (
+        f"Largest at {len(report.values)} values of {parameter} held out: at the data of the exact map there, and between both."
     )
-    where = f"at worst ({map.coordinates.names[i]} of {report.names[k]} at {map.parameter} = {report.values[h]:.4g})"
-    text = f"{yes(report.follows)}: {where} {difference}; {len(report.values)} values held out"
-    yield claimed(section, "follows", "parametric: follows", "parametric map", report.follows, text)
+    return Table("Errors of the parametric map", heads, tuple(rows), (note,))
 
 
 PARAMETRIC = Section[ParametricSection](
     key="parametric",
     type=ParametricSection | None,
     stored=Stored,
-    holds={"reduced.composite.parametric": ("ParametricMap", "ParametricReport")},
+    holds={
+        "reduced.composite.parametric": ("ParametricMap", "ParametricReport"),
+        "dynamics.diagrams.agreement": ("Agreement",),
+    },
     needs=_needs,
+    check=_check,
     bind=_bind,
     compute=_compute,
     describe=_describe,
     size=_size,
     numbers=_numbers,
     verdicts=_verdicts,
+    tables=_tables,
 )

@@ -1,6 +1,6 @@
 """The section `bifurcation`: attractors of maps over a parameter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -10,14 +10,13 @@ from pydantic import Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.systems.parameters import map_name
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import each_text, returns_text
+from nsmaps.study.conclusions.texts import each_text, known, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Need, Section, Table, Verdict
-from nsmaps.study.sections.maps.composite import pieces_size, refit
+from nsmaps.study.sections.maps.composite import pieces_size
+from nsmaps.study.sections.maps.named import map_along, maps_along
 from nsmaps.study.sections.maps.surfaces import grid_size
 from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, widest
 
@@ -25,27 +24,30 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.diagrams.borders import Border
     from nsmaps.dynamics.diagrams.windows import Window
-    from nsmaps.dynamics.returnmap import ReturnMap
-    from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
 
 ROWS = 12  #: largest number of intervals in a table, per map
 
 
 class BifurcationSection(Range):
-    """Attractors over a parameter, of the `exact` map and of the `composite` map refitted at each value."""
+    """Attractors over a parameter, of the `exact`, the `composite` or the `parametric` map, or of a piece of the composite map.
+
+    The composite map and its pieces are fitted at each value.
+    """
 
     was: ClassVar = {"of": "map", "follow": "direction", "transient": "discard"}
     start: dict[str, Number]
     discard: int = Field(2000, ge=0)
     returns: int = Field(60, ge=1)  #: stored, after those discarded
     direction: Literal["up", "down", "both"] | None = None
-    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
+    map: tuple[str, ...] = ("exact",)
 
     @model_validator(mode="after")
     def _of_some(self) -> Self:
         if not self.map:
-            raise ValueError("'map' names no map; expected: 'exact', 'composite' or both")
+            raise ValueError("'map' names no map; expected: 'exact', 'composite', 'parametric' or pieces of the composite map")
+        if len(set(self.map)) < len(self.map):
+            raise ValueError(f"'map' names a map twice: {', '.join(self.map)}; expected: each map once")
         return self
 
     @property
@@ -58,19 +60,26 @@ class BifurcationSection(Range):
 class Stored:
     """The fields of a result for bifurcation diagrams."""
 
-    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite
+    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite, parametric, a piece
     windows: "dict[str, tuple[Window, ...]]" = field(default_factory=dict)  #: the same: the widest intervals of one motion
 
 
 def _needs(spec: BifurcationSection) -> Iterator[Need]:
-    if "composite" in spec.map:
-        yield ("bifurcation", "map"), "the bifurcation of the composite map", "composite"
+    for key in ("composite", "parametric"):
+        if key in spec.map:
+            yield ("bifurcation", "map"), f"the bifurcation of the {key} map", key
 
 
 def _check(spec: BifurcationSection, study: "Study") -> None:
-    if study.partition and "composite" in spec.map:
+    loc = ("bifurcation", "map")
+    if study.partition and set(spec.map) - {"exact"}:
         text = "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
-        raise study.source.error(("bifurcation", "map"), text)
+        raise study.source.error(loc, text)
+    for k, of in enumerate(spec.map):
+        study.source.known((*loc, k), of, maps_along(study), "map")
+    if "parametric" in spec.map and study.parametric and study.parametric.parameter != spec.parameter:
+        text = f"the parametric map is one over {study.parametric.parameter!r}, not over {spec.parameter!r}"
+        raise study.source.error(loc, f"{text}; expected: the same parameter in both")
 
 
 def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
@@ -78,33 +87,18 @@ def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
     return binding.start(("bifurcation", "start"), spec.start)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Refitted:
-    """The composite map over a parameter, refitted at each value, as a `map_of` that can be pickled."""
-
-    plan: "Plan"
-    system_at: Along
-
-    def __call__(self, value: float) -> "CompositeMap":
-        return refit(self.plan, self.system_at(value))[0]
-
-
 def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The attractors over a parameter, of the exact map and of the composite map, which is refitted at each value."""
+    """The attractors over a parameter, of each map."""
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation
     from nsmaps.dynamics.diagrams.windows import windows
 
     values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
     how = spec.returns, spec.discard, spec.direction
-    system_at = Along(plan.system, spec.parameter)
-    maps: dict[str, tuple[Callable[[float], ReturnMap], int | None]] = {
-        "exact": (system_at, None),
-        "composite": (_Refitted(plan, system_at), 1),  # one value per part: the fit takes longer than the returns
-    }
     with plan.study.source.located(("bifurcation",)):
         diagrams, borders = {}, {}
         for k, of in enumerate(spec.map):
-            map_of, part = maps[of]
+            map_of = map_along(plan, result, of, spec.parameter)
+            part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
             jobs = replace(plan.portion(k, len(spec.map), of), part=part)
             diagrams[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
             borders[of] = windows(diagrams[of], map_of, start, *how[1:])
@@ -120,7 +114,7 @@ def _size(spec: BifurcationSection, study: "Study", system: "ImpactSystem") -> S
     values = float(spec.points * spec.ways)
     one = Size(VALUE + RETURN * (spec.discard + 5 * spec.returns), COPIES * STORED * spec.returns)
     refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)
-    return one.times(values * len(spec.map)) + refitted.times(values if "composite" in spec.map else 0)
+    return one.times(values * len(spec.map)) + refitted.times(values * len(set(spec.map) - {"exact", "parametric"}))
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
@@ -159,9 +153,9 @@ def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Ver
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     for of, diagram in result.bifurcation.items():
-        yield from missing_values(f"bifurcation {of}", map_name(result.system, of), diagram.reasons)
+        yield from missing_values(f"bifurcation {of}", result.map_title(of), diagram.reasons)
     for of, diagram in result.bifurcation.items():
-        yield from _ended(of, map_name(result.system, of), diagram)
+        yield from _ended(of, result.map_title(of), diagram)
 
 
 def _ended(of: str, name: str, diagram: "Bifurcation") -> Iterator[Verdict]:
@@ -169,7 +163,7 @@ def _ended(of: str, name: str, diagram: "Bifurcation") -> Iterator[Verdict]:
     lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
     if lost.any():
         outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
-        why = "A polynomial overflows." if of == "composite" and outcome == Outcome.escaped else outcome.advice
+        why = "A polynomial overflows." if of != "exact" and outcome == Outcome.escaped else outcome.advice
         text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
         yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", name, False, False, text)
 
@@ -187,8 +181,19 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         rows, more, largest = widest(diagram, ROWS)
         listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
         each = f"{largest} values" if largest > 1 else "one value"
-        notes += [f"Of the {map_name(result.system, of)} there are {more} more intervals, of at most {each}."] if more else []
-    yield Table("Motions", ("map", "motion", f"{section.parameter} from", "to", "values"), tuple(listed), tuple(notes))
+        notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
+    ends = (f"{section.parameter} from", "to")
+    yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
+    found = [(of, w.label, *_spoken(w.low), *_spoken(w.high)) for of, windows in result.windows.items() for w in windows]
+    if found:
+        yield Table("Windows", ("map", "motion", ends[0], "at a", ends[1], "at a"), tuple(found))
+
+
+def _spoken(border: "Border") -> tuple[str, str]:
+    """The value of a border to the digits that are known, and its kind."""
+    if np.isnan(border.value):
+        return "", border.kind
+    return known(border.value, border.precision) if border.precision else f"{border.value:.12g}", border.kind
 
 
 BIFURCATION = Section[BifurcationSection](

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import floor, log10
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -14,7 +13,7 @@ from nsmaps.dynamics.continuation.follow import CLOSED
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import yes
+from nsmaps.study.conclusions.texts import known, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
 from nsmaps.study.sections.base import Section, Table, Verdict
@@ -185,12 +184,7 @@ def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
 
 def _event(event: "Event") -> dict[str, Any]:
     about = {name: getattr(event, name) for name in ("kind", "parameter", "precision", "detail")}
-    return {"label": event.orbit.label, "value": _known(event)} | about
-
-
-def _known(event: "Event") -> str:
-    """The parameter of an event to the digits that are known."""
-    return f"{event.parameter:.{min(max(-floor(log10(event.precision)), 0), 15)}f}"
+    return {"label": event.orbit.label, "value": known(event.parameter, event.precision)} | about
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
@@ -236,12 +230,14 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     """The events on the branches, to the known digits."""
     names = {section.name: section.parameter for section in result.study.branches}
     rows = [
-        (name, event.orbit.label, event.kind, f"{names[name]} = {_known(event)}", f"{event.precision:.1g}", _about(event))
-        for name, entry in result.branches.items()
-        for branch in entry
-        for event in branch.events
+        _row(name, names[name], event) for name, entry in result.branches.items() for branch in entry for event in branch.events
     ]
     yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
+
+
+def _row(name: str, parameter: str, event: "Event") -> tuple[str, ...]:
+    value = f"{parameter} = {known(event.parameter, event.precision)}"
+    return name, event.orbit.label, event.kind, value, f"{event.precision:.1g}", _about(event)
 
 
 BRANCHES = Section[Branches](

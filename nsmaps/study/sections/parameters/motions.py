@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.dynamics.motion import kinds_explained
-from nsmaps.exact.systems.parameters import map_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -81,7 +80,7 @@ def coexisting(result: "StudyResult") -> str:
         widest = sorted(pairs, key=lambda alike: -sum(row["values"] for row in alike))[:PAIRS]
         found = [_places(result, diagram, alike) for alike in pairs if alike in widest]
         found += [f"{len(pairs) - PAIRS} more pairs of motions"] if len(pairs) > PAIRS else []
-        text = f"Attractors of the {map_name(result.system, of)} coexist: {'; '.join(found)}"
+        text = f"Attractors of the {result.map_title(of)} coexist: {'; '.join(found)}"
         explained = kinds_explained(name for row in rows for name in (row["motion"], row["beside"]))
         text += f" ({explained})" if explained else ""
         sentences += [f"{text}."] if rows else []

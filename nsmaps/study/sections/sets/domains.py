@@ -19,6 +19,7 @@ from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
+from nsmaps.study.sections.maps.named import map_title, pieces_with_a_map
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def _needs(spec: Domains) -> Iterator[Need]:
 
 def _check(spec: Domains, study: "Study") -> None:
     study.once("domains", [domain.name for domain in spec])
-    fitted = [piece.name for piece in study.composite if piece.reset is None]
+    fitted = pieces_with_a_map(study)
     maps = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
     for number, domain in enumerate(spec):
         if not is_of_partition(study, domain.map):
@@ -91,9 +92,8 @@ def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, prog
             maps[ATTRACTING] = attracting_of(result.partition)
         if section.map not in maps:
             raise NsmapsError(f"the partition has no piece {section.map!r}; expected: {', '.join(maps)}")
-    printed = [piece.name for piece in plan.study.composite if piece.polynomial]
-    kind = "printed" if section.map in printed else "fitted"
-    of = f"{kind} map {section.map}" if section.map in pieces else f"{section.map} map"
+    of_partition = plan.study.partition is not None and section.map in pieces
+    of = f"fitted map {section.map}" if of_partition else map_title(plan.study, plan.system, section.map)
     if result.composite is not None and result.composite.several:
         number = result.composite.piece(section.map).returns if section.map in pieces else 1
         of = result.composite.title if section.map == "composite" else f"{of} ({number} returns)" if number > 1 else of

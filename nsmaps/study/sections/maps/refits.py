@@ -1,0 +1,63 @@
+"""The composite map of a study fitted at other values of the parameters."""
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.surface import surfaces, surfaces_among
+from nsmaps.progress import beat
+from nsmaps.reduced.composite.composite import CompositeMap, data_of
+from nsmaps.study.sections.maps.composite import Surfaces, composite_of, data_and_spec, region_of_data
+
+if TYPE_CHECKING:
+    from nsmaps.arrays import Floats, Ints
+    from nsmaps.study.sections.base import ImpactSystem, Plan
+
+
+def refits(
+    plan: "Plan", parameter: str, values: "Floats", begin: float, end: float
+) -> list[tuple[float, CompositeMap, Surfaces]]:
+    """The composite map at each value of a parameter, with the data of its fitted pieces: a step from one share to another."""
+    found = []
+    for value in values.tolist():
+        try:
+            found.append((value, *refit(plan, plan.system.at(**{parameter: value}))))
+        except NsmapsError as error:
+            raise FitError(f"at {parameter} = {value:.6g}: {error}") from error
+        beat(begin + (end - begin) * len(found) / len(values))
+    return found
+
+
+def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, Surfaces]:
+    """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
+    try:
+        found = _surfaces_in(plan, system, _used(plan, system))
+        composite = composite_of(plan, system, found)
+    except FitError:  # whose message speaks of all of the grid
+        found = surfaces(system, plan.grid, list(plan.families.values())) if plan.grid else {}
+        composite = composite_of(plan, system, found)
+    fitted = [(piece.name, *data_and_spec(plan, system, found, piece)) for piece in plan.bound["composite"] if piece.fit]
+    return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
+
+
+def _used(plan: "Plan", system: "ImpactSystem") -> "Ints":
+    """The numbers of the grid's states to which a piece is fitted at the parameters of a system."""
+    pieces = [piece for piece in plan.bound["composite"] if piece.fit]
+    if plan.grid is None or any(piece.near_diagonals for piece in pieces):
+        return np.arange(plan.grid.size if plan.grid else 0)
+    coordinates = system.coordinates
+    states = coordinates.wrap(plan.grid.states())
+    regions = [region_of_data(system, piece).over(coordinates) for piece in pieces]
+    return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
+
+
+def _surfaces_in(plan: "Plan", system: "ImpactSystem", numbers: "Ints") -> Surfaces:
+    """The surfaces of all families over some states of the grid, those with these numbers."""
+    if plan.grid is None:
+        return {}
+    returns = system.first_return(plan.grid.states()[numbers])
+    found = surfaces_among(system, returns, plan.grid, plan.families.values())
+    masks = {name: np.isin(np.arange(plan.grid.size), numbers[surface.member]) for name, surface in found.items()}
+    return {name: replace(surface, member=masks[name]) for name, surface in found.items()}

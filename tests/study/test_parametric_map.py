@@ -1,0 +1,154 @@
+"""A study's parametric map against the exact map: on the bouncing ball, whose first period doubling is known in closed form."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nsmaps import load_study, load_system, read_result, run
+from nsmaps.errors import NsmapsError
+
+# Gamma^2 is (pi (1 - r) / (1 + r))^2 + (2 (1 + r^2) / (1 + r)^2)^2 at the doubling of one impact a period
+DOUBLING = np.sqrt((np.pi / 3) ** 2 + (2 * 1.25 / 1.5**2) ** 2)
+STUDY = """\
+system: bouncing_ball
+parameters: {Gamma: 1.4, r: 0.5}
+grid: {v: {from: 3.6, to: 4.8, points: 25}, phi: {from: 0, to: 1.6, points: 25}}
+families: {BB: [BB]}
+composite:
+  - name: R1
+    box: {v: [3.6, 4.8], phi: [0.1, 1.6]}
+    family: BB
+    data: 3.7 <= v <= 4.7 and (phi - 0.7 - (Gamma - 1.4))**2 <= 0.2
+    fit: {full: {v: 4, phi: 5}}
+parametric:
+  parameter: Gamma
+  from: 1.35
+  to: 1.6
+  order: 3
+  orders: {R1: {v: 2}}
+  compare: {start: {v: 4.2, phi: 0.7}, points: 21, discard: 1000, returns: 60, tolerance: 0.05}
+  require: [follows]
+bifurcation:
+  {parameter: Gamma, from: 1.5, to: 1.56, points: 13, start: {v: 4, phi: 0.7}, discard: 99, returns: 9, map: [exact, parametric]}
+"""
+
+
+@pytest.fixture(scope="module")
+def made(computed):
+    return computed(STUDY, "ball")
+
+
+def test_the_parametric_map_follows_the_exact_one(made):
+    """One impact a period has v = 4 pi / 3 and cos phi = pi / (3 Gamma), up to the doubling."""
+    result, folder = made
+    (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
+    assert (verdict.holds, verdict.required) == (True, True), verdict.text
+    single = result.agreement.values < DOUBLING
+    assert (result.agreement.exact[:, 0] == "1:0/T").tolist() == single.tolist()
+    assert (result.agreement.labels[:, 0] == "1:0, period 1").tolist() == single.tolist()
+    for gamma in (1.35, 1.45, 1.5):
+        state = result.parametric.at(gamma).orbits([[4.2, 0.7]], 2000).image[-1]
+        assert state == pytest.approx([4 * np.pi / 3, np.arccos(np.pi / 3 / gamma)], abs=5e-3)
+    again = read_result(folder)
+    assert np.array_equal(again.agreement.holds, result.agreement.holds)
+    record = json.loads((folder / "result.json").read_text())["numbers"]["parametric"]
+    assert (record["compared"], record["disagreements"]) == (21, [])
+
+
+def test_period_doublings_of_both_maps_are_located(made):
+    result, _ = made
+    for of, near in (("exact", 1e-9), ("parametric", 5e-3)):
+        border = next(window.high for window in result.windows[of] if window.high.kind in ("period doubling", "period halving"))
+        assert border.value == pytest.approx(DOUBLING, abs=near)
+    fixed = result.parametric.piece("R1").map  # whose multiplier is -1 at its own doubling, by differences of its polynomial
+
+    def multiplier(gamma):
+        state = np.array([4 * np.pi / 3, np.arccos(np.pi / 3 / gamma)])
+        for _ in range(50):
+            h = 1e-6 * np.eye(2)
+            at = [fixed([[*point, gamma]])[0, :2] for point in (state, *(state + h), *(state - h))]
+            slope = np.column_stack([(at[1] - at[3]) / 2e-6, (at[2] - at[4]) / 2e-6])
+            state = state - np.linalg.solve(slope - np.eye(2), at[0] - state)
+        return np.linalg.eigvals(slope).real.min()
+
+    assert multiplier(border.value) == pytest.approx(-1, abs=1e-6)
+
+
+def test_a_map_of_too_low_an_order_does_not_follow():
+    """Of order 0 it has one motion at every value, which the exact map has not."""
+    text = STUDY.replace("order: 3", "order: 0").replace("orders: {R1: {v: 2}}", "orders: {R1: 0}").split("bifurcation")[0]
+    result = run(write(text))
+    (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
+    first, last = result.agreement.disagreements()
+    assert not verdict.holds
+    assert verdict.text.startswith(
+        f"no: at {first.count + last.count} of 21 values of Gamma from 1.35 to 1.6 they differ: Gamma from 1.35"
+    )
+    stated = text.replace("tolerance: 0.05", f"tolerance: 0.05, except: [[1.3, {first.high}], [{last.low}, 1.6]]")
+    (verdict,) = (v for v in run(write(stated)).verdicts if v.name == "parametric: follows")
+    assert verdict.text.startswith(f"yes: at {21 - first.count - last.count} values of Gamma from 1.35 to 1.6 outside [1.3, ")
+
+
+def test_a_piece_is_a_map_of_all_states_that_is_fitted_at_every_value():
+    section = "parameter: Gamma, from: 1.4, to: 1.5, points: 2, start: {v: 4.2, phi: 0.7}, discard: 30, returns: 4, map: [R1]"
+    result = run(write(f"{STUDY.split('parametric:')[0]}bifurcation: {{{section}}}"))
+    assert result.map_title("R1") == "fitted map R1"
+    fitted = run(write(STUDY.split("parametric:")[0].replace("1.4, r", "1.5, r"))).composite.piece("R1").map
+    state = np.array([4.2, 0.7])
+    for _ in range(34):
+        state = fitted([state])[0]
+    assert result.bifurcation["R1"].states[1, 0, -1] == pytest.approx(state, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("said", "says", "message"),
+    [
+        (
+            "map: [exact, parametric]",
+            "map: [exact, R2]",
+            "unknown map 'R2'; expected: exact, composite, R1, parametric",
+        ),
+        ("map: [exact, parametric]", "map: [exact, exact]", "'map' names a map twice"),
+        (
+            "bifurcation:\n  {parameter: Gamma",
+            "bifurcation:\n  {parameter: r",
+            "the parametric map is one over 'Gamma', not over 'r'",
+        ),
+        ("orders: {R1: {v: 2}}", "orders: {R2: 2}", "unknown piece 'R2'"),
+        ("orders: {R1: {v: 2}}", "orders: {R1: {w: 2}}", "unknown coordinate 'w'"),
+        ("orders: {R1: {v: 2}}", "nodes: 3", "3 nodes for order 3; expected: more nodes than the order"),
+        ("tolerance: 0.05", "except: [[1.5, 1.4]]", "[1.5, 1.4] is empty; expected: the lower end first"),
+        ("(Gamma - 1.4)", "(gama - 1.4)", "unknown name 'gama', did you mean 'Gamma'"),
+        ("name: R1", "name: parametric", "'parametric' is the name of a map; expected: another name for the piece"),
+    ],
+)
+def test_what_is_refused(said, says, message):
+    text = STUDY.replace("from: 1.5, to: 1.56", "from: 0.4, to: 0.5") if "parameter: r" in says else STUDY
+    assert text.count(said) == 1
+    with pytest.raises(NsmapsError) as caught:
+        run(write(text.replace(said, says)))
+    assert message in str(caught.value)
+
+
+def test_data_move_with_the_parameter():
+    """The fit at a value is the least squares of NumPy over the states that the condition has there."""
+    for gamma in (1.35, 1.55):
+        result = run(write(STUDY.split("parametric:")[0].replace("1.4, r", f"{gamma}, r")))
+        system = load_system("bouncing_ball", Gamma=gamma, r=0.5)
+        v, phi = (axis.ravel() for axis in np.meshgrid(np.linspace(3.6, 4.8, 25), np.linspace(0, 1.6, 25), indexing="ij"))
+        inside = (v >= 3.7) & (v <= 4.7) & ((phi - 0.7 - (gamma - 1.4)) ** 2 <= 0.2)
+        states = np.column_stack([v, phi])[inside]
+        returns = system.first_return(states)
+        known = returns.words == "BB"
+        powers = [(i, j) for i in range(5) for j in range(6) if i + j <= 5]
+        columns = np.column_stack([(states[known, 0] - 4.2) ** i * (states[known, 1] - 0.8) ** j for i, j in powers])
+        best = np.linalg.lstsq(columns, returns.image[known, 0], rcond=None)[0]
+        ours = result.composite.piece("R1").map(states[known])[:, 0]
+        assert ours == pytest.approx(columns @ best, abs=1e-9)
+
+
+def write(text):
+    Path("study.yaml").write_text(text)
+    return load_study("study.yaml")
