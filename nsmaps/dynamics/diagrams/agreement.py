@@ -27,6 +27,7 @@ class Agreement:
     holds: Bools  #: shape (V,), where the attractors agree
     tolerance: float  #: largest distance of attractors that agree, in the scale
     scale: Floats  #: shape (n,), unit of distances in each coordinate
+    starts: Floats | None = None  #: shape (S, n), of the orbits that were compared, where they are known
 
     def disagreements(self, apart_from: Sequence[tuple[float, float]] = ()) -> Iterator["Disagreement"]:
         """The intervals of neighbouring values at which the maps disagree, outside some closed intervals."""

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.conclusions.texts import finite, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import SPEC, Points, in_order
 from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
@@ -132,7 +132,9 @@ def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agr
     half = (1 + FITTED) / 2
     exact = bifurcation(Along(plan.system, spec.parameter), values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
     ours = bifurcation(map.at, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
-    return agreement(exact, ours, compare.tolerance, _sides(plan, exact)) if exact.held.any() else None
+    if not exact.held.any():
+        return None
+    return replace(agreement(exact, ours, compare.tolerance, _sides(plan, exact)), starts=start)
 
 
 def _sides(plan: "Plan", exact: "Bifurcation") -> "Floats":
@@ -193,13 +195,15 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
     inside = found.in_intervals(stated)
     wrong = list(found.disagreements(stated))
     holds = not wrong and not inside.all()
+    which = "orbits" if found.starts is None else f"orbits from {point(result.system.coordinates, found.starts[0])}"
     outside = f" outside {' and '.join(f'[{low:g}, {high:g}]' for low, high in stated)}" if stated else ""
     where = f"{(~inside).sum()} values of {section.parameter} from {section.low:g} to {section.high:g}{outside}"
     if holds:
         furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
-        text = f"at {where} the attractors have the same period and are at most {furthest:.2g} apart, in sides of the grid"
+        text = f"at {where} {which} end on attractors of the same period, at most {furthest:.2g} apart in sides of the grid"
     elif wrong:
-        text = f"at {sum(each.count for each in wrong)} of {where} they differ: {_spoken(section, result, wrong[0])}"
+        count, first = sum(each.count for each in wrong), _spoken(section, result, wrong[0])
+        text = f"at {count} of {where} {which} end on attractors that differ: {first}"
         text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
     else:
         text = f"no value is compared{outside}"
