@@ -8,7 +8,6 @@ from typer.testing import CliRunner
 from nsmaps import load_study, run
 from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
-from nsmaps.study.reading.reader import shipped_file
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
@@ -724,10 +723,3 @@ def test_a_study_made_in_python_names_the_section() -> None:
 
     with pytest.raises(StudyError, match=r"^mine: orbits\.0\.start: the coordinate 'phi' is missing"):
         run(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "returns": 2},)))
-
-
-def test_a_second_iterate_of_an_update_that_its_domain_does_not_make() -> None:
-    shipped = shipped_file("vi_pair/pd").read_text(encoding="utf-8")
-    Path("mine.yaml").write_text(shipped.replace("updates: [2, 11]}", "updates: [2, 12]}"))
-    with pytest.raises(StudyError, match=r"no update 12 of the domain 'fitted'; expected: at most 11"):
-        load_study("mine.yaml")

@@ -33,7 +33,7 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", updates: Sequence[int] = ()) -> Axes:
     """One coordinate two steps on, at updates of the auxiliary maps by number, each over its box (eq. auxv2nd, auxphi2nd).
 
-    They are those that the study names, else the second and the last; of a domain that came to rest before, the last. The lower
+    They are those that the study names, else the second and the last; in place of one that was not made the last. The lower
     map of the upper one has the fixed point p; the upper of the lower one, thin, has q. Where part 1 of the Statement does not
     apply it is the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). Where the
     maps of the last update are closed forms, the polynomial of the study is dashed, over all of the widest box. A last box that

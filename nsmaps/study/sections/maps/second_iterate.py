@@ -45,13 +45,6 @@ def _check(spec: SecondIterateSection, study: "Study") -> None:
     fitted = [piece.name for piece in study.composite if piece.reset is None]
     of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
     study.source.known(("second_iterate", "domain"), spec.domain, of_pieces, "domain of a fitted piece")
-    limit = next(domain.updates for domain in study.domains if domain.name == spec.domain)
-    for number in spec.updates:
-        if number > limit:
-            raise study.source.error(
-                ("second_iterate", "updates"),
-                f"there is no update {number} of the domain {spec.domain!r}; expected: at most {limit}",
-            )
 
 
 def _compute(spec: SecondIterateSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
