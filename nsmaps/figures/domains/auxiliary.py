@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from nsmaps.arrays import Floats
 from nsmaps.figures.data import ENVELOPED, held, position
 from nsmaps.figures.domains.envelopes import bounding, frame, headline, outer, worst_case, worst_steps
 from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
+from nsmaps.figures.style import BLUE, GREEN, HALO, ORANGE, dress, tint
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others
 _EXTREMES = (("P", "Q"), ("R", "O"))  #: names of the largest of the upper and the least of the lower map, a coordinate
+_END = 0.03  #: of the box, within which a point is at its end
 _APART = 12  #: the marks of a curve
 
 
@@ -58,24 +60,22 @@ def first_interval(result: "StudyResult", ax: Axes, coordinate: str = "", update
     ax.plot(*worst_steps(step, i), color="black", lw=0.9, ls=":", zorder=5, label=worst_case(chosen))
     _between(ax, chosen, step, i)
     for name, end in zip(_EXTREMES[i] if i < len(_EXTREMES) else (), (1, 0), strict=False):
-        _name(ax, name, float(step.at[0, i, end].mean()), float(step.worst[1, i, end]))
+        _name(ax, name, float(step.at[0, i, end].mean()), float(step.worst[1, i, end]), step.box[i])
     ax.set_title(headline(step, i))
     return ax
 
 
-def _name(ax: Axes, name: str, x: float, y: float) -> None:
-    """A point with its name, which is towards the middle of the axes."""
+def _name(ax: Axes, name: str, x: float, y: float, ends: Floats) -> None:
+    """A point with its name: outwards beside one at an end of the box, else above or below it, towards the middle of the axes."""
     if not np.isfinite([x, y]).all():
         return
     ax.plot(x, y, "o", color="black", ms=3.2, zorder=8)
-    right, up = x < np.mean(ax.get_xlim()), y < np.mean(ax.get_ylim())
-    beside: dict[str, Any] = {
-        "ha": "left" if right else "right",
-        "va": "bottom" if up else "top",
-        "textcoords": "offset points",
-        "zorder": 9,
-    }
-    ax.annotate(f"${name}$", (x, y), xytext=(3 if right else -3, 2 if up else -2), **beside)
+    side = np.sign(x - ends.mean()) if np.abs(x - ends).min() <= _END * np.ptp(ends) else 0
+    up = 1 if y < np.mean(ax.get_ylim()) else -1
+    place: dict[str, Any] = {"xytext": (4 * side, 0), "ha": "right" if side < 0 else "left", "va": "center"}
+    if not side:
+        place = {"xytext": (4, 4 * up), "ha": "left", "va": "bottom" if up > 0 else "top"}
+    ax.annotate(f"${name}$", (x, y), textcoords="offset points", zorder=9, path_effects=HALO, **place)
 
 
 def _chosen(result: "StudyResult", coordinate: str, update: int, domain: str) -> "tuple[AttractingDomain, Update, int]":
