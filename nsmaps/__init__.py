@@ -72,13 +72,13 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import orbit as orbit
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
-    from nsmaps.dynamics.returnmap import ReturnMap as ReturnMap
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
     from nsmaps.exact.batches import return_batch as return_batch
     from nsmaps.exact.observables.spec import Observable as Observable
     from nsmaps.exact.outcome import Outcome as Outcome
+    from nsmaps.exact.returnmap import ReturnMap as ReturnMap
     from nsmaps.exact.returns import Returns as Returns
     from nsmaps.exact.surfaces.along import Along as Along
     from nsmaps.exact.surfaces.family import ReturnFamily as ReturnFamily
@@ -90,6 +90,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.hybrid import HybridSystem as HybridSystem
     from nsmaps.exact.systems.hybrid import Section as Section
     from nsmaps.exact.systems.hybrid import Sliding as Sliding
+    from nsmaps.exact.systems.parameters import System as System
+    from nsmaps.exact.systems.piecewise import PiecewiseMap as PiecewiseMap
     from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
     from nsmaps.exact.systems.walls import Wall as Wall
     from nsmaps.exports.document import read_map as read_map
@@ -166,7 +168,6 @@ _PUBLIC = {
     "dynamics.observables.observe": ("Observed", "observe"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
-    "dynamics.returnmap": ("ReturnMap",),
     "dynamics.search": ("periodic_orbits",),
     "dynamics.diagrams.stability": ("StabilityDiagram", "stability_diagram"),
     "dynamics.charts.chart": ("Chart", "chart"),
@@ -177,10 +178,13 @@ _PUBLIC = {
     "exact.observables.spec": ("Observable",),
     "exact.batches": ("return_batch",),
     "exact.outcome": ("Outcome",),
+    "exact.returnmap": ("ReturnMap",),
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),
     "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
     "exact.systems.hybrid": ("Guard", "HybridSystem", "Section", "Sliding"),
+    "exact.systems.parameters": ("System",),
+    "exact.systems.piecewise": ("PiecewiseMap",),
     "exact.systems.system": ("ImpactSystem",),
     "exact.systems.walls": ("Wall",),
     "exports.document": ("read_map",),

@@ -23,10 +23,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
-
-    AnySystem = ImpactSystem | HybridSystem
+    from nsmaps.exact.systems.parameters import System
 
 GROUP = "nsmaps.systems"
 SKETCHES = "nsmaps.sketches"
@@ -37,7 +34,7 @@ def system_names() -> list[str]:
     return sorted({entry.name for entry in _entries()})
 
 
-def systems() -> "dict[str, type[AnySystem]]":
+def systems() -> "dict[str, type[System]]":
     """Every installed system, name -> class.
 
     A package that fails to import is named in a warning and left out. Raises SystemDefinitionError when two packages
@@ -53,7 +50,7 @@ def systems() -> "dict[str, type[AnySystem]]":
     return found
 
 
-def system_class(name: str) -> "type[AnySystem]":
+def system_class(name: str) -> "type[System]":
     """The class of an installed system, or of one in a file: `path/to/mine.py:Class`.
 
     Raises UnknownSystemError for a name that is not installed, SystemDefinitionError when its package fails to import
@@ -62,7 +59,7 @@ def system_class(name: str) -> "type[AnySystem]":
     return _from_file(*_split(name)) if is_file(name) else _imported(entry_of(name))
 
 
-def load_system(name: str, **parameters: Any) -> "AnySystem":
+def load_system(name: str, **parameters: Any) -> "System":
     """The system of this name with these parameters, validated.
 
     Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
@@ -152,7 +149,7 @@ def _changed(place: str) -> int:
         return 0
 
 
-def _imported(entry: EntryPoint) -> "type[AnySystem]":
+def _imported(entry: EntryPoint) -> "type[System]":
     """The entry point's class."""
     return _loaded(entry, lambda found: _checked(found, entry.value))
 
@@ -166,14 +163,13 @@ def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: f
         raise SystemDefinitionError(f"plugin {entry.name!r} of {owner_of(entry)} failed to import: {reason}") from error
 
 
-def _checked(found: object, where: str) -> "type[AnySystem]":
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
+def _checked(found: object, where: str) -> "type[System]":
+    from nsmaps.exact.systems.parameters import System
 
-    if isinstance(found, type) and issubclass(found, ImpactSystem | HybridSystem):
+    if isinstance(found, type) and issubclass(found, System):
         return found
     raise SystemDefinitionError(
-        f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem or nsmaps.HybridSystem"
+        f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem, nsmaps.HybridSystem or nsmaps.System"
     )
 
 
@@ -182,7 +178,7 @@ def _split(name: str) -> tuple[str, str]:
     return path, attribute
 
 
-def _from_file(path: str, attribute: str) -> "type[AnySystem]":
+def _from_file(path: str, attribute: str) -> "type[System]":
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
     file = Path(os.path.expanduser(path)).resolve()
     if not os.path.isfile(file):

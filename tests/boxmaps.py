@@ -6,6 +6,7 @@ import numpy as np
 
 from nsmaps.coordinates import Angle, wrap
 from nsmaps.exact.enclosure.images import BoxImages
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 
@@ -26,7 +27,7 @@ def one_each(images, bounded=None, empty=None):
 
 
 @dataclass
-class Henon:
+class Henon(ReturnMap):
     """x' = 1 - a x^2 + y, y' = b x, with its derivative."""
 
     a: float = 1.4
@@ -73,7 +74,7 @@ class Turn:
 
 
 @dataclass
-class Sway:
+class Sway(ReturnMap):
     """r' = r / 2, phi' = phi + sin(phi) / 2, increasing: fixed points 0, on the end of the turn, and pi."""
 
     coordinates: tuple[str, ...] = ("r", Angle("phi"))

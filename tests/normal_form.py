@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsmaps.coordinates import Coordinates
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
 
@@ -12,7 +13,7 @@ CODES = np.array([encode(word, ("L", "R")) for word in ("LL", "RR")])
 
 
 @dataclass(frozen=True)
-class NormalForm:
+class NormalForm(ReturnMap):
     """x' = tau x + y + mu, y' = -delta x, with (tau, delta) by the sign of x: the normal form of a border collision."""
 
     left: tuple[float, float]

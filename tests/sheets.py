@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from nsmaps.coordinates import Angle, wrap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 
@@ -30,7 +31,7 @@ def surface_of(f, v, phi, member=None):
     return Surface("F", grid, mask, returns_of(start[mask], np.column_stack(f(*start[mask].T))))
 
 
-class Analytic:
+class Analytic(ReturnMap):
     """An analytic map f(v, phi) -> (v', phi' not wrapped) as a system, whose smooth pieces `piece(v, phi)` numbers."""
 
     coordinates = NAMES

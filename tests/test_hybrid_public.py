@@ -167,7 +167,7 @@ def test_every_public_name_is_called_here_or_takes_no_system() -> None:
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
 REFUSED = {
-    "CompleteChatter": "chatter of a .* is not one event here; expected: ImpactSystem",
+    "CompleteChatter": "chatter of a .* is not one event here; expected: an ImpactSystem",
     "chatter_cascade": "a cascade begins at the end of a branch; expected: Event",
     "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",
@@ -177,7 +177,7 @@ REFUSED = {
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
-    "observe_noisy": "the states at events under noise are not stored; expected: ImpactSystem",
+    "observe_noisy": "observables under noise of a .*; expected: an ImpactSystem",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
 }

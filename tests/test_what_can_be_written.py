@@ -14,6 +14,7 @@ from scipy.optimize import brentq
 import nsmaps
 from nsmaps import Coordinates, Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.returnmap import ReturnMap
 
 README = Path(__file__).parents[1] / "README.md"
 TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
@@ -211,7 +212,7 @@ def delay():
             made.first_return([[-1.0]])
 
 
-class Logistic(SimpleNamespace):
+class Logistic(SimpleNamespace, ReturnMap):
     """x -> a x (1 - x), known by itself."""
 
     coordinates = Coordinates(("x",))

@@ -8,8 +8,8 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.enclosures.branch_and_bound import Ranges
+from nsmaps.exact.returnmap import ReturnMap
 
 
 class PlainMap(Protocol):
@@ -32,8 +32,8 @@ def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
     """The map as a function of states (N, n) whose angles come out on the turn nearest to the box's centre, shape (n, 2)."""
     coordinates = Coordinates(map.coordinates)
     centre = box.mean(axis=1)
-    if isinstance(map, ReturnMap):
-        exact = map
+    if isinstance(map, ReturnMap) or not callable(map):
+        exact = ReturnMap.require(map, "a domain")
 
         def of_returns(states: Floats) -> Floats:
             return coordinates.lift(exact.first_return(states).image, centre)

@@ -9,8 +9,8 @@ from nsmaps.auxiliary.envelope import AnyMap, image_function
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.enclosures.box_images import box_map
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
 TRIED = 1000  #: random states of a box, in addition to its corners

@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.enclosures.box_images import Fitted, Parts, box_map
+from nsmaps.enclosures.box_images import Boxed, Parts, box_map
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 
 
@@ -19,7 +19,7 @@ class FullAuxiliaryMap:
     What is true of all orbits of M_A is true of the map's, for these are among them.
     """
 
-    map: BoxMap | Fitted
+    map: Boxed
     boxes: ArrayLike  #: shape (R, n, 2), the boxes A_n, angles on any turn; a state may lie in several of them
 
     @property

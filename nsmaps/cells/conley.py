@@ -7,9 +7,8 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.cells.grid import Cells
 from nsmaps.coordinates import TWO_PI, BoxLike
-from nsmaps.enclosures.box_images import Fitted, box_map, name_of
+from nsmaps.enclosures.box_images import Boxed, box_map, name_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.progress import shows
 
 
@@ -24,7 +23,7 @@ class MorseGraph:
 
 
 @shows
-def conley_indices(map: BoxMap | Fitted, window: BoxLike, depth: int = 5, *, of: str = "") -> MorseGraph:
+def conley_indices(map: Boxed, window: BoxLike, depth: int = 5, *, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 
     CMGDB takes one image box of a cell: the hull of the images by all words, so that its sets may be larger than those of

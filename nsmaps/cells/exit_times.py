@@ -11,7 +11,7 @@ from nsmaps.cells.grid import Cells, Targets, counted, joined, targets_of
 from nsmaps.cells.morse_sets import MOST_CELLS, Trap
 from nsmaps.coordinates import BoxLike
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.enclosures.box_images import Fitted, box_map, name_of
+from nsmaps.enclosures.box_images import Boxed, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap
 from nsmaps.progress import Progress, beat, shows
@@ -119,7 +119,7 @@ def _listed(point: tuple[float, ...]) -> str:
 
 @shows
 def exit_times(
-    map: BoxMap | Fitted,
+    map: Boxed,
     regions: CompositeMap | Mapping[str, Region],
     window: BoxLike,
     depth: int = 4,

@@ -11,7 +11,7 @@ from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
 from nsmaps.cells.grid import Cells, painted, targets_of
 from nsmaps.cells.transition_graph import graph_of, invariant, order_of, recurrent
 from nsmaps.coordinates import BoxLike
-from nsmaps.enclosures.box_images import Fitted, box_map, name_of
+from nsmaps.enclosures.box_images import Boxed, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.interrupts import Interrupted
@@ -79,7 +79,7 @@ class MorseCover:
 
 @shows
 def morse_sets(
-    map: BoxMap | Fitted,
+    map: Boxed,
     window: BoxLike,
     depth: int = 5,
     cells: int | Sequence[int] = 8,
@@ -195,7 +195,7 @@ class Trap:
 
 
 @shows
-def closed_box(map: BoxMap | Fitted, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
+def closed_box(map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 
     Args:
@@ -213,7 +213,7 @@ def closed_box(map: BoxMap | Fitted, box: BoxLike, cells: int | Sequence[int] = 
 
 
 @shows
-def trap(map: BoxMap | Fitted, cover: MorseCover, component: int = 0) -> Trap:
+def trap(map: Boxed, cover: MorseCover, component: int = 0) -> Trap:
     """The cells of a component, joined with all cells that their images meet until nothing is added: a forward invariant set.
 
     The set is not forward invariant if an image leaves the window, is not bounded, or may not exist; its cells are then those

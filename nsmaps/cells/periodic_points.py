@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from nsmaps.cells.pseudo_orbits import spliced
 from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import BoxLike, Coordinates
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.enclosures.box_images import Fitted, box_map, name_of
+from nsmaps.enclosures.box_images import box_map, name_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.enclosure.images import BoxMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import Progress, beat, shows
+from nsmaps.reduced.fit.polymap import PolyMap
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -28,10 +28,6 @@ TRIES = 32  #: closed walks of each length from each cell, at random
 MOST_STEPS = 30  #: of Newton's method
 SAME = 1e-7  #: states that differ by less in every coordinate, of its side of the window or in radians, are one
 RESIDUAL = 1e-10  #: of cycles, in the same
-
-
-class Searchable(BoxMap, ReturnMap, Protocol):
-    """A map of which boxes and states have images, the latter with derivatives: exact systems, composite maps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -78,7 +74,7 @@ class CycleSearch:
 
 @shows
 def find_cycles(
-    map: Searchable | Fitted,
+    map: ReturnMap | PolyMap,
     window: BoxLike,
     period: int = 1,
     depth: int = 6,
@@ -114,7 +110,7 @@ def find_cycles(
     """
     if period < 1 or depth < 0:
         raise NsmapsError(f"period is {period} and depth is {depth}; expected: at least 1 and 0")
-    of, map = of or name_of(map), box_map(map)
+    of, boxed = of or name_of(map), box_map(map)
     grid = Cells.over(map.coordinates, window, cells)
     numbers = np.arange(grid.size)
     may, walks = np.ones((grid.size, period), bool), tuple[Ints, ...]()
@@ -123,11 +119,11 @@ def find_cycles(
             grid, numbers = grid.halved(), grid.parts(numbers)
         if len(numbers) > MOST_CELLS:
             raise NsmapsError(f"level {level} has {len(numbers)} cells; expected: {MOST_CELLS}; take less depth")
-        graph = graph_of(grid, numbers, targets_of(map, grid, numbers))
+        graph = graph_of(grid, numbers, targets_of(boxed, grid, numbers))
         numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
         beat(2.0 ** (level - depth), f"level {level} of {depth}, {len(numbers)} cells")
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
-    cycles, starts = _cycles(map, grid, guesses, period)
+    cycles, starts = _cycles(ReturnMap.require(boxed, "cycles"), grid, guesses, period)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))
     return CycleSearch(of, period, grid, numbers, may, known, cycles, starts)
 

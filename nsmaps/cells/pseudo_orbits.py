@@ -4,7 +4,7 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 
 NEAR = 0.05  #: of the window's sides, that a jump may be long in every coordinate
 WALKS = 3000  #: of each length

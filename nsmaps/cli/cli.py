@@ -129,7 +129,6 @@ def check(
     Each error is reported on one line with file, line, column, what is expected and a near match; the exit code is then 2.
     Formulas of the system that are inconsistent, such as a displacement that does not start at its impact, are errors too.
     """
-    from nsmaps.exact.systems.checks import check_formulas
     from nsmaps.plugins import is_file
     from nsmaps.study.conclusions.summary import about
     from nsmaps.study.limits import check_sizes, total
@@ -142,7 +141,8 @@ def check(
             say(f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True)
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
-            check_formulas(system := read.system_object())
+            system = read.system_object()
+            system.check_formulas()
         needs = check_sizes(read, system, max_memory, max_hours)
     say(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())

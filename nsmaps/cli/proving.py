@@ -51,14 +51,16 @@ def prove(
 def _found(study: "Study") -> "Certificate":
     """The certificate of what the sections of a study ask for."""
     from nsmaps.proof.closed import Around
+    from nsmaps.proof.formula import provable
     from nsmaps.proof.horseshoe import prove_horseshoe
     from nsmaps.proof.prove import prove as search
 
-    parts, spec, chaos, system = [], study.proof, study.horseshoe, study.system_object()
+    parts, spec, chaos = [], study.proof, study.horseshoe
     if spec is None and chaos is None:
         raise NsmapsError(
             f"the study {study.name} names no proof; expected: a section 'proof' with a start near an attractor, or 'horseshoe'"
         )
+    system = provable(study.system_object())
     if chaos is not None:
         options = chaos.model_dump(exclude={"box"})
         parts.append(prove_horseshoe(system, chaos.box, options.pop("period"), **options))

@@ -7,15 +7,15 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import extents_of
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import iterated
 
 
 @dataclass(frozen=True, slots=True)
-class Iterated:
+class Iterated(ReturnMap):
     """The iterate of a return map of order `times`: words are joined, such as BBTB for BB and BTB; an orbit that ends keeps
     its outcome. The order may depend on the state: `times` is then a function of states (N, n) with orders (N,), such as the
     `returns_of` of a composite map with pieces of several returns, whose counterpart this is.
@@ -25,6 +25,7 @@ class Iterated:
     times: int | Callable[[Floats], Ints]
 
     def __post_init__(self) -> None:
+        ReturnMap.require(self.map, "an iterate")
         if not callable(self.times) and self.times < 1:
             raise NsmapsError(f"{self.times} returns; expected: at least one")
 

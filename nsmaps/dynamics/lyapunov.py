@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, followed, starts_under
+from nsmaps.dynamics.returnmap import followed, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
@@ -70,7 +71,7 @@ def lyapunov(map: ReturnMap, state: StateLike, n: int, discard: int = 1000) -> L
         StateError: the state does not have the map's coordinates.
         NsmapsError: n is below 32, the number of batches, or `discard` is negative.
     """
-    start, dim = as_starts(state, map.coordinates), len(map.coordinates)
+    start, dim = as_starts(state, ReturnMap.require(map, "exponents").coordinates), len(map.coordinates)
     if n < BATCHES or discard < 0:
         raise NsmapsError(f"{n} returns after {discard}; expected: at least {BATCHES}, one per batch, after zero or more")
     flat = start.reshape(-1, dim)
@@ -105,20 +106,15 @@ class _Growth:
 
 def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
     """The growth of frames in n returns of states (M, dim), in parts of many returns if the map computes many in one call."""
-    many = map if isinstance(map, OrbitMap) else None  # a check of a protocol takes as long as a return
-    block = max(BLOCK // len(states), 1) if many is not None and len(states) else 1
+    block = max(BLOCK // len(states), 1) if map.has_orbits and len(states) else 1
     for first in range(0, n, block):
-        if many is not None:
-            returns = many.orbits(states, min(block, n - first), derivative=True)
-        else:
-            returns = map.first_return(states, derivative=True)
-        part = _carried(returns, frames)
+        part = _carried(map.orbits(states, min(block, n - first), derivative=True), frames)
         states, frames = part.states, part.frames
         yield part
 
 
 def _carried(returns: Returns, frames: Floats) -> _Growth:
-    """The growth of frames in returns of M states, in the order of `OrbitMap.orbits`, by modified Gram-Schmidt."""
+    """The growth of frames in returns of M states, in the order of `ReturnMap.orbits`, by modified Gram-Schmidt."""
     from nsmaps.dynamics.frames import carried
 
     m, dim, frames = len(frames), frames.shape[1], frames.copy()

@@ -3,8 +3,8 @@
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.returnmap import ReturnMap, is_exact
 from nsmaps.errors import StateError
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.systems.hybrid import HybridSystem
 
 
@@ -14,7 +14,7 @@ def speeds_of(map: ReturnMap, states: Floats, scale: Floats) -> Floats | None:
     None of maps without flights, and where a state is not a start.
     """
     if not isinstance(map, HybridSystem):
-        return scale[:1] if is_exact(map) else None
+        return scale[:1] if isinstance(map, ExactMap) else None
     try:
         return map.guard_speeds(states, between=True)
     except StateError:
@@ -27,7 +27,7 @@ def margins_of(map: ReturnMap, states: Floats, speeds: Floats | None) -> Floats:
     Speeds are shares of those of `speeds_of`, gaps shares of the distance moved at these in a radian of phase, without forcing in
     a unit of time. Infinity of maps without flights.
     """
-    if speeds is None or not is_exact(map):
+    if speeds is None or not isinstance(map, ExactMap):
         return np.full((2, len(states)), np.inf)
     if isinstance(map, HybridSystem):
         found, unit = map.itineraries(states, speeds), 1.0

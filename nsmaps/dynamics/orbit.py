@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, continued, single_returns
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
+from nsmaps.exact.returnmap import ReturnMap, continued, single_returns
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import PLAIN, Alphabet, decoded
 from nsmaps.progress import Progress, beat, shows
@@ -84,14 +84,14 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
-        map: an exact system, a composite map, or anything else with `coordinates` and `first_return`.
+        map: an exact system, a composite map, or any other return map.
         progress: called now and then with the fraction of the returns that is made, from 0 to 1.
         how: passed on to the map's returns, such as `chatter=inf` of an exact system.
 
     Raises:
         StateError: the state has not the map's coordinates, or n is negative.
     """
-    start, dim = as_starts(state, map.coordinates), len(map.coordinates)
+    start, dim = as_starts(state, ReturnMap.require(map, "an orbit").coordinates), len(map.coordinates)
     if n < 0:
         raise StateError(f"n is {n}; expected: a number of returns >= 0")
     flat = start.reshape(-1, dim)
@@ -116,10 +116,10 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
 
 
 def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
-    """The first n returns of each of M states, shape (M, dim), in parts: rows as of `OrbitMap.orbits`; no part of no states."""
+    """The first n returns of each of M states, shape (M, dim), in parts: rows as of `ReturnMap.orbits`; no part of no states."""
     if not len(states):
         return
-    if not isinstance(map, OrbitMap) or len(states) >= MANY:
+    if not map.has_orbits or len(states) >= MANY:
         yield from single_returns(map, states, n, **how)
         return
     block, before = BLOCK // len(states), None

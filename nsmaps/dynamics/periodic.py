@@ -10,9 +10,10 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap, is_exact, nearest_starts
+from nsmaps.dynamics.returnmap import nearest_starts
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
 
 MOST_STEPS = 50  #: steps of Newton's method
@@ -151,7 +152,7 @@ def periodic_orbit(
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
-    states = np.atleast_2d(as_starts(guess, map.coordinates))
+    states = np.atleast_2d(as_starts(guess, ReturnMap.require(map, "a periodic orbit").coordinates))
     dim = len(map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
@@ -179,7 +180,7 @@ def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Float
 
 def least_time(map: ReturnMap, guess: Returns) -> float:
     """The time that an orbit must take, from the period of a map's forcing and the times of a guess; 0 where they are unknown."""
-    rate = map.phase_rate() if is_exact(map) else 0.0
+    rate = map.phase_rate() if isinstance(map, ExactMap) else 0.0
     times = np.append(guess.time[np.isfinite(guess.time)].sum(), 2 * np.pi / rate if rate else 0.0)
     return INSTANT * float(times.max())
 

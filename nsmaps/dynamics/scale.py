@@ -8,8 +8,8 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.returnmap import ReturnMap, is_exact
 from nsmaps.errors import StateError
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 
 MOST = 4  #: states whose motions are looked at
 SMALL = 1e-3  #: share of what a coordinate changes by with the others, below which its magnitude is near zero by chance
@@ -48,25 +48,22 @@ def scale_of(map: ReturnMap, *states: Floats, beside: Floats | None = None) -> F
 
 def extents_of(map: ReturnMap, points: Floats) -> Floats | None:
     """The extents of the motions through states (N, n) that are starts, shape (n,), zero without one; None if none are known."""
-    own = getattr(map, "extents", None)
-    if own is None:
-        return None
     found = np.zeros(points.shape[1])
     for point in points:
         try:
-            one = own(point[None])
+            own = map.extents(point[None])
         except StateError:
             continue
-        if one is None:  # as of an iterate of such a map
+        if own is None:
             return None
-        found = np.fmax(found, one)
+        found = np.fmax(found, own)
     return found
 
 
 def _linked(map: ReturnMap, unit: Floats, points: Floats, fixed: Bools) -> Floats:
     """Units (n,) in which those of fixed coordinates are found from the parameters and the others, by derivatives of images."""
     slopes = _slopes(map, points)
-    if is_exact(map):
+    if isinstance(map, ExactMap):
         moves = [map.sensitivity(points, {name: value}) for name, value in map.parameters.items() if value]
         each = np.nan_to_num(np.abs(np.reshape(moves, (-1, *points.shape))), posinf=0.0).max(axis=1, initial=0.0)
         middle = [float(np.median(column[column > 0])) if column.any() else 0.0 for column in each.T]

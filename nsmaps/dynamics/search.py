@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 
 
@@ -38,7 +38,7 @@ def periodic_orbits(
     """
     found: list[PeriodicOrbit] = []
     rotations = None if words is None else {(*words[k:], *words[:k]) for k in range(len(words))}
-    for start in as_states(starts, map.coordinates):
+    for start in as_states(starts, ReturnMap.require(map, "periodic orbits").coordinates):
         orbit = periodic_orbit(map, start, period, tolerance)
         if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
             continue

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TypeVar, overload
+from typing import overload
 
 import numpy as np
 
@@ -13,16 +13,16 @@ from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.polymap import PolyMap
 
 EVERYWHERE = "0 == 0"
 Fitted = PolyMap | CompositeMap
-AnyBoxMap = TypeVar("AnyBoxMap", bound=BoxMap)
+Boxed = BoxMap | ReturnMap | PolyMap  #: what `box_map` takes
 
 
 def name_of(map: object) -> str:
@@ -30,7 +30,7 @@ def name_of(map: object) -> str:
 
     A map of another class has the name of this, such as `map Lozi`.
     """
-    if isinstance(map, ImpactSystem | HybridSystem):
+    if isinstance(map, FlowSystem):
         return "exact map"
     if isinstance(map, PolyMap):
         return "fitted map"
@@ -79,7 +79,7 @@ class Parts:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FittedBoxes:
+class FittedBoxes(ReturnMap):
     """A composite map as one that encloses the images of boxes; of states it has the images that the map has."""
 
     map: CompositeMap
@@ -134,8 +134,8 @@ class FittedBoxes:
 @overload
 def box_map(map: Fitted) -> FittedBoxes: ...
 @overload
-def box_map(map: AnyBoxMap) -> AnyBoxMap: ...
-def box_map(map: BoxMap | Fitted) -> BoxMap:
+def box_map(map: Boxed) -> BoxMap: ...
+def box_map(map: Boxed) -> BoxMap:
     """A map that encloses the images of boxes: itself where it does, as exact systems, and `FittedBoxes` of a fitted one.
 
     Raises:
@@ -145,7 +145,7 @@ def box_map(map: BoxMap | Fitted) -> BoxMap:
         return map
     if isinstance(map, PolyMap | CompositeMap):
         return FittedBoxes.of(map)
-    accepted = "an exact system, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), any map with image_boxes"
+    accepted = "an exact system, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), any map with `image_boxes`"
     raise NsmapsError(f"a {type(map).__name__} encloses no images of boxes; expected: {accepted}")
 
 

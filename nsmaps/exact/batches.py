@@ -8,9 +8,8 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, divides
 
 PART = 20_000  #: returns of a part, unless `jobs` says how many states
@@ -18,16 +17,14 @@ ROWS = ("image", "turns", "codes", "outcome", "time", "derivative")  #: of retur
 
 
 @divides
-def return_batch(
-    system: ImpactSystem | HybridSystem, states: ArrayLike, n: int = 1, derivative: bool = False, *, jobs: Jobs = SERIAL
-) -> Returns:
+def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: bool = False, *, jobs: Jobs = SERIAL) -> Returns:
     """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `jobs`.
 
     The numbers are the same to the last bit. Flights are integrated on one core of a process; a `ProcessPoolExecutor` takes all
     cores. n M rows, the first return of every state first.
 
     Args:
-        system: an exact system.
+        system: any return map.
         states: shape (M, dim), as of `first_return`.
         n: number of returns.
         derivative: also the derivative of each image by its start.
@@ -38,7 +35,7 @@ def return_batch(
         NsmapsError: n is below 1.
         Interrupted: Ctrl-C; `result` has the returns of the first states, up to a part that was not finished.
     """
-    start = as_states(states, system.coordinates)
+    start = as_states(states, ReturnMap.require(system, "returns").coordinates)
     if n < 1:
         raise NsmapsError(f"n is {n}; expected: at least one return")
     if not (jobs.divided and len(start)):
@@ -60,7 +57,7 @@ def return_batch(
     return found
 
 
-def _part(system: ImpactSystem | HybridSystem, start: Floats, n: int, derivative: bool) -> Arrays:
+def _part(system: ReturnMap, start: Floats, n: int, derivative: bool) -> Arrays:
     """The first n returns of some states, in arrays of n rows."""
     returns = system.orbits(start, n, derivative)
     found = {name: getattr(returns, name) for name in ROWS}

@@ -1,7 +1,7 @@
 """The exact motion at and between impacts or events, sampled, for figures of trajectories."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.exact.events import ModeTrack, check_samples
 from nsmaps.exact.returns import Impacts
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.system import ImpactSystem
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -46,10 +46,12 @@ class Track:
 
 
 @overload
-def track(system: "ImpactSystem", state: ArrayLike, n: int, samples: int = 60) -> Track: ...
+def track(system: ImpactSystem, state: ArrayLike, n: int, samples: int = 60) -> Track: ...
 @overload
 def track(system: HybridSystem, state: ArrayLike, n: int, samples: int = 60) -> ModeTrack: ...
-def track(system: "ImpactSystem | HybridSystem", state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack:
+@overload
+def track(system: System, state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack: ...
+def track(system: System, state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack:
     """The exact motion from a state of the return map, shape (m,), through the first n impacts or events, the start included.
 
     Impacts are those on all walls, events those of all guards; a motion that ends, as by `Guard.ends`, or that meets no further
@@ -59,8 +61,10 @@ def track(system: "ImpactSystem | HybridSystem", state: ArrayLike, n: int, sampl
         StateError: the state is not a start, n is less than 2, or there are fewer than 2 samples.
     """
     check_samples(n, samples)
+    system = FlowSystem.require(system, "a trajectory")
     if isinstance(system, HybridSystem):
         return system._kernel().track(np.asarray(state, float), n, samples)
+    assert isinstance(system, ImpactSystem)
     impacts = system.impacts(state, n)
     time, displacement, velocity = system._kernel().trajectory(impacts, samples)
     walls = system.walls().values()

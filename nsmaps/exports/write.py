@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exports.document import KINDS, kind_of
 from nsmaps.exports.equations.modes import mode_files
@@ -64,7 +66,7 @@ def export(
     """
     files = _files(result, format, name)
     _write(files, path)
-    several = len(files) > 1 or not isinstance(result, Exportable | ImpactSystem | HybridSystem)
+    several = len(files) > 1 or not isinstance(result, Exportable | System)
     return files if several else next(iter(files.values()))
 
 
@@ -103,7 +105,7 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     if name is not None and identifiers([name]) != [name]:
         near = identifiers([name])[0]
         raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
-    if isinstance(result, ImpactSystem | HybridSystem):
+    if isinstance(result, System):
         return _of_system(result, format, name)
     if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
@@ -128,26 +130,29 @@ def left_out(result: "StudyResult", format: str) -> list[str]:
     return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
 
 
-def _of_system(system: ImpactSystem | HybridSystem, format: str, name: str | None = None) -> dict[str, str]:
+def _of_system(system: System, format: str, name: str | None = None) -> dict[str, str]:
     """The equations of an exact system, or its first return as a program, by file name."""
     if why := _unwritten(system, format):
-        raise NsmapsError(
-            f"{type(system).__name__} as {format!r}: {why}; expected: latex, or c and julia of flights in closed form"
-        )
+        expected = "latex, or c and julia of flights in closed form" if isinstance(system, FlowSystem) else FlowSystem.wanted
+        raise NsmapsError(f"{type(system).__name__} as {format!r}: {why}; expected: {expected}")
+    if isinstance(system, HybridSystem):
+        return mode_files(system, name)
+    assert isinstance(system, ImpactSystem)
     if format == "latex":
-        return mode_files(system, name) if isinstance(system, HybridSystem) else system_files(system, name)
+        return system_files(system, name)
     from nsmaps.exports.engine.program import first_return_files
 
-    assert isinstance(system, ImpactSystem)
     return first_return_files(system, format, name or identifiers([type(system).__name__.lower()])[0])
 
 
-def _unwritten(system: ImpactSystem | HybridSystem, format: str) -> str:
-    """The reason why an exact system cannot be written in a language, or no text."""
+def _unwritten(system: System, format: str) -> str:
+    """The reason why a system cannot be written in a language, or no text."""
+    if not isinstance(system, FlowSystem):
+        return "its returns are given by a program, and not by formulas"
     if format == "latex":
         return ""
     if format not in PROGRAMS:
         return "its map is implicit"
-    if isinstance(system, HybridSystem):
+    if not isinstance(system, ImpactSystem):
         return "it has modes, which have an engine of their own"
     return "its flights are integrated" if system.flight() == "acceleration" else ""

@@ -22,8 +22,8 @@ RADIUS = 2.0**-50  #: of a number relative to it: it holds the decimal, the doub
 Entry = list[Any]
 
 
-def check_provable(system: object) -> None:
-    """Refuse systems of a class whose return maps proofs do not follow.
+def provable(system: object) -> "ImpactSystem":
+    """A system of a class whose return maps proofs follow.
 
     Raises:
         ProofError: a system with modes, one whose flights are integrated, or another map.
@@ -38,7 +38,7 @@ def check_provable(system: object) -> None:
     elif system.flight() == "acceleration":
         kind = "is given by its acceleration, so that its flights are integrated"
     else:
-        return
+        return system
     raise ProofError(
         f"{type(system).__name__} {kind}, and no proofs are made of such; expected: an ImpactSystem whose `displacement` solves "
         "z'' = -b z' - k z + g + F cos(w t) + S sin(w t) (where flights between impacts are of this kind, write it as one)"
@@ -54,7 +54,7 @@ def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None
     Raises:
         ProofError: the system is not of this kind; states in which respect.
     """
-    check_provable(system)
+    provable(system)
     middle = _numbers(system, {})
     for name, radius in (radii or {}).items():
         _widen(system, middle, name, radius)

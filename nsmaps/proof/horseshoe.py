@@ -11,7 +11,7 @@ from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.proof.formula import balls_of, check_provable, equation_of
+from nsmaps.proof.formula import balls_of, equation_of, provable
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.formula import Doubtful
 from nsmaps.verify.horseshoe import BITS, Parallelogram, covers, meeting
@@ -63,7 +63,7 @@ def prove_horseshoe(
         returns: see `found_horseshoe`.
         progress: called now and then with the fraction that is done.
     """
-    check_provable(system)
+    provable(system)
     return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles, returns)
 
 

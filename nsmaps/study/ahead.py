@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsmaps.enclosures.box_images import box_map
 from nsmaps.exact.compiling.compiled import missing
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
@@ -21,12 +22,12 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.sections import SECTIONS
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.study.binding import Plan
     from nsmaps.study.study import Study
 
 
-def _composite(system: "ImpactSystem") -> None:
+def _composite(system: "System") -> None:
     """One orbit of a composite map of one piece."""
     names = system.coordinates
     piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
@@ -35,19 +36,19 @@ def _composite(system: "ImpactSystem") -> None:
     composite.piece_of(np.zeros((1, len(names))))
 
 
-def _boxes(system: "ImpactSystem") -> None:
+def _boxes(system: "System") -> None:
     """The image of one box."""
-    system.image_boxes(np.zeros((1, len(system.coordinates), 2)))
+    box_map(system).image_boxes(np.zeros((1, len(system.coordinates), 2)))
 
 
-def _noise(system: "ImpactSystem") -> None:
+def _noise(system: "System") -> None:
     """One return under noise."""
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
 
     noisy_orbits(system, np.zeros(len(system.coordinates)), 1, Noise(sigma=0, tau=1), step=1)
 
 
-CALLS: dict[str, Callable[["ImpactSystem"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}
+CALLS: dict[str, Callable[["System"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}
 
 
 def calls_of(study: "Study") -> list[str]:
@@ -77,7 +78,7 @@ def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
             other.wait()
 
 
-def _started(system: "ImpactSystem", names: list[str]) -> list[subprocess.Popen[bytes]]:
+def _started(system: "System", names: list[str]) -> list[subprocess.Popen[bytes]]:
     """The process that makes the calls; none if the system cannot be sent to one, or none can be started."""
     with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
         sent = pickle.dumps((system, names))

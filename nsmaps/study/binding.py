@@ -24,7 +24,7 @@ from nsmaps.study.sections import SECTIONS
 from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 Value = TypeVar("Value")
 
@@ -34,7 +34,7 @@ class Plan:
     """The objects that a study describes, checked against its system; nothing is computed yet."""
 
     study: Study
-    system: "ImpactSystem"
+    system: "System"
     bound: dict[str, Any]  #: the result of `bind` of each section of the study, by key
     jobs: Jobs = field(
         default=SERIAL, compare=False
@@ -63,7 +63,7 @@ def prepare(study: Study) -> Plan:
     return Plan(study, binding.system, {each.key: each.bind(getattr(study, each.key), binding) for each in named})
 
 
-def _system(study: Study) -> "ImpactSystem":
+def _system(study: Study) -> "System":
     source = study.source
     try:
         cls = system_class(study.system)
@@ -85,7 +85,7 @@ class Binding:
     """The conversion of sections to objects for one system; raises StudyError at the place of an entry that is not consistent."""
 
     study: Study
-    system: "ImpactSystem"
+    system: "System"
 
     def grid(self, loc: Loc, spans: Mapping[str, Span]) -> Grid:
         """The grid with these spans, one for every coordinate."""

@@ -15,14 +15,14 @@ from nsmaps.study.steps import SECTION, steps_of
 from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 HOURS = 24.0  #: default limit
 MEMORY = 8.0  #: gigabytes, the default limit where the memory of the machine is unknown
 VARIABLE = "NSMAPS_MAX_{}"
 
 
-def sizes(study: Study, system: "ImpactSystem") -> dict[str, Size | None]:
+def sizes(study: Study, system: "System") -> dict[str, Size | None]:
     """The size of each step of a run, None where it cannot be estimated."""
     sections = [SECTION[name] for name in steps_of(study)[1:]]
     return {
@@ -36,7 +36,7 @@ def total(found: Mapping[str, Size | None]) -> Size:
 
 
 def check_sizes(
-    study: Study, system: "ImpactSystem", max_memory: float | None = None, max_hours: float | None = None
+    study: Study, system: "System", max_memory: float | None = None, max_hours: float | None = None
 ) -> dict[str, Size | None]:
     """The size of each step; raises StudyError at the section with the largest share if the sum exceeds a limit.
 

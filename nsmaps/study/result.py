@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from xarray import DataTree
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.exact.surfaces.family import WordFamily
     from nsmaps.exact.surfaces.mesh import Mesh, Part
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.study.sections import Kept
     from nsmaps.study.study import Study
 else:
@@ -29,7 +29,7 @@ class _Run(Kept):
     """The fields of every result, and properties that follow from those of its sections."""
 
     study: "Study"
-    system: "ImpactSystem"
+    system: "System"
     verdicts: tuple[Verdict, ...] = ()
     timings: dict[str, float] = field(default_factory=dict)  #: seconds, by step
     versions: dict[str, str] = field(default_factory=dict)

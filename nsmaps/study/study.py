@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BaseModel, Field, PrivateAttr, create_model
 
@@ -16,7 +16,7 @@ from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections import SECTIONS
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 
 def scalar(value: object) -> object:
@@ -54,9 +54,9 @@ class _Head(BaseModel):
         """The source from which the study was read."""
         return self._source
 
-    def system_object(self) -> "ImpactSystem":
+    def system_object(self) -> "System":
         """The system with the study's parameters; raises as `system_class`, and ValidationError for parameters."""
-        return cast("ImpactSystem", system_class(self.system)(**self.parameters))
+        return system_class(self.system)(**self.parameters)
 
     def names(self, key: str) -> bool:
         """True if the study names a section."""

@@ -14,11 +14,11 @@ from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
 from nsmaps.exact.flows.ways import FORCING
 from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.parameters import ParametricSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.testing.integrated import integrated_flight
 
-System = TypeVar("System", bound=ParametricSystem)
+AnySystem = TypeVar("AnySystem", bound=System)
 Acceleration = Callable[[Any, Any, Any], Any]  #: of time, place and velocity
 
 DIGITS = 30
@@ -70,7 +70,7 @@ def flight_of(system: ImpactSystem) -> Flight:
     return Flight(cls.__name__, place, velocity, acceleration, period, places)
 
 
-def check_description(system: ParametricSystem) -> None:
+def check_description(system: System) -> None:
     """Warn where `nsmaps systems` would list no description."""
     cls = type(system)
     if not vars(cls).get("__doc__"):
@@ -80,7 +80,7 @@ def check_description(system: ParametricSystem) -> None:
             warnings.warn(f"{cls.__name__}.{name} has no description; write it with its unit into `Field`", stacklevel=3)
 
 
-def check_units(system: ImpactSystem | HybridSystem) -> None:
+def check_units(system: System) -> None:
     """Units of what the system has, each a text; none where it says that nothing has a unit."""
     states = system.states if isinstance(system, HybridSystem) else ()
     cls, known = type(system).__name__, list(dict.fromkeys([*system.coordinates, *states, *system.parameters, *MOTION]))
@@ -265,7 +265,7 @@ def check_use(system: ImpactSystem) -> None:
             )
 
 
-def neighbours(system: System, name: str) -> Iterator[System]:
+def neighbours(system: AnySystem, name: str) -> Iterator[AnySystem]:
     """The system with one parameter changed slightly, either way, where the value is admissible."""
     value = getattr(system, name)
     for step in (0.01, -0.01):

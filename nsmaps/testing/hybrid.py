@@ -11,14 +11,14 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.testing.formulas import check_description, check_units, neighbours
+from nsmaps.testing.formulas import check_description, check_units
+from nsmaps.testing.maps import check_derivatives, check_influence
 from nsmaps.testing.mode_formulas import Formulas, followed
 
 TRIALS, SIZES = 200, (-2.0, 1.0)  #: random states without `states`, powers of ten of their sizes
 FOLLOWED, EVENTS = 6, 12  #: returns that are integrated, and the events of the longest of them
 CLOSE = 1e-7  #: of an integrated state, relative
 STEEP = 1e2  #: the largest derivative of returns that are integrated
-STEP = 1e-6  #: of differences, relative
 
 
 def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
@@ -49,17 +49,11 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
             stacklevel=3,
         )
     tried = later if states is None and later.certified.any() else returns  # no motion may come to a random state
-    _check_derivatives(system, tried.select(tried.outcome == Outcome.returned))
+    check_derivatives(system, tried.select(tried.outcome == Outcome.returned), _bound(system))
     _check_flights(system, tried.select(tried.certified))
     both = Returns.concatenated([returns, later])
     good = both.select(both.certified)
-    for name in type(system).parameter_names():
-        others = [other.first_return(other.on_section(good.start), derivative=True) for other in neighbours(system, name)]
-        if others and all(np.array_equal(other.image, good.image, equal_nan=True) for other in others):
-            raise CheckError(
-                f"no return of {type(system).__name__} depends on its parameter {name!r}: the same from {len(good)} states with "
-                f"{name} a hundredth more or less; expected: an effect, `states` that show it, or no such parameter"
-            )
+    check_influence(system, good)
 
 
 def _continued(system: HybridSystem, returns: Returns) -> Returns:
@@ -82,29 +76,6 @@ def _trial_states(system: HybridSystem) -> Floats:
     states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
     states = np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states)
     return system.on_section(states)
-
-
-def _check_derivatives(system: HybridSystem, returns: Returns) -> None:
-    """The derivatives are those of differences wherever two differences agree."""
-    assert returns.derivative is not None
-    bound = _bound(system)
-    for k in (k for k, name in enumerate(returns.coordinates) if name not in bound):
-        quotients = []
-        for share in (1.0, 0.5):
-            h = share * STEP * np.maximum(np.abs(returns.start[:, k]), 1e-3)
-            ends = [returns.start + sign * h[:, None] * np.eye(returns.start.shape[1])[k] for sign in (1, -1)]
-            up, down = (system.first_return(end) for end in ends)
-            same = (up.codes == returns.codes) & (down.codes == returns.codes)
-            quotients.append(np.where(same[:, None], (up.lifted - down.lifted) / (2 * h[:, None]), np.nan))
-        size = 1e-3 + np.abs(returns.derivative).max(axis=(1, 2))[:, None]
-        sure = np.abs(quotients[0] - quotients[1]) <= 0.1 * 1e-3 * size
-        off = np.where(sure, np.abs(quotients[1] - returns.derivative[:, :, k]) / size, 0.0)
-        if off.max(initial=0.0) > 1e-3:
-            row = int(off.max(axis=1).argmax())
-            raise CheckError(
-                f"the derivative of {type(system).__name__} by {returns.coordinates[k]} at {returns.start[row]} is "
-                f"{returns.derivative[row, :, k]}; expected: {quotients[1][row]}, the difference of two returns"
-            )
 
 
 def _bound(system: HybridSystem) -> set[str]:

@@ -10,6 +10,7 @@ from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.testing.formulas import (
     DIGITS,
@@ -30,15 +31,14 @@ from nsmaps.testing.formulas import (
     neighbours,
 )
 from nsmaps.testing.hybrid import check_hybrid
+from nsmaps.testing.maps import check_map
 
 SPEEDS, PHASES = np.geomspace(1e-3, 30, 12), np.arange(12) / 12 * TWO_PI + 0.1  #: of trial states, in the system's units
 CLOSE = 1e-7  #: of the compiled flight to the formulas, relative
 FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas, their impacts, places looked at in a flight
 
 
-def check_system(
-    system: ImpactSystem | HybridSystem, acceleration: Acceleration | None = None, states: ArrayLike | None = None
-) -> None:
+def check_system(system: System, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
     """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
     Errors are: walls without room between them, or missing walls, so that flights never return; a wrong period; a flight with a
@@ -55,6 +55,10 @@ def check_system(
     derivatives that are not those of differences; returns that an integrator with the formulas of modes, guards and resets does
     not reach, through sliding and lasting contact too. Warnings are missing descriptions and events that never take place.
 
+    Of a map that a class gives by its `first_return` errors are states none of which has an image; images that depend on the
+    other states of a batch; angles beyond a turn; derivatives that are not those of differences; a parameter on which no return
+    depends.
+
     Args:
         system: with parameters at which the base wall, or the section, is reached.
         acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), with which the displacement is compared;
@@ -68,9 +72,12 @@ def check_system(
     if isinstance(system, HybridSystem):
         check_hybrid(system, states)
         return
-    if not isinstance(system, ImpactSystem):
-        expected = "an object of a class that inherits from nsmaps.ImpactSystem"
+    if not isinstance(system, System):
+        expected = "an object of a class that inherits from nsmaps.ImpactSystem, nsmaps.HybridSystem or nsmaps.System"
         raise CheckError(f"{system!r} is not a system; expected: {expected}{', with its parameters' * isinstance(system, type)}")
+    if not isinstance(system, ImpactSystem):
+        check_map(system, states)
+        return
     check_description(system)
     check_units(system)
     with mp.workdps(DIGITS):

@@ -10,6 +10,7 @@ from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 
 @dataclass
@@ -56,7 +57,7 @@ def test_a_generic_cobweb_may_underestimate_the_worst_case():
 
 
 @dataclass
-class Wavy:
+class Wavy(ReturnMap):
     """x' = 0.3 - 0.5 x + 0.1 sin(3 y), y' = 0.2 y, in units of which one is `unit` long, enclosed by a Lipschitz constant."""
 
     unit: float = 1.0

@@ -11,6 +11,7 @@ from boxmaps import Henon, one_each, plain_returns
 from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import ErrorBound
 from nsmaps.coordinates import Angle
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
 
@@ -69,7 +70,7 @@ def test_a_point_outside_of_the_box_or_unstable_gives_no_reason() -> None:
 
 
 @dataclass
-class Spiral:
+class Spiral(ReturnMap):
     """r' = 0.9 (r cos 1 - sin 1 (phi - 7)), phi' - 7 = 0.9 (r sin 1 + cos 1 (phi - 7)), phi an angle near 7."""
 
     coordinates: tuple = ("r", Angle("phi"))

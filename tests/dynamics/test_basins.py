@@ -14,6 +14,7 @@ from nsmaps.dynamics.attractors.attractor import find_attractors
 from nsmaps.dynamics.attractors.basins import Basins, basins, boundary
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
@@ -21,7 +22,7 @@ X, XY, X_PHASE = (Coordinates(names) for names in (("x",), ("x", "y"), ("x", PHA
 
 
 @dataclass(frozen=True)
-class TwoWells:
+class TwoWells(ReturnMap):
     """u -> 3/2 u - u^3/2 with u = x - 0.3 cos phi, which comes to u = 1 or -1, and phi -> phi - sin(phi)/2, which comes to 0.
 
     The sign of u is kept up to sqrt 3 and flipped from there on, as long as its image is within sqrt 3; beyond sqrt 5 it escapes.
@@ -43,7 +44,7 @@ class TwoWells:
 
 
 @dataclass(frozen=True)
-class Chaos:
+class Chaos(ReturnMap):
     """x -> 2 x^2 - 1 on either side of zero of a sign s, kept in y = s + x/10: two attractors without a period."""
 
     coordinates: Coordinates = XY
@@ -189,7 +190,7 @@ def test_attractors_without_a_period_are_sets():
 
 
 @dataclass(frozen=True)
-class InUnits:
+class InUnits(ReturnMap):
     """A map in other units of its first coordinate."""
 
     map: object
@@ -284,7 +285,7 @@ def test_wrong_calls_are_errors(pair):
 
 
 @dataclass(frozen=True)
-class Slow:
+class Slow(ReturnMap):
     """x -> x + (x - x^3)/1000, which comes to 1 or -1 with the multiplier 0.998, or minus that, which comes to both in turn."""
 
     side: int = 1

@@ -11,6 +11,7 @@ from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.motion import label, periods
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 PHASE = Angle("phi")
@@ -18,7 +19,7 @@ X_PHASE = Coordinates(("x", PHASE))
 
 
 @dataclass(frozen=True)
-class Logistic:
+class Logistic(ReturnMap):
     """x -> a x (1 - x) beside a phase that turns a quarter; x beyond [0, 1] escapes."""
 
     a: float

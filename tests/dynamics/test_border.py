@@ -13,6 +13,7 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, Section
 from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
 from nsmaps.dynamics.continuation.follow import continue_branch
+from nsmaps.exact.returnmap import ReturnMap
 
 CASES = {  #: trace and determinant for x < 0 and for x > 0, and what happens at mu = 0
     "persistence": ((0.5, 0.3), (-0.5, 0.3), PERSISTENCE),
@@ -156,7 +157,7 @@ def test_a_motion_that_begins_to_touch_an_elastic_stop_persists():
 
 
 @dataclass(frozen=True)
-class Switching:
+class Switching(ReturnMap):
     """A ball above a table, in its frame: weight 1 - k for the time `part` of a period of 2, then 1 + k; impact to impact.
 
     Words have two letters: B for an impact in the light part, T for one in the heavy part.
@@ -213,7 +214,7 @@ def test_four_pieces_meet_where_an_impact_meets_a_clock(e, part):
 
 
 @dataclass(frozen=True)
-class Bounces:
+class Bounces(ReturnMap):
     """A ball that loses half its speed at a floor at rest: v' = v/2, after the time v."""
 
     coordinates = ("v",)
@@ -232,7 +233,7 @@ def test_what_returns_at_once_is_no_orbit():
     assert nsmaps.periodic_orbits(Bounces(), [[0.3], [0.01]]) == ()
 
 
-class Jumping:
+class Jumping(ReturnMap):
     """x' = 0.3 x + mu for x < 0 and a x + mu - 0.7 beyond; the pieces have letters, or none."""
 
     coordinates = ("x",)

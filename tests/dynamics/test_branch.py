@@ -16,6 +16,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 XY = Coordinates(("x", "y"))
@@ -24,7 +25,7 @@ G3, G6 = (mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / k) / 5 for k in (3, 
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(ReturnMap):
     """A map of the plane without walls, by its formulas and their derivative; everything escapes where a is beyond `last`."""
 
     a: float
@@ -363,7 +364,7 @@ def test_end_of_the_valid_domain_is_told(pair):
 
 
 @dataclass(frozen=True)
-class Steep:
+class Steep(ReturnMap):
     """A linear map with multipliers -30 (1 + a) and 0.3 at zero: after a dozen returns rounding hides the second."""
 
     a: float

@@ -13,12 +13,13 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, Section
 from nsmaps.dynamics.continuation.follow import continue_branch, switched_branch
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 BOUNDS = (-1.0, 1.5)
 
 
 @dataclass(frozen=True)
-class Pitchfork:
+class Pitchfork(ReturnMap):
     """z' = (1 + a) z - 2 z^3 + y/5 of z = x - 3 a, y' = y/2: fixed points z = 0, and z^2 = a/2, which double at a = 1."""
 
     a: float
@@ -85,7 +86,7 @@ class Shifted(Pitchfork):
 
 
 @dataclass(frozen=True)
-class Delayed:
+class Delayed(ReturnMap):
     """The delayed logistic map: x' = a x (1 - y), y' = x."""
 
     a: float
@@ -162,7 +163,7 @@ def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds)
 
 
 @dataclass(frozen=True)
-class Sliding:
+class Sliding(ReturnMap):
     """x' = x + y, y' = y/2 + a (x - x): every state with y = 0 is fixed."""
 
     a: float

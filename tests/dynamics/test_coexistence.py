@@ -12,6 +12,7 @@ from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.coexistence import coexistence
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 FOLD, GRAZE, DOUBLING = 0.227713761, 0.230488317, 0.234583791  #: of 2:1/T, 1:1/2T and 1:1/T; see test_branch.py
@@ -99,7 +100,7 @@ def test_the_unit_of_speed_does_not_count(rattle, unit):
 
 
 @dataclass(frozen=True)
-class Line:
+class Line(ReturnMap):
     """A map of the line, every return a BTB."""
 
     image: object

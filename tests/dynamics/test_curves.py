@@ -10,6 +10,7 @@ from boxmaps import Henon, plain_returns
 import nsmaps
 from nsmaps.dynamics.continuation.events import Event
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 
 def event_of(map_of, guess, value, bounds, kind, way, period=1):
@@ -58,7 +59,7 @@ def test_the_second_doubling_of_the_henon_map():
 
 
 @dataclass
-class Cubic:
+class Cubic(ReturnMap):
     """x' = p + q x - x^3: folds at p = 2 ((q - 1)/3)^(3/2) and minus that, which meet in a cusp at (0, 1)."""
 
     p: float
@@ -121,7 +122,7 @@ def test_a_graze_of_the_pair_from_either_orbit(beside, word, pair):
 
 
 @dataclass
-class Areas:
+class Areas(ReturnMap):
     """x' = a - c x^2 - y, y' = x: it preserves area, so that both multipliers are -1 at a = 3/c, and 1 at a = -1/c."""
 
     a: float

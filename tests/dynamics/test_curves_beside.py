@@ -12,12 +12,13 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, Section
 from nsmaps.dynamics.continuation.events import Event
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 TORUS = "Neimark-Sacker"
 
 
 @dataclass(frozen=True)
-class Delayed:
+class Delayed(ReturnMap):
     """x' = a x (1 - s x - (1 - s) y), y' = x: at (1 - 1/a) trace 1 - s (a - 1), determinant (1 - s)(a - 1)."""
 
     a: float
@@ -33,7 +34,7 @@ class Delayed:
 
 
 @dataclass(frozen=True)
-class Bogdanov:
+class Bogdanov(ReturnMap):
     """x' = x + y, y' = y + a + b y + x^2: at x = -sqrt(-a) determinant 1 + b - 2 x, trace 2 + b."""
 
     a: float
@@ -115,7 +116,7 @@ def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():
 
 
 @dataclass(frozen=True)
-class Moved:
+class Moved(ReturnMap):
     """The normal form of a border collision, its border at x = 0.3: the fixed point meets it at mu = 0.3 (1 - tau + delta)."""
 
     mu: float

@@ -15,6 +15,7 @@ from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 EDGE = 2 / (3 * sqrt(3))  #: of the cubic: the value of p at the folds
@@ -31,7 +32,7 @@ def returns_of(coordinates, start, image):
 
 
 @dataclass(frozen=True)
-class Jump:
+class Jump(ReturnMap):
     """x -> -1 + (x + 1)/2 below b, 1 + (x - 1)/4 from there on, in each of n coordinates; beyond 3 there is no image."""
 
     b: float
@@ -44,7 +45,7 @@ class Jump:
 
 
 @dataclass(frozen=True)
-class Cubic:
+class Cubic(ReturnMap):
     """y + 0.3 (y - y^3 + p) with y = x up to 1.2 in size; its fixed points meet at |p| = EDGE; refused for p from 0.1 to 0.15.
 
     It is monotone, so that the fixed point between two others is the boundary.
@@ -70,7 +71,7 @@ class Cubic:
 
 
 @dataclass(frozen=True)
-class Wells:
+class Wells(ReturnMap):
     """u -> 3/2 u - u^3/2, u = x - c cos phi up to 1.2 in size, to 1 or -1 by the sign of u; phi -> phi - sin(phi)/2, to 0."""
 
     c: float

@@ -10,11 +10,12 @@ from nsmaps import CompositeMap, PolyMap, Where, bifurcation, orbit, periodic_or
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.reduced.composite.composite import Piece
 
 
-class Henon:
+class Henon(ReturnMap):
     """x' = 1 - a x^2 + y, y' = b x: a plain return map, every return of the word BB."""
 
     coordinates = ("x", "y")

@@ -12,11 +12,12 @@ from nsmaps import Guard, HybridSystem, Section
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 
 @dataclass(frozen=True)
-class Formula:
+class Formula(ReturnMap):
     """A map by its formula, with its derivative or without, and without words."""
 
     image: Any

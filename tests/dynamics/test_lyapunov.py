@@ -12,13 +12,14 @@ from nsmaps.dynamics.frames import carried
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 X, XY = Coordinates(["x"]), Coordinates(["x", "y"])
 
 
 @dataclass(frozen=True)
-class Logistic:
+class Logistic(ReturnMap):
     """x -> 4 x (1 - x), whose exponent is log 2, beside y -> y/3 + x; x beyond [0, 1] escapes."""
 
     coordinates: Coordinates = XY
@@ -35,7 +36,7 @@ class Logistic:
 
 
 @dataclass(frozen=True)
-class Tent:
+class Tent(ReturnMap):
     """Up to 1 over [0, a] and down again over [a, 1]."""
 
     a: float
@@ -50,7 +51,7 @@ class Tent:
 
 
 @dataclass(frozen=True)
-class Linear:
+class Linear(ReturnMap):
     """A linear map of any number of coordinates, on a circle so that nothing grows."""
 
     matrix: np.ndarray
@@ -150,11 +151,14 @@ def test_chaos_is_told_from_order(pair):
     assert made.exponents[0] > 30 * made.error[0] > 0
 
 
-class Slow:
+class Slow(ReturnMap):
     """A system's map without its compiled loop."""
 
     def __init__(self, system):
-        self.coordinates, self.first_return = system.coordinates, system.first_return
+        self.coordinates, self.system = system.coordinates, system
+
+    def first_return(self, states, derivative=False):
+        return self.system.first_return(states, derivative)
 
 
 def test_the_compiled_loop_is_that_of_single_returns(pair):

@@ -5,14 +5,15 @@ from dataclasses import dataclass
 import mpmath as mp
 import numpy as np
 import pytest
-from boxmaps import Henon, Logistic, plain_returns
+from boxmaps import Henon, plain_returns
 
 import nsmaps
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 
 @dataclass
-class Bent:
+class Bent(ReturnMap):
     """(x, y) to (2 x, y/2 + 7 x^2/2), as (x, y - x^2) to (2 x, (y - x^2)/2): the manifolds of 0 are y = x^2 and x = 0.
 
     With a jump at x = 1: beyond, the image is (2 x - 3, y/2 - 5). `back` is the inverse of the first piece.
@@ -193,6 +194,15 @@ def test_a_side_that_ends_at_an_attractor_says_so():
     assert found.states[found.side == side][-1] == pytest.approx(sink.states[0], abs=1e-6)
 
 
+class Line(ReturnMap):
+    """A map of one coordinate."""
+
+    coordinates = ("x",)
+
+    def first_return(self, states, derivative=False):
+        return plain_returns(self.coordinates, states, states / 2)
+
+
 def test_what_has_no_manifold_is_refused(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
@@ -208,7 +218,7 @@ def test_what_has_no_manifold_is_refused(pair):
     with pytest.raises(NsmapsError, match="the inverse does not lead back along the saddle"):
         nsmaps.manifold(Bent(), nsmaps.periodic_orbit(Bent(), [0.1, 0.1]), "stable", inverse=Henon())
     with pytest.raises(NsmapsError, match="the map has 1 coordinates; expected: two"):
-        nsmaps.manifold(Logistic(), fixed)
+        nsmaps.manifold(Line(), fixed)
     lost = system.at(r=0.0)
     with pytest.raises(NsmapsError, match="VIPair in reversed time: an impact on B leaves no speed"):
         nsmaps.exact.systems.reversed.reversed_system(lost)

@@ -1,94 +1,197 @@
 """User-defined maps: a class with `coordinates` and `first_return`, by a formula."""
 
-from dataclasses import dataclass, replace
-
 import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import Along, Angle, Coordinates, Returns
+from nsmaps import Along, Angle, Returns, System
 from nsmaps.dynamics.diagrams.windows import windows
-from nsmaps.errors import NsmapsError, StateError
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact.trajectory import track
 
 
-@dataclass(frozen=True)
-class Sine:
+class Sine(System):
     """x -> a sin(pi x), with a derivative or without."""
 
     a: float = 0.6
     smooth: bool = True
-    coordinates = Coordinates(("x",))
-
-    def at(self, **parameters):
-        return replace(self, **parameters)
+    coordinates = ("x",)
 
     def first_return(self, states, derivative=False):
-        x = np.asarray(states, float)
-        slopes = (np.pi * self.a * np.cos(np.pi * x))[:, :, None]
-        return Returns.of_map(self.coordinates, x, self.a * np.sin(np.pi * x), slopes if derivative and self.smooth else None)
+        slopes = (np.pi * self.a * np.cos(np.pi * states))[:, :, None] if derivative and self.smooth else None
+        return Returns.of_map(
+            self.coordinates, states, self.a * np.sin(np.pi * states), slopes if derivative and self.smooth else None
+        )
 
 
-@dataclass(frozen=True)
-class Rotor:
+class Rotor(System):
     """The circle map with a tongue of rotation number 0 up to tau = b / (2 pi)."""
 
     tau: float
     b: float = 0.4
-    coordinates = Coordinates((Angle("angle"),))
-
-    def at(self, **parameters):
-        return replace(self, **parameters)
+    coordinates = (Angle("angle"),)
 
     def first_return(self, states, derivative=False):
-        x = np.asarray(states, float)
-        slopes = (1 - self.b * np.cos(x))[:, :, None]
-        image = x + 2 * np.pi * self.tau - self.b * np.sin(x)
-        return Returns.of_map(self.coordinates, x, image, slopes if derivative else None)
+        slopes = (1 - self.b * np.cos(states))[:, :, None]
+        image = states + 2 * np.pi * self.tau - self.b * np.sin(states)
+        return Returns.of_map(self.coordinates, states, image, slopes if derivative else None)
 
 
-class Bare:
+class Bare(System):
     """A map that returns an array."""
 
-    coordinates = Coordinates(("x",))
+    coordinates = ("x",)
 
     def first_return(self, states, derivative=False):
-        return np.asarray(states) / 2
+        return states / 2
 
 
 def test_a_map_in_a_few_lines_is_a_return_map():
-    returns = Rotor(0.3).first_return([[6.0], [np.nan]], derivative=True)
+    returns = Rotor(tau=0.3).first_return([[6.0], [np.nan]], derivative=True)
     assert returns.turns.ravel().tolist() == [1, 0]
     assert returns.image[0, 0] == pytest.approx(6.0 + 0.6 * np.pi - 0.4 * np.sin(6.0) - 2 * np.pi, abs=1e-14)
     assert returns.counts() == {"returned": 1, "invalid": 1}
     assert nsmaps.bifurcation(Along(Sine(), "a"), [0.6, 0.8], [0.3]).labels.tolist() == [["period 1"], ["period 2"]]
 
 
+class Lozi(System):
+    """x -> 1 - a |x| + y, y -> b x, on the left and on the right of x = 0."""
+
+    a: float = 1.0
+    b: float = 0.3
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        assert np.isfinite(states).all()
+        x, y = states.T
+        image = np.stack([1 - self.a * np.abs(x) + y, self.b * x], axis=1)
+        slopes = np.zeros((len(x), 2, 2))
+        slopes[:, 0, 0], slopes[:, 0, 1], slopes[:, 1, 0] = -self.a * np.sign(x), 1, self.b
+        return Returns.of_map(self.coordinates, states, image, slopes, np.where(x < 0, "L", "R").tolist(), ("L", "R"))
+
+
+class Duck:
+    """What looks like a return map, and does not inherit from one."""
+
+    coordinates = ("x",)
+
+    def first_return(self, states, derivative=False):
+        return Returns.of_map(self.coordinates, states, np.asarray(states) / 2)
+
+
+def test_rows_without_a_state_do_not_reach_a_map():
+    """The second row has the image of x = 0.5, y = 0.2 by hand; the others are invalid in all fields, derivatives too."""
+    returns = Lozi().first_return([[np.nan, 0.0], [0.5, 0.2], [np.inf, 0.0]], derivative=True)
+    assert returns.image[1] == pytest.approx([0.7, 0.15], abs=1e-15)
+    assert returns.derivative[1].tolist() == [[-1, 1], [0.3, 0]]
+    assert returns.words.tolist() == ["", "R", ""]
+    assert returns.counts() == {"returned": 1, "invalid": 2}
+    assert np.isnan(returns.derivative[[0, 2]]).all()
+    assert np.isnan(returns.start[0, 0])
+    assert len(Lozi().first_return(np.empty((0, 2)))) == 0
+    with pytest.raises(StateError, match=r"states have shape \(2,\)"):
+        Lozi().first_return([0.1, 0.2])
+
+
+def test_a_batch_of_returns_is_that_of_single_ones():
+    starts = np.random.default_rng(5).uniform(-1, 1, (5, 2))
+    parts = nsmaps.return_batch(Lozi(), starts, 4, derivative=True, jobs=nsmaps.Jobs(part=2))
+    whole = nsmaps.return_batch(Lozi(), starts, 4, derivative=True)
+    x = starts
+    for k in range(4):
+        x = np.column_stack([1 - np.abs(x[:, 0]) + x[:, 1], 0.3 * x[:, 0]])
+        for found in (parts, whole):
+            assert np.array_equal(found.image[5 * k : 5 * k + 5], x)
+    assert np.array_equal(parts.derivative, whole.derivative)
+
+
+def test_the_partition_of_a_map_in_two_pieces_is_this_map():
+    axes = {name: nsmaps.Axis(low=low, high=high, points=41) for name, low, high in (("x", -1, 1.5), ("y", -0.5, 0.5))}
+    found = nsmaps.partition(Lozi(), nsmaps.Grid(axes=axes), nsmaps.Partition(tolerance=1e-9))
+    states = np.random.default_rng(1).uniform([-1, -0.5], [1.5, 0.5], (500, 2))
+    states = states[np.abs(states[:, 0]) > 0.01]
+    image = np.column_stack([1 - np.abs(states[:, 0]) + states[:, 1], 0.3 * states[:, 0]])
+    assert {piece.word for piece in found.composite.pieces} == {"L", "R", ""}
+    assert np.abs(found.composite.first_return(states).image - image).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda map: nsmaps.observe(map, [0.1, 0.1], 5, "impacts"),
+        lambda map: nsmaps.chart(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
+        lambda map: nsmaps.noisy_orbits(map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
+        lambda map: nsmaps.strip_map(map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
+        lambda map: nsmaps.optimize(map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
+        lambda map: track(map, [0.1, 0.1], 5),
+        lambda map: nsmaps.export(map, "c"),
+        lambda map: nsmaps.export(map, "latex"),
+        nsmaps.CompleteChatter,
+    ],
+)
+def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
+    with pytest.raises(NsmapsError, match=r"Lozi.*; expected: an ImpactSystem.*: (other maps have no motion|what it rests on)"):
+        call(Lozi())
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda map: nsmaps.orbit(map, [0.1], 5),
+        lambda map: nsmaps.periodic_orbit(map, [0.1]),
+        lambda map: nsmaps.lyapunov(map, [0.1], 50),
+        lambda map: nsmaps.return_batch(map, [[0.1]]),
+        lambda map: nsmaps.bifurcation(lambda a: map, [0.1, 0.2], [0.1]),
+        lambda map: nsmaps.chart(map, {"a": [0.1], "b": [0.2]}, [0.1]),
+        lambda map: nsmaps.basins(map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
+        lambda map: nsmaps.attracting_domain(map, [[0, 1]]),
+        lambda map: nsmaps.Iterated(map, 2),
+    ],
+)
+def test_a_class_that_does_not_inherit_is_refused(call):
+    with pytest.raises(NsmapsError, match=r"of a Duck; expected: an object of a class that inherits from nsmaps\.System"):
+        call(Duck())
+
+
+def test_a_chart_needs_parameters():
+    square = nsmaps.PolyMap.of_monomials(("x",), {"x": {(2,): 1.0}}, [[0, 1]])
+    whole = nsmaps.CompositeMap(nsmaps.Coordinates(("x",)), (), (nsmaps.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),))
+    with pytest.raises(NsmapsError, match=r"a chart of a CompositeMap; expected: .* its parameters.*stability_diagram"):
+        nsmaps.chart(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+    with pytest.raises(NsmapsError, match=r"a chart of the class Lozi; expected: an object of it, with its parameters"):
+        nsmaps.chart(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
+    with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
+        nsmaps.chart(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
+
+
+def test_a_class_without_coordinates_is_refused():
+    with pytest.raises(SystemDefinitionError, match=r"Nameless has no `coordinates`; expected: names"):
+
+        class Nameless(System):
+            def first_return(self, states, derivative=False):
+                return Returns.of_map(("x",), states, states)
+
+
 def test_what_a_map_lacks_is_named():
     for call in (nsmaps.periodic_orbit, lambda map, state: nsmaps.lyapunov(map, state, 100)):
         with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
-            call(Sine(0.6, smooth=False), [0.4])
-    with pytest.raises(NsmapsError, match=r"a Bare has no `at`; expected: a system, or a map whose `at`.*stability_diagram"):
-        nsmaps.chart(Bare(), {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+            call(Sine(smooth=False), [0.4])
     with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):
         nsmaps.orbit(Bare(), [0.3], 3)
     with pytest.raises(StateError, match="have the shapes"):
         Returns.of_map(("x",), [[0.1]], [0.1])
 
 
-class Shifted:
+class Shifted(System):
     """x -> a x (1 - x) + b, whose period doublings at b = 0 lie at a = 3 and 1 + sqrt(6)."""
 
+    a: float = 2.5
+    b: float = 0.0
     coordinates = ("x",)
 
-    def __init__(self, a=2.5, b=0.0):
-        self.a, self.b = a, b
-
-    def at(self, **values):
-        return Shifted(**{"a": self.a, "b": self.b} | values)
-
     def first_return(self, states, derivative=False):
-        x = np.asarray(states, float).reshape(-1, 1)
-        return Returns.of_map(("x",), x, self.a * x * (1 - x) + self.b, (self.a * (1 - 2 * x))[..., None] if derivative else None)
+        slopes = (self.a * (1 - 2 * states))[..., None] if derivative else None
+        return Returns.of_map(self.coordinates, states, self.a * states * (1 - states) + self.b, slopes)
 
 
 def test_a_map_with_parameters_has_a_chart():
@@ -101,8 +204,8 @@ def test_a_map_with_parameters_has_a_chart():
 @pytest.mark.parametrize(("count", "direction"), [(66, "up"), (71, "down")])
 def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction):
     values = np.linspace(2.5, 3.52, count)
-    made = nsmaps.bifurcation(Shifted, values, [0.3], discard=1000, direction=direction)
-    one, two, *_ = windows(made, Shifted, np.array([0.3]), 1000, direction)
+    made = nsmaps.bifurcation(Along(Shifted(), "a"), values, [0.3], discard=1000, direction=direction)
+    one, two, *_ = windows(made, Along(Shifted(), "a"), np.array([0.3]), 1000, direction)
     for border, value, kind in (
         (one.high, 3.0, "period doubling"),
         (two.low, 3.0, "period halving"),
@@ -135,7 +238,7 @@ def test_the_windows_of_a_map_without_words(count, direction):
 
 
 def test_a_tongue_in_which_the_cycle_moves_far_between_two_values():
-    map_of = Along(Rotor(0.0), "tau")
+    map_of = Along(Rotor(tau=0.0), "tau")
     made = nsmaps.bifurcation(map_of, np.linspace(0.0, 0.11, 12), [0.1], 40, 300, "up")
     tongue = windows(made, map_of, np.array([0.1]), 300, "up")[0]
     assert (tongue.high.kind, tongue.high.precision < 1e-9) == ("fold", True)

@@ -22,6 +22,7 @@ from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import sweep
 
@@ -94,7 +95,7 @@ class Noted:
 
 
 @dataclass(frozen=True)
-class Logistic:
+class Logistic(ReturnMap):
     """x -> a x (1 - x)."""
 
     a: float

@@ -15,6 +15,7 @@ from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.dynamics.design.conditions import margins
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.trajectory import track
 
 Z = 0.3  #: share of critical damping
@@ -147,7 +148,7 @@ def test_margins_are_shares_of_the_largest_impact_speed_whatever_the_first_coord
 
 
 @dataclass(frozen=True)
-class Henon:
+class Henon(ReturnMap):
     """(x, y) to (1 - a x^2 + y, b x) in a unit, x from an origin: a fixed point doubles its period at a = 3 (1 - b)^2/4."""
 
     a: float = 0.3

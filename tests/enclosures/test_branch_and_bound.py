@@ -10,13 +10,14 @@ import nsmaps
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.enclosures.branch_and_bound import ranges
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
 START = [[0.7, 1], [0.2, 1.14]]  # of the exact map in vi_pair/fp
 
 
 @dataclass
-class Counted:
+class Counted(ReturnMap):
     """A map that encloses images of boxes, with how often it is asked for them and for how many boxes, and for returns."""
 
     map: nsmaps.ImpactSystem

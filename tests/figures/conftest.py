@@ -33,6 +33,7 @@ from nsmaps.dynamics.observables.means import Mean
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
@@ -121,7 +122,7 @@ def study_of(**changed: Any) -> Study:
     return Study.model_validate(SECTIONS | changed)
 
 
-class Toy:
+class Toy(ReturnMap):
     """The coupled map, as if of an exact system: word BTB above a line, BB below it."""
 
     coordinates = COORDINATES

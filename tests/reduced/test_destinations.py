@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -21,7 +22,7 @@ BOX = np.array([(-2.0, 2.0)])
 
 
 @dataclass(frozen=True)
-class Halves:
+class Halves(ReturnMap):
     """x' = (x + 1)/2 where x is above 0, and (x - 1)/2 elsewhere: the fixed points 1 and -1 attract one half of the line each."""
 
     coordinates = ("x",)
@@ -60,7 +61,7 @@ def test_an_end_elsewhere_is_none_of_the_attractors():
 
 
 @dataclass(frozen=True)
-class Cycle:
+class Cycle(ReturnMap):
     """x' = x - 1 down to 0, from where x' = 3: a cycle of 3, 2, 1, 0."""
 
     coordinates = ("x",)

@@ -12,6 +12,7 @@ from nsmaps.coordinates import TWO_PI, Angle, wrap
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
@@ -27,7 +28,7 @@ NAMES, WALLS = ("v", Angle("phi")), ("B", "T")
 
 
 @dataclass(frozen=True)
-class Known:
+class Known(ReturnMap):
     """A map of two words: a contraction to (0.7, 1) above a curve, a push towards it below; both quadratic, with a jump."""
 
     lost: float = -1.0  #: below this speed nothing returns

@@ -11,6 +11,7 @@ from nsmaps import Axis, Grid, orbit, partition
 from nsmaps.coordinates import TWO_PI, Angle, wrap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.words import encode
 from nsmaps.reduced.partition.cell import Cell, Cut, powers, roots, sample, side_of
@@ -22,7 +23,7 @@ BOX = {"v": (0.0, 1.0), "u": (-1.0, 1.0), "phi": (0.0, 3.0)}
 
 
 @dataclass(frozen=True)
-class Known:
+class Known(ReturnMap):
     """A map of two words: a contraction to (0.7, -0.2, 1) above a surface, a push towards it below; quadratic, with a jump."""
 
     coordinates = NAMES

@@ -13,6 +13,7 @@ from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.dynamics.iterated import Iterated
 from nsmaps.errors import FitError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid, surfaces
@@ -28,7 +29,7 @@ LEFT, RIGHT = 0.5, -1.5
 
 
 @dataclass(frozen=True)
-class Tent:
+class Tent(ReturnMap):
     """x' = left x + 1 with the word BB where x <= 0, x' = right x + 1 with BTB beyond.
 
     The cycle of both branches has x = (1 + right)/(1 - left right) <= 0 and the multiplier left right.

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from nsmaps import read_result
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.study.sections.parameters.lyapunov import exponent_rows
 
@@ -86,7 +87,7 @@ def test_what_is_no_run_is_told() -> None:
 
 
 @dataclass
-class Logistic:
+class Logistic(ReturnMap):
     """x' = a x (1 - x), whose exponents are known: log 2 at a = 4, half the logarithm of |4 + 2 a - a^2| at a cycle of two."""
 
     a: float

@@ -10,8 +10,8 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.limits.path import vast
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress
 

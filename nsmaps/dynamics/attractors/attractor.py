@@ -15,8 +15,8 @@ from nsmaps.dynamics.limits.limit import Limit, cycle_in, limits
 from nsmaps.dynamics.limits.path import Path, followed, vast
 from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.orbit import orbit, returns_of
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.returnmap import ReturnMap
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree

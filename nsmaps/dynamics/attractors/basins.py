@@ -11,9 +11,9 @@ from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, Ends, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.interrupts import Interrupted
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
@@ -139,7 +139,7 @@ def basins(
     if returns < 1 or max_period < 1 or not tolerance > 0:
         text = f"{returns} returns, max_period {max_period}, tolerance {tolerance}"
         raise NsmapsError(f"{text}; expected: at least 1 return, max_period at least 1, a tolerance above 0")
-    coordinates = Coordinates(map.coordinates)
+    coordinates = Coordinates(ReturnMap.require(map, "basins").coordinates)
     if isinstance(grid, Grid):
         check_axes(grid, coordinates)
     start = as_states(grid.states() if isinstance(grid, Grid) else grid, coordinates)

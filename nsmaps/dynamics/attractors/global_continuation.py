@@ -16,8 +16,9 @@ from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 

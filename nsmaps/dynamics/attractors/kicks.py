@@ -10,9 +10,9 @@ from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, follow
 from nsmaps.dynamics.attractors.attractor import Attractor
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 
 LADDER = 2.0 ** (-np.arange(24)[::-1] / 2)  #: kicks of a ray that are tried before bisection, as shares of the scale: 0.0003 to 1
 PRECISION = 1e-3  #: width to which the smallest kick that leaves is bracketed, as a share of it

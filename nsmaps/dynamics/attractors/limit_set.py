@@ -14,8 +14,8 @@ from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.dynamics.periodic import stability
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import CHATTER, REST
 
 TOLERANCE = 1e-6  #: share of the scale within which the states of a cycle repeat

@@ -1,7 +1,6 @@
 """The arguments of a chart, read and refused."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,13 +9,10 @@ from nsmaps.dynamics.charts.pixels import WAYS, Way
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Axis
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.parameters import System
 
 
-def observables_of(system: "ImpactSystem | HybridSystem", observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+def observables_of(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
     """The observables of a system, in order; there may be none."""
     if not observables:
         return ()
@@ -33,17 +29,12 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
     return values
 
 
-def check_plane(system: "ImpactSystem | HybridSystem", axes: Mapping[str, Floats]) -> None:
-    """Refuse anything but two different parameters of the system; a user-defined map knows its names in `at` alone."""
-    if not hasattr(system, "at"):
-        raise NsmapsError(
-            f"a {type(system).__name__} has no `at`; expected: a system, or a map whose `at` gives the map at values of "
-            "parameters by name. Of any other map `stability_diagram` shows the motions over two parameters"
-        )
-    known = system.parameter_names() if hasattr(system, "parameter_names") else tuple(axes)
+def check_plane(system: System, axes: Mapping[str, Floats]) -> None:
+    """Refuse anything but two different parameters of the system."""
+    known = System.require(system, "a chart").parameter_names()
     if len(axes) != 2:
-        text = f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters"
-        raise NsmapsError(f"{text} of {', '.join(known)}" if hasattr(system, "parameter_names") else text)
+        given = ", ".join(axes) or "no parameter"
+        raise NsmapsError(f"the plane is of {given}; expected: two different parameters of {', '.join(known) or type(system)}")
     for name in axes:
         if name not in known:
             close = near_match(name, known)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +20,12 @@ from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis
+from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
 
 PART = 2_000_000  #: returns of a part by default: about a second
 MISSING = {"motion": -1, "attractor": -1, "outcome": Outcome.invalid, "refused": False}  #: of pixels that are not computed
@@ -136,7 +135,7 @@ class Chart(WithCoordinates):
 
 @divides
 def chart(
-    system: "ImpactSystem | HybridSystem",
+    system: System,
     plane: Mapping[str, "Axis | ArrayLike"],
     starts: StateLike,
     returns: int = 1000,
@@ -155,7 +154,7 @@ def chart(
     state to the last bit is not computed any further, since it repeats; all numbers are those of the whole orbit.
 
     Args:
-        system: an exact system, whose other parameters are kept, or a user-defined map whose `at` takes both by name.
+        system: whose other parameters are kept.
         plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
         starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
         returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
@@ -189,7 +188,7 @@ def chart(
     how = now, Length(discard, returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
     (first, columns), (second, rows) = axes.items()
     known = np.zeros(rows.size * columns.size, bool)
-    work = _Work(Along(cast("ImpactSystem", system), first, second), columns, rows, how, known)
+    work = _Work(Along(system, first, second), columns, rows, how, known)
     if refine is None or 1 in work.shape:
         work.compute(np.arange(work.known.size), jobs)
         refinement = work.without_filled()
@@ -204,7 +203,7 @@ def chart(
 class _Work:
     """The pixels of a chart that are computed, each a row of the tables."""
 
-    map_of: Along
+    map_of: Along[System]
     along: Floats
     across: Floats
     how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...]]  #: starts, returns, tolerance, direction, observables

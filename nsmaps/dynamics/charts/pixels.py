@@ -17,6 +17,7 @@ from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import Arrays
 
 Way = Literal["up", "down", "both"]
@@ -24,7 +25,7 @@ WAYS: dict[Way | None, tuple[int, ...]] = {None: (1,), "up": (1,), "down": (-1,)
 
 
 def pixels(
-    map_of: Along,
+    map_of: Along[System],
     rows: Floats,
     starts: Floats,
     length: Length,
@@ -49,7 +50,7 @@ def pixels(
 
 
 def _pass(
-    map_of: Along, row: Floats, starts: Floats, length: Length, tolerance: float, way: int, directed: bool
+    map_of: Along[System], row: Floats, starts: Floats, length: Length, tolerance: float, way: int, directed: bool
 ) -> tuple[list[Tail | None], list[str]]:
     """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
 
@@ -105,7 +106,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
 
 
-def _means(map_of: Along, places: Floats, observables: tuple[Observable, ...], table: Arrays, returns: int) -> Floats:
+def _means(map_of: Along[System], places: Floats, observables: tuple[Observable, ...], table: Arrays, returns: int) -> Floats:
     """The means of K observables from the last states on, over a period or over all `returns`, shape (N, S, K).
 
     They are per period of the forcing, without forcing per return; NaN of orbits that ended.

@@ -1,7 +1,6 @@
 """The ends of long orbits: the last returns after many, of which exact repetitions are not computed again."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,9 @@ from nsmaps.arrays import Floats, finite_rows
 from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits, unless_resting
 from nsmaps.dynamics.limits.path import ALIGN, Path
 from nsmaps.dynamics.motion import UNRESOLVED
-from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap, single_returns
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import PLAIN, Alphabet
 
@@ -76,7 +75,7 @@ def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6
     for own, n in ((repeats, k), (~repeats, length.returns)):
         which = np.flatnonzero(own)
         if len(which):
-            part = _orbits(map, after[which], n, derivative=True)
+            part = map.orbits(after[which], n, derivative=True)
             _write(found, which, part, n, finite_rows(after[which]))
             if not repeats[which[0]]:
                 if part.derivative is not None:
@@ -89,15 +88,6 @@ def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6
         if one is not None:
             found.limits[orbit] = one
     return found
-
-
-def _orbits(map: ReturnMap, states: Floats, n: int, **how: Any) -> Returns:
-    """The first n returns of states, above none, by one call where the map has many returns in one."""
-    return (
-        map.orbits(states, n, **how)
-        if isinstance(map, OrbitMap)
-        else Returns.concatenated([*single_returns(map, states, n, **how)])
-    )
 
 
 def _limit(map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
@@ -117,7 +107,7 @@ def _transient(map: ReturnMap, starts: Floats, length: Length) -> tuple[Floats, 
     last = length.discard + length.returns - length.window
     while done < length.discard and len(going):
         n = min(block, length.discard - done)
-        part = _orbits(map, after[going], n)
+        part = map.orbits(after[going], n)
         images, done, block = part.image.reshape(n, len(going), -1), done + n, min(2 * block, BLOCK // len(going) + 1)
         after[going], outcome[going], computed = images[-1], part.outcome[-len(going) :], computed + n * len(going)
         for column, orbit in enumerate(going.tolist()):

@@ -19,8 +19,9 @@ from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, Event
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import map_or_reason, single_returns
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.returnmap import single_returns
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.progress import shows
 

@@ -10,9 +10,11 @@ from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.surfaces.compose import joined
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import encode
 
@@ -20,7 +22,7 @@ CALLS = (64, 128, 256, 512, 1024, 2048, 4096, 1920)  #: impacts of a state in su
 
 
 @dataclass(frozen=True, slots=True)
-class CompleteChatter:
+class CompleteChatter(ExactMap):
     """The return map of an impact system in which complete chatter on its base wall is one event.
 
     A state from which impacts on the base wall alone accumulate returns where the ball next meets that wall after its rest and
@@ -32,10 +34,17 @@ class CompleteChatter:
     system: ImpactSystem
 
     def __post_init__(self) -> None:
-        if not isinstance(self.system, ImpactSystem):
-            clock = "; of a system with modes a section at a clock, whose returns pass chatter, rest and release"
-            expected = "ImpactSystem" + clock * isinstance(self.system, HybridSystem)
-            raise NsmapsError(f"chatter of a {type(self.system).__name__} is not one event here; expected: {expected}")
+        if isinstance(self.system, HybridSystem):
+            clock = "of a system with modes a section at a clock, whose returns pass chatter, rest and release"
+            raise NsmapsError(
+                f"chatter of a {type(self.system).__name__} is not one event here; expected: an ImpactSystem; {clock}"
+            )
+        ImpactSystem.require(self.system, "complete chatter")
+
+    @classmethod
+    def of(cls, system: System) -> Self:
+        """The map of a system, which is to be an `ImpactSystem`."""
+        return cls(system)  # type: ignore[arg-type]
 
     def at(self, **changes: Any) -> Self:
         """The map of the system with some parameters changed. ParameterError for an invalid one."""

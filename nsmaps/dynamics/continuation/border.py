@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 PERSISTENCE, NONSMOOTH_FOLD, WITH_DOUBLING = "persistence", "non-smooth fold", " with doubling"

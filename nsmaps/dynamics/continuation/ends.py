@@ -2,19 +2,19 @@
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
 from nsmaps.dynamics.continuation.problem import has_rest
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.words import CHATTER, REST
 
 SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
@@ -30,14 +30,6 @@ FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place t
 RESTED = 6  #: of which every sixth is released again at other values of the parameter
 IMPACTS = 500  #: returns within which impacts that accumulate are summed
 RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
-
-
-@runtime_checkable
-class Resting(ReturnMap, Protocol):
-    """A return map that knows how long a body rests."""
-
-    def rests(self, states: ArrayLike) -> Floats:
-        """How long the body rests before its release, in radians of phase, shape (N,); NaN of returns without rest."""
 
 
 def end_of(grown: GrowingBranch, along: Floats) -> str:
@@ -190,7 +182,7 @@ def _rest_time(grown: GrowingBranch, value: float) -> float:
     longer, and so at other values too.
     """
     map, codes, k = map_or_reason(grown.curve.map_of, value)[0], grown.points[-1].orbit.returns.codes, grown.curve.resting[0]
-    if not isinstance(map, Resting):
+    if not isinstance(map, ExactMap):
         return np.nan
     rested = map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -POINTS - 1 : -RESTED]]))
     now = rested.select(np.flatnonzero(rested.valid & (rested.codes == codes[k]))[:1])

@@ -14,8 +14,8 @@ from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
 from nsmaps.dynamics.continuation.events import BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step

@@ -6,7 +6,6 @@ shares of the extent of the motion on the first orbit. On the curve each x_k is 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
 
 import numpy as np
 
@@ -14,8 +13,10 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.margins import margins_of, speeds_of
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
-from nsmaps.dynamics.returnmap import ExactMap, ReturnMap, is_exact, map_or_reason, nearest_starts
+from nsmaps.dynamics.returnmap import map_or_reason, nearest_starts
+from nsmaps.dynamics.scale import extents_of
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import CHATTER, REST
 
@@ -128,7 +129,7 @@ class OrbitCurve(WithCoordinates):
         Infinity where unknown; as of `margins_of`, with the largest speeds on the first orbit.
         """
         shape = states.shape[:-1]
-        if not is_exact(map):
+        if not isinstance(map, ExactMap):
             return np.full((*shape[:-1], 2), np.inf)
         found = margins_of(map, states.reshape(-1, states.shape[-1]), self.speeds)
         return np.stack([each.reshape(shape).min(axis=-1) for each in found], axis=-1)
@@ -143,7 +144,7 @@ class OrbitCurve(WithCoordinates):
             return returns.coordinates.difference(there.image, returns.image)
 
         slopes = np.full(1, np.nan)
-        if is_exact(map):
+        if isinstance(map, ExactMap):
             slopes = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit, map))
         if not np.isfinite(slopes).all():
             slopes = derivative_of(images, value, self.unit, self.scale)
@@ -173,7 +174,7 @@ def curve_from(
     """The curve of orbits near one at a value of the parameter, in units of its motion."""
     map, _ = map_or_reason(map_of, value)
     scale, coordinates = orbit.scale, orbit.returns.coordinates
-    if map is not None and not hasattr(map, "extents"):
+    if map is not None and extents_of(map, orbit.states) is None:
         scale = np.maximum(scale, np.where(coordinates.angles, 0.0, _moved(map_of, orbit, value, bounds[1] - bounds[0])))
     speeds = None if map is None else speeds_of(map, orbit.states, scale)
     slopes = np.abs(orbit.returns.slopes) * scale / scale[:, None]
@@ -203,10 +204,11 @@ def parameter_rates(
     """
 
     def parameters(map: ReturnMap) -> Floats:
-        return np.array(list(cast(ExactMap, map).parameters.values()))  # of a protocol a check takes longer
+        assert isinstance(map, ExactMap)
+        return np.array(list(map.parameters.values()))
 
     map = map_of(value) if map is None else map
-    assert is_exact(map)
+    assert isinstance(map, ExactMap)
     known = np.abs(parameters(map))
     rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(map.parameter_names(), rates.tolist(), strict=True))

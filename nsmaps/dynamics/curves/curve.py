@@ -17,8 +17,9 @@ from nsmaps.dynamics.curves.crossing import CrossingCurve
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError, check_class
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step

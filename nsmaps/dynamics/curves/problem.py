@@ -16,7 +16,8 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason, nearest_starts
+from nsmaps.dynamics.returnmap import map_or_reason, nearest_starts
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 H = 1e-6  #: step of the differences of the condition, in the curve's units

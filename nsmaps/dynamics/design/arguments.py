@@ -8,12 +8,11 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.design.conditions import margins
-from nsmaps.dynamics.design.problem import Point, Problem, System
-from nsmaps.dynamics.observables.observe import LACKING
+from nsmaps.dynamics.design.problem import Point, Problem
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.errors import NsmapsError, check_class
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 
 if TYPE_CHECKING:
     from nsmaps.exact.observables.spec import Observable, ObservableLike
@@ -82,8 +81,7 @@ def observed(system: System, observable: "ObservableLike", per: str | None) -> "
     """The observable of an exact system, and what its mean is per."""
     from nsmaps.exact.observables.formulas import resolved
 
-    check_class(system, (ImpactSystem, HybridSystem), LACKING)
-    forced = system.period() is not None
+    forced = FlowSystem.require(system, "observables").period() is not None
     known = ("period", "return", "time") if forced else ("return", "time")
     if per is not None and per not in known:
         raise NsmapsError(f"per is {per!r}; expected: {' or '.join(map(repr, known))}{'' if forced else ', without forcing'}")

@@ -7,6 +7,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.margins import margins_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 
@@ -44,7 +45,7 @@ def stability(derivative: Floats, bound: float) -> Floats:
     return np.array([np.prod(1 - m).real, np.prod(1 + m).real, np.prod(1 - m[first] * m[second]).real])
 
 
-def margins(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit) -> Floats:
+def margins(system: FlowSystem, orbit: PeriodicOrbit) -> Floats:
     """The margins of the q returns of an orbit from a graze, shape (2, q): least gap to a wall not met, least impact speed.
 
     Speeds are shares of the orbit's largest impact speed, with modes of the largest rate of the guard's function just before
@@ -52,6 +53,7 @@ def margins(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit) -> Floats
     """
     if isinstance(system, HybridSystem):
         return margins_of(system, orbit.states, system.guard_speeds(orbit.states))
+    assert isinstance(system, ImpactSystem)
     hits = [system.impacts(state, len(word)).speed for state, word in zip(orbit.states, orbit.words, strict=True)]
     return margins_of(system, orbit.states, np.array([np.max(np.concatenate(hits))]))
 

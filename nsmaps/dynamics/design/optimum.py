@@ -12,12 +12,13 @@ from nsmaps.dynamics.attractors.basins import Basins, basins
 from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, offsets_of, text
 from nsmaps.dynamics.design.basin import Basin
 from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
-from nsmaps.dynamics.design.problem import Point, Problem, System
+from nsmaps.dynamics.design.problem import Point, Problem
 from nsmaps.dynamics.design.search import LOST, Search
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, beat, shows
 
 BALANCED = 1e-3  #: residual of a local optimum, at most

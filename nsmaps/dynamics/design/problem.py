@@ -12,10 +12,9 @@ from nsmaps.dynamics.observables.cycles import moved_states, observe_orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step, refined
 from nsmaps.dynamics.returnmap import nearest_starts
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 
-System = ImpactSystem | HybridSystem
 LONGEST = 0.2  #: largest predicted change of an orbit, in its scale
 BEND = 0.2  #: largest correction of it, as a share of the change
 ROUNDED = 1e-8  #: correction that is always allowed, as a share of the scale
@@ -29,7 +28,7 @@ class Point:
     """The motion at k parameters."""
 
     at: Floats  #: shape (k,), as shares of their ranges
-    system: System
+    system: FlowSystem
     orbit: PeriodicOrbit
     moved: Floats  #: shape (k, q, n), derivatives of its states
     value: float  #: of the observable
@@ -55,9 +54,9 @@ class Problem:
         values = (1 - at) * self.low + at * self.high  # exactly the bounds at 0 and 1
         return dict(zip(self.names, values.tolist(), strict=True))
 
-    def system(self, at: Floats) -> System:
+    def system(self, at: Floats) -> FlowSystem:
         """The system; a ValueError where its class refuses the parameters."""
-        return self.system_of(**self.parameters(at))
+        return FlowSystem.require(self.system_of(**self.parameters(at)), "an optimum")
 
     def point(self, at: Floats) -> Point | None:
         """The motion at parameters, followed from the nearest ones at which it is known; None where it is lost on the way."""
@@ -77,7 +76,7 @@ class Problem:
                 here, share = found, 1.0
         return None
 
-    def orbit(self, here: Point, at: Floats) -> tuple[Floats, System, PeriodicOrbit] | None:
+    def orbit(self, here: Point, at: Floats) -> tuple[Floats, FlowSystem, PeriodicOrbit] | None:
         """The orbit at other parameters by Newton's method from its linear prediction, with them and the system.
 
         None where the class refuses the parameters, the words differ or the correction is large: it would be another motion.
@@ -99,14 +98,14 @@ class Problem:
         same = np.array_equal(found.returns.codes, here.orbit.returns.codes) and correction <= BEND * long + ROUNDED
         return (at, system, found) if same and found.converged and found.exists else None
 
-    def grazes(self, system: System, orbit: PeriodicOrbit) -> bool:
+    def grazes(self, system: FlowSystem, orbit: PeriodicOrbit) -> bool:
         """Whether a motion is nearer to a graze than half of what is asked for, where it counts as lost.
 
         Where a turning point appears beside a wall the margin jumps, so that no derivative leads back.
         """
         return bool(margins(system, orbit).min() < self.graze / 2)
 
-    def measured(self, at: Floats, system: System, orbit: PeriodicOrbit) -> Point | None:
+    def measured(self, at: Floats, system: FlowSystem, orbit: PeriodicOrbit) -> Point | None:
         """The observable of an orbit with its exact gradient; None where it has no derivative."""
         moved, slopes, value = [], [], float("nan")
         for k in range(len(self.names)):
@@ -125,7 +124,7 @@ class Problem:
         unit = float(self.high[k] - self.low[k])
         return parameter_rates(lambda value: self.system_of(**{**here, self.names[k]: value}), here[self.names[k]], unit)
 
-    def conditions(self, system: System, orbit: PeriodicOrbit) -> Floats:
+    def conditions(self, system: FlowSystem, orbit: PeriodicOrbit) -> Floats:
         """Numbers at least zero where the motion is stable and far enough from a graze, shape (c,)."""
         stable = np.empty(0) if self.multiplier is None else stability(orbit.derivative, self.multiplier)
         return np.append(stable, np.minimum(margins(system, orbit), FAR).ravel() - self.graze)

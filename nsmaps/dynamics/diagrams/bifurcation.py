@@ -13,9 +13,10 @@ from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
 from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, Sweep, attractors_at
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
-from nsmaps.dynamics.returnmap import ReturnMap, starts_under
+from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import PLAIN, decoded
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among
 

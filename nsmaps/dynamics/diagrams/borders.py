@@ -13,7 +13,8 @@ from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING,
 from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
+from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.exact.returnmap import ReturnMap
 
 LOCATED = 1e-8  #: share of the range to which an end other than an event of a branch is bisected
 STEP, LONGEST = 0.05, 400  #: longest step of a branch beside its end, in its arclength, and most orbits on it

@@ -14,8 +14,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 KEPT = 3  #: impacts that are kept for each return
 
@@ -35,7 +34,7 @@ class ImpactDiagram:
 
 @divides
 def impact_diagram(
-    system_of: "Callable[[float], ImpactSystem | HybridSystem]",
+    system_of: "Callable[[float], System]",
     values: ArrayLike,
     state: StateLike,
     noise: Noise,
@@ -65,7 +64,7 @@ def impact_diagram(
 
 
 def _impacts(
-    system_of: "Callable[[float], ImpactSystem | HybridSystem]",
+    system_of: "Callable[[float], System]",
     along: Floats,
     state: Floats,
     noise: Noise,

@@ -10,7 +10,7 @@ from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limits
 from nsmaps.dynamics.motion import label
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, decoded
 from nsmaps.parallel import Arrays, Jobs, begun
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.diagrams.names import alphabet_as_arrays
 from nsmaps.dynamics.orbit import Orbit, orbit_after
-from nsmaps.dynamics.returnmap import ReturnMap, followed
+from nsmaps.dynamics.returnmap import followed
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.parallel import Arrays, Jobs, names_as_arrays
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
 from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
 from nsmaps.dynamics.motion import without_turns
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 
 NARROWEST = 0.02  #: share of the range of the parameter: narrower windows have no borders
 FEWEST = 4  #: values in a window; beside a doubling, motions that have not converged pass for chaos

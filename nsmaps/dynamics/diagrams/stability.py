@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
-from nsmaps.dynamics.returnmap import ReturnMap, starts_under
+from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, concatenated, divides
 
 

@@ -13,7 +13,7 @@ from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.dynamics.diagrams.borders import RANGE, Border
 from nsmaps.dynamics.diagrams.changes import Change, Pair
 from nsmaps.dynamics.diagrams.runs import Runs
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ from nsmaps.dynamics.attractors.distance import distances, extents
 from nsmaps.dynamics.limits.path import Path, escapes, exponent_of, followed, growth_on
 from nsmaps.dynamics.motion import CHAOS, ESCAPE, QUASI_PERIODIC, UNRESOLVED, label
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import OrbitMap, ReturnMap
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import decoded
 
 FOLLOWED = 1024, 4096  #: returns over which orbits without a period are followed, one after the other
@@ -120,7 +120,7 @@ def unless_resting(map: ReturnMap, found: Limit, scale: Floats, tolerance: float
 
     Rare rests make an orbit periodic, however chaotic it is between them; unresolved if it rests at different phases.
     """
-    if found.kind != CHAOS or not isinstance(map, OrbitMap):
+    if found.kind != CHAOS or not map.has_orbits:
         return found
     path = Path.of(map.orbits(found.path.states[-1], FOLLOWED[-1]), 1)
     if not (path.outcome == Outcome.stuck).any():

@@ -10,7 +10,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.lyapunov import batch_error
 from nsmaps.dynamics.motion import periods
 from nsmaps.dynamics.orbit import returns_of
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import Alphabet
 
@@ -37,7 +37,7 @@ class Path:
 
     @classmethod
     def of(cls, returns: Returns, count: int) -> "Path":
-        """The path of `count` states, from their returns in the order of `OrbitMap.orbits`."""
+        """The path of `count` states, from their returns in the order of `ReturnMap.orbits`."""
         dim, circle = returns.start.shape[1], returns.coordinates.angles
         states = np.concatenate([returns.start[:count], returns.image]).reshape(-1, count, dim)
         turns: Ints = returns.known_turns[:, circle].sum(axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.dynamics.manifolds.local import LocalCurve, several
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 
 OPEN, CUT, MET = 0, 1, 2  #: between a state and the next: a curve, a jump, or a change of words at which both sides meet
 MEETS = 1e-2  #: distance of the sides of a change, as a share of the gap, at which the curve is continuous there

@@ -6,9 +6,9 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 
 FARTHEST, NEAREST = 1e-2, 1e-7  #: lengths of the curve that are tried, each half of the one before
 ACCURATE, WORST = 1e-11, 1e-6  #: errors of its end: at which a length is taken, and above which none is

@@ -10,8 +10,8 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.manifolds.growth import Growth, grown
 from nsmaps.dynamics.manifolds.local import LocalCurve, local_curve
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.reversed import of_reversed, restitution, reversed_system, to_reversed
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.progress import shows
@@ -166,7 +166,7 @@ def _stable(found: Manifold, orbit: PeriodicOrbit, states: Floats, scale: Floats
 
 def _check(map: ReturnMap, orbit: PeriodicOrbit, which: str, length: float, gap: float, max_points: int) -> None:
     """Refuse what has no such manifold."""
-    n = len(map.coordinates)
+    n = len(ReturnMap.require(map, "a manifold").coordinates)
     if n != 2:
         raise NsmapsError(f"the map has {n} coordinates; expected: two, in which a manifold of a saddle is a curve")
     if which not in ("unstable", "stable"):

@@ -11,9 +11,12 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.errors import NsmapsError, StateError, check_class
+from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import decoded
 from nsmaps.interrupts import threads
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
@@ -21,7 +24,6 @@ from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
 if TYPE_CHECKING:
     from nsmaps.exact.kernel import Kernel
     from nsmaps.exact.noise.driven import DrivenKernel
-    from nsmaps.exact.systems.system import ImpactSystem
 
 CHUNK = 8  #: realisations of a task of an executor
 SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is every second point of that of `step=h`
@@ -74,7 +76,7 @@ class NoisyOrbits(WithCoordinates):
 
 @divides
 def noisy_orbits(
-    system: "ImpactSystem | HybridSystem",
+    system: System,
     state: StateLike,
     n: int,
     noise: Noise,
@@ -110,9 +112,7 @@ def noisy_orbits(
         NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, or a class with modes has no noise.
         Interrupted: Ctrl-C; `result` has the first realisations, up to a part that was not finished.
     """
-    from nsmaps.exact.systems.system import ImpactSystem
-
-    check_class(system, (ImpactSystem, HybridSystem), "noise is added to formulas")
+    system = FlowSystem.require(system, "noise")
     starts, dim = as_starts(state, system.coordinates), len(system.coordinates)
     if starts.shape not in ((dim,), (realisations, dim)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(realisations, 0)}, {dim})")
@@ -122,7 +122,7 @@ def noisy_orbits(
             f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
             f"above 0 and at most tau = {noise.tau:g}, numbers that are not negative"
         )
-    law = (0.0, 0.0) if isinstance(system, HybridSystem) else linear_law(system)
+    law = linear_law(system) if isinstance(system, ImpactSystem) else (0.0, 0.0)
     _kernel_of(system, h)
     how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts, seed
     starts = np.broadcast_to(starts, (realisations, dim))
@@ -142,13 +142,13 @@ def noisy_orbits(
     return joined(jobs.run(_realised, tasks, first))
 
 
-def usual_step(system: "ImpactSystem | HybridSystem", tau: float) -> float:
+def usual_step(system: System, tau: float) -> float:
     """The step of the grid in time unless one is given: a hundredth of the period, or a tenth of tau if that is less."""
-    period = system.period()
+    period = FlowSystem.require(system, "noise").period()
     return tau / 10 if period is None else min(float(period) / 100, tau / 10)
 
 
-def linear_law(system: "ImpactSystem") -> tuple[float, float]:
+def linear_law(system: ImpactSystem) -> tuple[float, float]:
     """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
     from nsmaps.exact.kernel import closed_form_of
 
@@ -185,14 +185,15 @@ def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
     }
 
 
-def _kernel_of(system: "ImpactSystem | HybridSystem", step: float) -> "Kernel | DrivenKernel":
+def _kernel_of(system: FlowSystem, step: float) -> "Kernel | DrivenKernel":
     """What computes one realisation."""
-    if not isinstance(system, HybridSystem):
+    if isinstance(system, ImpactSystem):
         from nsmaps.exact.kernel import closed_form_of
 
         return closed_form_of(system, "orbits under noise")
     from nsmaps.exact.noise.driven import driven_kernel
 
+    assert isinstance(system, HybridSystem)
     return driven_kernel(system, step)
 
 

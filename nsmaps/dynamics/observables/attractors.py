@@ -11,11 +11,12 @@ from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.dynamics.noise.orbits import NoisyOrbits
 from nsmaps.dynamics.observables.means import Mean, ratio
-from nsmaps.dynamics.observables.observe import BATCHES, LACKING, observe
-from nsmaps.dynamics.returnmap import ReturnMap, map_or_reason
-from nsmaps.errors import NsmapsError, check_class
+from nsmaps.dynamics.observables.observe import BATCHES, observe
+from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
-from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 from nsmaps.progress import beat
@@ -90,9 +91,7 @@ def _observables(
     for value in values.tolist():
         system, _ = map_or_reason(map_of, value)
         if system is not None:
-            check_class(system, (ImpactSystem, HybridSystem), LACKING)
-            assert isinstance(system, (ImpactSystem, HybridSystem))
-            return resolved(system, observables)
+            return resolved(System.require(system, "observables"), observables)
     raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of an exact system")
 
 
@@ -110,15 +109,13 @@ def _along(
         system, _ = map_or_reason(map_of, value)
         for s in range(states.shape[1] if system is not None else 0):
             if np.isfinite(states[k, s]).all():
-                assert isinstance(system, (ImpactSystem, HybridSystem))
+                assert isinstance(system, System)
                 table[:, :, k, s] = _rows(_followed(system, states[k, s], int(periods[k, s]), observables, returns))
         beat((k + 1) / len(values), f"{k + 1} of {len(values)} values")
     return {"means": table}
 
 
-def _followed(
-    system: ImpactSystem | HybridSystem, state: Floats, period: int, observables: tuple[Observable, ...], returns: int
-) -> "Observed":
+def _followed(system: System, state: Floats, period: int, observables: tuple[Observable, ...], returns: int) -> "Observed":
     """The observables of an orbit, over batches of whole periods if it has one."""
     unit = max(period, 1)
     batches = max(1, min(BATCHES, returns // unit))
@@ -137,7 +134,7 @@ def _means(observables: tuple[Observable, ...], table: Floats) -> AttractorMeans
 
 
 def observe_attractors(
-    system: ImpactSystem | HybridSystem,
+    system: System,
     attractors: Sequence[Attractor],
     observables: Sequence[ObservableLike],
     returns: int = RETURNS,
@@ -152,7 +149,7 @@ def observe_attractors(
 
 
 def observe_states(
-    system: ImpactSystem | HybridSystem,
+    system: System,
     states: Sequence[Floats] | Floats,
     periods: Sequence[int],
     observables: Sequence[ObservableLike],
@@ -170,7 +167,7 @@ def observe_states(
     return _means(found, table)
 
 
-def observe_noisy(system: ImpactSystem, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
+def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
     """Means of observables over all realisations of an impact system under noise, shape (K,), from their stored impacts.
 
     Errors are those of independent realisations.
@@ -179,7 +176,7 @@ def observe_noisy(system: ImpactSystem, orbits: NoisyOrbits, observables: Sequen
         NsmapsError: as of `observe`; the system has modes, whose states at events are not stored; an observable is of flights,
             which noise moves between impacts; not all impacts were stored; fewer than two realisations did not end.
     """
-    check_class(system, ImpactSystem, "the states at events under noise are not stored")
+    system = ImpactSystem.require(system, "observables under noise")
     found = _observables(lambda _: system, np.zeros(1), observables)
     flight = next((one.name for one in found if one.of == "flights"), None)
     if flight is not None:

@@ -10,14 +10,14 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
-from nsmaps.dynamics.observables.observe import LACKING, observe
+from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
-from nsmaps.dynamics.returnmap import ReturnMap
-from nsmaps.errors import NsmapsError, check_class
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
 
@@ -92,7 +92,7 @@ def observe_orbit(
 Sums = tuple[Floats, Floats, Floats]  #: totals and weights, shape (q, C) or (1, C), and their derivatives, shape (2, C)
 
 
-def _sums(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+def _sums(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over each return of an orbit of single returns."""
     from nsmaps.exact.observables.totals import plan_of, slopes_of
 
@@ -107,9 +107,7 @@ def _sums(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tupl
     return means.totals[0, :, 0], means.weights[0, :, 0], each
 
 
-def _sums_with_rest(
-    system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats
-) -> Sums:
+def _sums_with_rest(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over an orbit with complete chatter."""
     from nsmaps.exact.observables.totals import plan_of
 
@@ -150,12 +148,9 @@ def _slopes_with_rest(system: ImpactSystem, run: Returns, plan: Any, way: Floats
     return total
 
 
-def _exact(map: ReturnMap) -> ImpactSystem | HybridSystem:
+def _exact(map: ReturnMap) -> FlowSystem:
     """The exact system of a map, or NsmapsError."""
-    system = map.system if isinstance(map, CompleteChatter) else map
-    check_class(system, (ImpactSystem, HybridSystem), LACKING)
-    assert isinstance(system, (ImpactSystem, HybridSystem))
-    return system
+    return FlowSystem.require(map.system if isinstance(map, CompleteChatter) else map, "observables")
 
 
 def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
@@ -172,7 +167,7 @@ def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
     return last + 1
 
 
-def moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
+def moved_states(system: FlowSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
     """The derivatives of the states of a periodic orbit along a direction of the parameters, shape (q, n)."""
     states = orbit.states
     if not way.any():
@@ -190,7 +185,7 @@ def moved_states(system: ImpactSystem | HybridSystem, orbit: PeriodicOrbit, way:
 
 
 def _cycle(
-    system: ImpactSystem | HybridSystem,
+    system: FlowSystem,
     found: tuple[Observable, ...],
     q: int,
     totals: Floats,

@@ -10,18 +10,17 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.observables.means import Mean, ratio
-from nsmaps.errors import NsmapsError, check_class
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import OUTCOMES
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
 BATCHES = 32  #: of returns, whose means are compared for an error
-LACKING = "observables are formulas of impacts and flights, which other maps lack"
 BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
 
 
@@ -87,7 +86,7 @@ class Observed(WithCoordinates):
 
 @shows
 def observe(
-    system: ImpactSystem | HybridSystem,
+    system: System,
     state: StateLike,
     n: int,
     observables: Sequence[ObservableLike],
@@ -119,7 +118,7 @@ def observe(
     from nsmaps.exact.observables.formulas import resolved
     from nsmaps.exact.observables.totals import plan_of, totals_of
 
-    check_class(system, (ImpactSystem, HybridSystem), LACKING)
+    system = FlowSystem.require(system, "observables")
     start = as_starts(state, system.coordinates)
     if n < 1 or discard < 0 or batches < 1 or not chatter >= 0:
         raise NsmapsError(
@@ -140,7 +139,7 @@ def observe(
 
 
 def _observed(
-    system: ImpactSystem | HybridSystem,
+    system: FlowSystem,
     found: tuple[Observable, ...],
     columns: tuple[tuple[int, int], ...],
     length: int,

@@ -13,7 +13,7 @@ from nsmaps.errors import StateError
 from nsmaps.exact.words import decoded
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.flow import FlowSystem
     from nsmaps.exact.systems.system import ImpactSystem
 
 CHUNK = 1_000  #: boxes that a thread takes at a time
@@ -97,9 +97,7 @@ def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
     return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
 
 
-def images_in_chunks(
-    system: "ImpactSystem | HybridSystem", start: Floats, most_images: int, enclose: Callable[..., int]
-) -> BoxImages:
+def images_in_chunks(system: "FlowSystem", start: Floats, most_images: int, enclose: Callable[..., int]) -> BoxImages:
     """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
 
     Args:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from unicodedata import normalize
 
 import sympy as sp
@@ -13,11 +13,11 @@ from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.spec import Observable, ObservableLike, distinct, observable_of
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.files.expressions import FUNCTIONS, Reader
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
 
 AFTER = "_after"  #: behind the name of a state, just after an event
 FURTHER = "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh", "atanh", "erf"
@@ -94,13 +94,14 @@ def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
     return sp.parse_expr(reader.text.strip(), local_dict={**WRITTEN, **names}, global_dict=dict(NUMBERS))
 
 
-def vocabulary_of(system: "ImpactSystem | HybridSystem") -> Vocabulary:
+def vocabulary_of(system: System) -> Vocabulary:
     """What formulas of observables of a system may contain."""
-    names = system.parameter_names()
+    names = FlowSystem.require(system, "observables").parameter_names()
     if isinstance(system, HybridSystem):
         from nsmaps.exact.modes.kernel import known_definition
 
         return _of_modes(known_definition(system), names)
+    assert isinstance(system, ImpactSystem)
     return _of_walls(formulas_of(system), names, system.letters)
 
 
@@ -127,11 +128,13 @@ def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
     return bool(one.name) and (bool(one.curved) or not kept)
 
 
-def known_observables(system: "ImpactSystem | HybridSystem") -> dict[str, Observable]:
+def known_observables(system: System) -> dict[str, Observable]:
     """The observables that a system has by name: those of its class, and of an impact system those of its equation of motion."""
-    own = {name: observable_of({"name": name, **keys}) for name, keys in system.observables.items()}
+    known = FlowSystem.require(system, "observables").observables
+    own = {name: observable_of({"name": name, **keys}) for name, keys in known.items()}
     if isinstance(system, HybridSystem):
         return {COUNTED.name: COUNTED, **own}
+    assert isinstance(system, ImpactSystem)
     return {**{one.name: one for one in OF_IMPACTS}, **_of_motion(formulas_of(system), system), **own}
 
 
@@ -162,7 +165,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     return sp.simplify(force - mean) * velocity, damping * velocity
 
 
-def resolved(system: "ImpactSystem | HybridSystem", observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+def resolved(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
     """Observables of a system, given by name, by their keys, or as they are.
 
     Raises:

@@ -27,8 +27,7 @@ from nsmaps.exact.observables.spec import Observable
 from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.flow import FlowSystem
 
 
 CHUNK = 16  #: orbits that a thread takes at a time
@@ -94,7 +93,7 @@ def _address(plan: Plan, of: str, slopes: bool) -> int:
     return rows_address(rows_source(entries, places, inputs, parameters))
 
 
-def plan_of(system: "ImpactSystem | HybridSystem", observables: tuple[Observable, ...]) -> Plan:
+def plan_of(system: "FlowSystem", observables: tuple[Observable, ...]) -> Plan:
     """The formulas of observables, read and in order; those of a class and its choices are remembered."""
     return _plan(vocabulary_of(system), observables)
 
@@ -114,7 +113,7 @@ def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
 
 
 def totals_of(
-    system: "ImpactSystem | HybridSystem",
+    system: "FlowSystem",
     plan: Plan,
     start: Floats,
     length: int,
@@ -166,7 +165,7 @@ def panel_of(kernel: Kernel | ModeKernel) -> float:
     return float(PANEL / max(rates.max(), table[layout.PHASE_RATE]))
 
 
-def slopes_of(system: "ImpactSystem | HybridSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
+def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
     """The derivatives of the totals of first returns of states (N, n), by these and along parameters, shape (N, C, n + 1).
 
     NaN where a return rests or chatters, where there is none, where flights are integrated, and of largest values.

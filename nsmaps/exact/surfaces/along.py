@@ -1,19 +1,22 @@
 """A system as a function of one or two of its parameters, which can be sent to other processes."""
 
 from dataclasses import dataclass
+from typing import Generic, TypeVar
 
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.parameters import System
+
+AnySystem = TypeVar("AnySystem", bound=System, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
-class Along:
+class Along(Generic[AnySystem]):
     """A system as a function of one or two of its parameters: a `map_of` of sweeps that can be sent to other processes."""
 
-    system: ImpactSystem
+    system: AnySystem
     parameter: str
     second: str | None = None
 
-    def __call__(self, *values: float) -> ImpactSystem:
+    def __call__(self, *values: float) -> AnySystem:
         """The system with this value of each parameter."""
         names = [name for name in (self.parameter, self.second) if name is not None]
         if len(values) != len(names):

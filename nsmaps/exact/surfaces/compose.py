@@ -12,9 +12,9 @@ from nsmaps.exact.returns import Margin, Returns, numbers_of
 from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 
 def joined(first: Returns, second: Returns) -> Returns:
@@ -70,7 +70,7 @@ def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
     return -encode(word[:letters], walls) if len(word) > letters or LONGER in two else encode(word, walls)
 
 
-def members(system: "ImpactSystem", returns: Returns, family: "ReturnFamily") -> tuple[NDArray[np.bool_], Returns]:
+def members(system: "System", returns: Returns, family: "ReturnFamily") -> tuple[NDArray[np.bool_], Returns]:
     """The first returns, of N, with which a member of the family begins, and these members.
 
     A member is the shortest sequence of at most `family.max_returns` returns that the family contains.

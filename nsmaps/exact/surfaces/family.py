@@ -16,7 +16,7 @@ from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
 from nsmaps.exact.words import decode, encode
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: consecutive returns that a pattern may contain
@@ -40,7 +40,7 @@ class ReturnFamily(BaseModel, ABC):
         and so on.
         """
 
-    def surface(self, system: "ImpactSystem", grid: Grid) -> Surface:
+    def surface(self, system: "System", grid: Grid) -> Surface:
         """The family's returns over a grid of states."""
         return surfaces(system, grid, [self])[self.name]
 

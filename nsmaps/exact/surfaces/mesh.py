@@ -19,7 +19,7 @@ from nsmaps.exact.words import decode
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 Part = Callable[[Returns], NDArray[np.integer]]  #: a number for each of N returns, shape (N,), negative to leave one out
 FINER = 2  #: parts of each side of a divided cell
@@ -62,7 +62,7 @@ class Mesh:
         return np.stack(found, axis=1)
 
 
-def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
+def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
     """The surface of a family as triangles between the states of its grid and states on its edges.
 
     Cells whose corners lie on several smooth pieces of the map (`ImpactSystem.itineraries`) are divided into four. Between the
@@ -99,7 +99,7 @@ def mesh(system: "ImpactSystem", surface: Surface, family: "ReturnFamily", part:
 class _Pieces:
     """The smooth pieces of a family's returns, distinguished by keys."""
 
-    system: "ImpactSystem"
+    system: "System"
     family: "ReturnFamily"
     part: Part
 

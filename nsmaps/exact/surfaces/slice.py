@@ -14,7 +14,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 HALVINGS = 60  #: share of the interval in which the itinerary changes: to rounding
 APART = 1e-2  #: share of the largest speed, or radians: images on the sides of a jump differ by more, of a graze by less
@@ -30,7 +30,7 @@ class Slice:
     jump: NDArray[np.bool_]  #: shape (N - 1,), True if the image jumps from a state to the next, or an angle of it is wrapped
 
 
-def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
+def slice_along(system: "System", along: str, axis: Axis, at: Mapping[str, float]) -> Slice:
     """The first returns along one coordinate of a system, the others held at given values.
 
     Besides those of the axis there are the two states on either side of each edge of the map's smooth pieces: where the itinerary
@@ -61,7 +61,7 @@ def slice_along(system: "ImpactSystem", along: str, axis: Axis, at: Mapping[str,
     return Slice(along, dict(at), returns, below & ~near)
 
 
-def _keys(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
+def _keys(system: "System", states: Floats) -> NDArray[np.int64]:
     """The invariants of one smooth piece of the map: itinerary, whether there is an image, turns; shape (N, 2 + n)."""
     returns = system.first_return(states)
     return np.column_stack([system.itineraries(states).codes, returns.valid, returns.turns])

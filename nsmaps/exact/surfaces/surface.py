@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 
 class Axis(BaseModel):
@@ -156,7 +156,7 @@ class Surface:
         return dataset(self.coordinates, rows, axes, family=self.name)
 
 
-def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamily"]) -> dict[str, Surface]:
+def surfaces(system: "System", grid: Grid, families: Sequence["ReturnFamily"]) -> dict[str, Surface]:
     """The return surfaces of all families over one grid, from one batch of returns.
 
     Raises:
@@ -166,9 +166,7 @@ def surfaces(system: "ImpactSystem", grid: Grid, families: Sequence["ReturnFamil
     return surfaces_among(system, system.first_return(grid.states()), grid, families)
 
 
-def surfaces_among(
-    system: "ImpactSystem", returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]
-) -> dict[str, Surface]:
+def surfaces_among(system: "System", returns: Returns, grid: Grid, families: Iterable["ReturnFamily"]) -> dict[str, Surface]:
     """The surfaces of all families among the first returns of a whole grid, in its order."""
     found = {family.name: members(system, returns, family) for family in families}
     return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
@@ -182,7 +180,7 @@ def check_axes(grid: Grid, coordinates: Sequence[str]) -> None:
 
 @divides
 def sweep(
-    system: "ImpactSystem",
+    system: "System",
     parameter: str,
     values: ArrayLike,
     grid: Grid,
@@ -212,14 +210,14 @@ def _row(arrays: Arrays, k: int) -> Arrays:
     return {name: rows[k] for name, rows in arrays.items()}
 
 
-def _returns_over(systems: Sequence["ImpactSystem"], grid: Grid) -> Arrays:
+def _returns_over(systems: Sequence["System"], grid: Grid) -> Arrays:
     """The arrays of the first returns of a whole grid, of each system a row."""
     sweeps = [system.first_return(grid.states()) for system in systems]
     names = "start", "image", "turns", "codes", "outcome", "time"
     return {name: np.stack([getattr(returns, name) for returns in sweeps]) for name in names}
 
 
-def _returns_of(system: "ImpactSystem", a: Arrays) -> Returns:
+def _returns_of(system: "System", a: Arrays) -> Returns:
     """The returns whose arrays these are."""
     names = system.coordinates, system.letters
     return Returns(*names, a["start"], a["image"], a["turns"], a["codes"], a["outcome"], a["time"])

@@ -10,7 +10,6 @@ from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
 from nsmaps.exact.systems.files import place_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
     from nsmaps.exact.systems.system import ImpactSystem
 
 NEAR = 1e-9  # to which a flight must start at its impact, with parameters that are floats
@@ -37,24 +36,6 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
         raise
     except Exception:
         return
-
-
-def check_formulas(system: "ImpactSystem | HybridSystem") -> None:
-    """Refuse formulas that are inconsistent for the system's parameters: nothing is compiled.
-
-    Raises:
-        SystemDefinitionError: as `check_start`, or as the first return of a system with modes or given by its acceleration.
-    """
-    from nsmaps.exact.flows.tables import formulas_of
-    from nsmaps.exact.modes.kernel import kernel_of
-    from nsmaps.exact.systems.hybrid import HybridSystem
-
-    if isinstance(system, HybridSystem):
-        kernel_of(system)
-    elif system.flight() == "acceleration":
-        formulas_of(system)
-    else:
-        check_start(system)
 
 
 def check_start(system: "ImpactSystem") -> None:

@@ -10,10 +10,10 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
 from nsmaps.exact.systems.guards import Section as Section
 from nsmaps.exact.systems.guards import Sliding as Sliding
-from nsmaps.exact.systems.parameters import ParametricSystem
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.modes.kernel import ModeKernel
 
 
-class HybridSystem(ParametricSystem):
+class HybridSystem(FlowSystem):
     """A system whose state follows linear differential equations that change at events.
 
     Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
@@ -32,7 +32,6 @@ class HybridSystem(ParametricSystem):
 
     states: ClassVar[tuple[str, ...]] = ()
     noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
-    horizon: ClassVar[float] = 1000.0  #: longest flight between two events, in periods of the forcing or units of time
 
     def period(self) -> Any:
         """Period of the forcing, in the system's time; None where there is no forcing."""
@@ -198,6 +197,10 @@ class HybridSystem(ParametricSystem):
         """
         track = self._kernel().track(np.asarray(state, float), n, samples)
         return track.time.ravel(), track.states.reshape(-1, len(self.states))
+
+    def check_formulas(self) -> None:
+        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
+        self._kernel()
 
     def phase_rate(self) -> float:
         """Radians of phase a unit of the system's time; zero without forcing."""

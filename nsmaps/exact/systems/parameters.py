@@ -1,21 +1,23 @@
-"""A system of equations with parameters as a frozen model: the common base of impact systems and systems with modes."""
+"""A system: a return map with parameters as a frozen model, the base of impact systems, systems with modes and maps."""
 
 import sys
-from abc import ABC
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from inspect import isabstract
 from pickle import PicklingError
-from typing import Any, ClassVar, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo, ModelPrivateAttr
 
 from nsmaps.arrays import Floats
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.files import received
 from nsmaps.files.complaints import refused
 
-Model = TypeVar("Model", bound="ParametricSystem")
+Model = TypeVar("Model", bound="System")
 
 
 class _Unmarked(type):
@@ -29,10 +31,12 @@ class _Constant(metaclass=_Unmarked):
     """Any value, of sympy or numpy too, that is not one of pydantic's descriptions of a field."""
 
 
-class ParametricSystem(BaseModel, ABC):
-    """Equations whose float fields are parameters; other fields (a choice, a switch) are part of the formulas.
+class System(BaseModel, ReturnMap):
+    """A return map whose float fields are parameters; other fields (a choice, a switch) are part of the formulas.
 
-    A name with a value but without an annotation, as `k = 2.0`, is a constant of the class.
+    A name with a value but without an annotation, as `k = 2.0`, is a constant of the class. A map that is known by itself
+    inherits from it with two definitions: `coordinates`, the names of its coordinates, of which an `Angle` lives on the
+    circle, and `first_return(states, derivative=False)`, which gives `Returns.of_map(...)` of finite states, shape (N, n).
     """
 
     model_config = ConfigDict(
@@ -61,6 +65,35 @@ class ParametricSystem(BaseModel, ABC):
                 )
 
     @classmethod
+    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
+        """The coordinates of the class, given as names, as `Coordinates`."""
+        names = vars(cls).get("coordinates")
+        if isinstance(names, Sequence):
+            cls.coordinates = Coordinates(names)  # type: ignore[assignment, method-assign]
+        elif not (isabstract(cls) or hasattr(cls, "coordinates")):
+            raise SystemDefinitionError(f'{cls.__name__} has no `coordinates`; expected: names, as `coordinates = ("x", "y")`')
+
+    wanted: ClassVar[str] = (
+        "an object of a class that inherits from nsmaps.System, whose fields are its parameters. Of any other map, as a function "
+        "of two parameters, `stability_diagram` shows the motions"
+    )
+
+    if TYPE_CHECKING:
+
+        @property
+        def coordinates(self) -> Coordinates: ...
+
+    @property
+    def section_letters(self) -> tuple[str, ...]:
+        """The letters with which words begin; "" where that may be any."""
+        return ("",)
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The letters of which words consist; none of a map without words."""
+        return tuple(self.first_return(np.empty((0, len(self.coordinates)))).walls)
+
+    @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """The names of the numerical parameters, in the order of their fields."""
         return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
@@ -85,6 +118,9 @@ class ParametricSystem(BaseModel, ABC):
                 raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
         return np.array([float(rates.get(name, 0.0)) for name in names])
 
+    def check_formulas(self) -> None:
+        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
+
     def __str__(self) -> str:
         """The class with all of its fields, as pydantic's `repr`."""
         return repr(self)
@@ -102,7 +138,7 @@ class ParametricSystem(BaseModel, ABC):
         return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
 
 
-def map_name(system: ParametricSystem, of: str = "exact") -> str:
+def map_name(system: System, of: str = "exact") -> str:
     """What a system's own map, `exact` in studies, is called, or another map, such as `composite`."""
     return system.map_name if of == "exact" else f"{of} map"
 

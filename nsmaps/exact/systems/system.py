@@ -17,7 +17,7 @@ from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import REFUSED, defined_at
-from nsmaps.exact.systems.parameters import ParametricSystem
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.walls import Wall
 from nsmaps.parallel import fingerprint
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
 
 
-class ImpactSystem(ParametricSystem):
+class ImpactSystem(FlowSystem):
     """A ball that flies between impacts with one or two walls under periodic forcing.
 
     Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
@@ -41,6 +41,7 @@ class ImpactSystem(ParametricSystem):
     of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
     """
 
+    wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
     coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
     horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
 
@@ -221,6 +222,17 @@ class ImpactSystem(ParametricSystem):
         times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
         return times.ravel(), places.ravel()
 
+    def check_formulas(self) -> None:
+        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
+        if self.flight() == "acceleration":
+            from nsmaps.exact.flows.tables import formulas_of
+
+            formulas_of(self)
+        else:
+            from nsmaps.exact.systems.checks import check_start
+
+            check_start(self)
+
     def phase_rate(self) -> float:
         """Radians of phase per unit of the system's time."""
         return TWO_PI / float(self.period())
@@ -244,7 +256,7 @@ class ImpactSystem(ParametricSystem):
         Formulas are checked only if sympy has been loaded by then, as by a file that imports it for them; it is not loaded for
         this check.
         """
-        cls.coordinates = Coordinates(cls.coordinates)
+        super().__pydantic_init_subclass__(**kwargs)
         if isabstract(cls):
             return
         try:

@@ -134,7 +134,7 @@ def followed(scene: Scene) -> Followed:
     if isinstance(motion, ModeTrack):
         curves = dict(zip(motion.names, np.moveaxis(motion.states, -1, 0), strict=True))
     else:
-        curves = {"ball": motion.ball, **dict(zip(scene.system.walls(), motion.walls, strict=True))}
+        curves = {"ball": motion.ball, **dict(zip(motion.impacts.walls, motion.walls, strict=True))}
     parted = {name: np.append(line, np.full((len(line), 1), np.nan), axis=1).ravel() for name, line in curves.items()}
     time = np.append(motion.time, np.full((len(motion.time), 1), np.nan), axis=1).ravel()
     return Followed(found, ends, time, parted)

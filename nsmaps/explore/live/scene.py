@@ -13,7 +13,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis, Grid
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.study.study import Study
 
 Range = tuple[float, float]
@@ -29,7 +29,7 @@ _POINTS, _VALUES = 200, 600  #: of a saved study: points along an axis and retur
 class Scene:
     """A system, the parameter and coordinate of its diagram, two coordinates of its plane of states, and a start."""
 
-    system: "ImpactSystem"
+    system: "System"
     name: str  #: of the system, as a study gives it
     start: Floats  #: shape (n,)
     parameter: str  #: on the horizontal axis of the diagram
@@ -95,7 +95,7 @@ def _starts(study: "Study") -> Iterator[dict[str, float]]:
         yield study.bifurcation.start
 
 
-def extents(system: "ImpactSystem", start: Floats, parameter: str, values: Range) -> list[Range]:
+def extents(system: "System", start: Floats, parameter: str, values: Range) -> list[Range]:
     """A range for each coordinate that holds the attractors over a parameter with room around them; of an angle the circle."""
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 
@@ -109,7 +109,7 @@ def extents(system: "ImpactSystem", start: Floats, parameter: str, values: Range
     ]
 
 
-def span(system: "ImpactSystem", name: str) -> Range:
+def span(system: "System", name: str) -> Range:
     """The range of a parameter's slider: between the bounds of the system where it has them, else around the value."""
     value = system.parameters[name]
     room = _NEAR * (abs(value) or 1.0)

@@ -17,7 +17,7 @@ from nsmaps.figures.style import family_colours
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.study.result import StudyResult
 
 POINTS = 40_000  #: of a diagram, at most
@@ -107,7 +107,7 @@ def _motions(result: "StudyResult", start: Floats) -> list[dict[str, Any]]:
     return [_motion(result.system.at(**{moved.parameter: value}), start, value) for value in values]
 
 
-def _motion(system: "ImpactSystem", start: Floats, value: float | None) -> dict[str, Any]:
+def _motion(system: "System", start: Floats, value: float | None) -> dict[str, Any]:
     """The exact motion on the attractor of a start, at a value of the parameter of the map."""
     last = orbit(system, start, _SETTLED).final
     return {"value": value, **_bodies(system, last if np.isfinite(last).all() else start, _EVENTS)}
@@ -121,14 +121,14 @@ def _flights(result: "StudyResult") -> list[dict[str, Any]]:
     return [{"state": state.tolist(), **_bodies(result.system, state, _FIRST)} for state in own]
 
 
-def _bodies(system: "ImpactSystem", start: Floats, count: int) -> dict[str, Any]:
+def _bodies(system: "System", start: Floats, count: int) -> dict[str, Any]:
     """The exact motion through so many impacts or events: places over time, letters, and which bodies are walls."""
     found = track(system, start, count, _SAMPLES)
     if isinstance(found, ModeTrack):
         bodies = dict(zip(found.names, np.moveaxis(found.states, -1, 0), strict=True))
         letters, times, walls = found.events.letter.tolist(), found.events.time, list[str]()
     else:
-        walls = list(system.walls())
+        walls = list(found.impacts.walls)
         bodies = {"ball": found.ball, **dict(zip(walls, found.walls, strict=True))}
         letters, times = [found.impacts.walls[k] for k in found.impacts.wall], found.impacts.time
     lines = {name: _short(line.ravel()) for name, line in bodies.items()}

@@ -1,15 +1,13 @@
 """The accurate variant of the general algorithm: a map of strips over a grid's box, validated at held-out states."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress
 from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
 from nsmaps.reduced.adaptive.validate import HeldOut, held_out
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -25,12 +23,12 @@ class AccurateResult:
         """True if no held-out state misses the tolerance or has another word."""
         return not any(errors.over or errors.wrong_words for errors in (self.uniform, self.beside))
 
-    def map(self, system: "ImpactSystem") -> StripMap:
+    def map(self, system: System) -> StripMap:
         """The map, in which the system itself answers where the strips do not."""
-        return StripMap(system, self.strips)
+        return StripMap(FlowSystem.require(system, "a map of strips"), self.strips)
 
 
-def accurate(system: "ImpactSystem", grid: Grid, tolerance: float, *, progress: Progress | None = None) -> AccurateResult:
+def accurate(system: System, grid: Grid, tolerance: float, *, progress: Progress | None = None) -> AccurateResult:
     """The map of strips of a system over a grid's box; `progress` as in `strip_map`.
 
     Raises:

@@ -17,7 +17,7 @@ from nsmaps.exact.words import longer_than
 
 if TYPE_CHECKING:
     from nsmaps.exact.returns import Itineraries
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.flow import FlowSystem
 
 LONGEST = 12  #: impacts and turning points of a return: longer ones, as of long chatter, are not distinguished
 MANY_IMPACTS = -1  #: in place of the code of a longer word
@@ -75,7 +75,7 @@ class _Points:
         return np.asarray((self.label != other.label).any(axis=1))
 
 
-def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, high: float) -> list[Line]:
+def lines(system: "FlowSystem", speeds: Sequence[float] | Floats, low: float, high: float) -> list[Line]:
     """The edges on lines of constant speed, over phases from low to high (radians), each exact to rounding.
 
     Two edges closer to each other than about 1e-7 of the range, or a sliver that no scanned phase approaches, are missed.
@@ -100,14 +100,14 @@ def lines(system: "ImpactSystem", speeds: Sequence[float] | Floats, low: float, 
     return _lines(system, v, below, above, points)
 
 
-def _followed(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> tuple["Itineraries", Bools, Ints]:
+def _followed(system: "FlowSystem", v: Floats, line: Ints, phi: Floats) -> tuple["Itineraries", Bools, Ints]:
     """The itineraries of states on lines, which of them are long, and their codes."""
     itineraries = system.itineraries(np.column_stack([v[line], phi]))
     long = longer_than(LONGEST, itineraries.codes, itineraries.walls, turns=True)
     return itineraries, long, np.where(long, MANY_IMPACTS, itineraries.codes)
 
 
-def _look(system: "ImpactSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
+def _look(system: "FlowSystem", v: Floats, line: Ints, phi: Floats) -> _Points:
     itineraries, long, codes = _followed(system, v, line, phi)
     return _Points(
         line,
@@ -131,7 +131,7 @@ def _hidden(points: _Points, spacing: float) -> _Points:
     return mid.take(alike & found)
 
 
-def _bisected(system: "ImpactSystem", v: Floats, points: _Points, halvings: int = 60) -> tuple[_Points, _Points]:
+def _bisected(system: "FlowSystem", v: Floats, points: _Points, halvings: int = 60) -> tuple[_Points, _Points]:
     """Every change between neighbouring points, located by so many halvings: the points below and above it."""
     change = (points.line[1:] == points.line[:-1]) & points.take(slice(1, None)).differs(points.take(slice(0, -1)))
     low, high = points.take(slice(0, -1)).take(change), points.take(slice(1, None)).take(change)
@@ -147,7 +147,7 @@ def _bisected(system: "ImpactSystem", v: Floats, points: _Points, halvings: int 
     return below.take(order), above.take(order)
 
 
-def _lines(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, points: _Points) -> list[Line]:
+def _lines(system: "FlowSystem", v: Floats, below: _Points, above: _Points, points: _Points) -> list[Line]:
     """The edges among the changes, sharpened, by line."""
     lowest = points.take(np.searchsorted(points.line, np.arange(len(v))))
     codes = [system.first_return(np.column_stack([v[side.line], side.phi])).codes for side in (lowest, below, above)]
@@ -174,7 +174,7 @@ def _largest(margins: Floats) -> float:
     return float(margins.max(initial=0.0, where=np.isfinite(margins)))
 
 
-def _sharpened(system: "ImpactSystem", v: Floats, below: _Points, above: _Points, hit: Ints) -> Floats:
+def _sharpened(system: "FlowSystem", v: Floats, below: _Points, above: _Points, hit: Ints) -> Floats:
     """The edges' phases, where the gap on the side that misses, continued by a parabola from three places, is zero."""
     phi = np.where(hit > 0, below.phi, above.phi)
     away = -hit[:, None] * STENCIL * np.arange(1, 4)

@@ -18,7 +18,7 @@ from nsmaps.progress import Work, beat
 from nsmaps.reduced.adaptive.scanlines import Line, lines
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.flow import FlowSystem
 
 LINES = 60  #: lines of constant speed in the first comparison
 NODES = 33  #: lines from which the curves of a band are computed
@@ -61,9 +61,7 @@ def unchart(chart: int, low: float, high: float, s: Floats) -> Floats:
     return high - (high - low) * (far**2 if chart == HIGH else far)
 
 
-def slabs(
-    system: "ImpactSystem", speeds: tuple[float, float], phases: tuple[float, float], work: Work
-) -> tuple[list[Slab], bool]:
+def slabs(system: "FlowSystem", speeds: tuple[float, float], phases: tuple[float, float], work: Work) -> tuple[list[Slab], bool]:
     """The bands between two speeds, in order, over the phases from low to high (radians); and True if these are all.
 
     Gaps between two bands, together less than a millionth of the range, are so close to a change that no curve follows.
@@ -85,7 +83,7 @@ def slabs(
     return sorted(resolved, key=lambda slab: slab.low), complete and not waiting
 
 
-def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
+def clear_phase(system: "FlowSystem", speeds: tuple[float, float]) -> float:
     """The phase at which a circle is best cut: that with the largest distance from all edges."""
     seen = lines(system, np.linspace(*speeds, LINES), 0.0, TWO_PI)
     at = np.linspace(0, TWO_PI, 257)[:-1]
@@ -96,7 +94,7 @@ def clear_phase(system: "ImpactSystem", speeds: tuple[float, float]) -> float:
     return float(at[np.argmax(away)])
 
 
-def _resolved(system: "ImpactSystem", found: list[Line], phases: tuple[float, float], work: Work) -> list[Line]:
+def _resolved(system: "FlowSystem", found: list[Line], phases: tuple[float, float], work: Work) -> list[Line]:
     """Lines such that neighbours of different kinds are as close as floats can be."""
     whole = found[-1].v - found[0].v
     for number in range(60):
@@ -114,7 +112,7 @@ def _resolved(system: "ImpactSystem", found: list[Line], phases: tuple[float, fl
 
 
 def _fitted(
-    system: "ImpactSystem", bands: list[tuple[float, float]], phases: tuple[float, float], narrow: float
+    system: "FlowSystem", bands: list[tuple[float, float]], phases: tuple[float, float], narrow: float
 ) -> list[Slab | None]:
     """Each band as a slab, in the simplest chart in which its curves are resolved, or None.
 

@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, as_box, as_states
 from nsmaps.errors import FitError
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.progress import Progress, Work, working
 from nsmaps.reduced.adaptive.slabs import Slab, clear_phase, slabs
 from nsmaps.reduced.adaptive.tree import Node, cell_area, grow, roots_of, terms
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.flow import FlowSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.reduced.adaptive.kernel import Tables
 
 #: total degrees that are tried, by the tolerance down to which they are the best choice
@@ -57,7 +59,7 @@ class Strips:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class StripMap:
+class StripMap(ReturnMap):
     """A ReturnMap over a box of states: polynomials between the exact map's edges, and the exact map where they cannot be.
 
     States outside the box are `uncovered`.
@@ -65,7 +67,7 @@ class StripMap:
 
     __repr__ = brief
 
-    system: "ImpactSystem"
+    system: "FlowSystem"
     strips: Strips
 
     @property
@@ -153,7 +155,7 @@ def _put(returns: Returns, rows: Ints, given: Returns) -> None:
 
 
 def strip_map(
-    system: "ImpactSystem",
+    system: "System",
     box: BoxLike,
     tolerance: float,
     progress: Progress | None = None,
@@ -176,6 +178,9 @@ def strip_map(
         StateError: an invalid box.
         FitError: speeds that are not above zero, a tolerance below rounding, or coordinates other than a speed and a phase.
     """
+    from nsmaps.exact.systems.flow import FlowSystem
+
+    system = FlowSystem.require(system, "a map of strips")
     if system.coordinates.angles.tolist() != [False, True]:
         raise FitError(f"the coordinates are {system.coordinates}; expected: an impact speed and a phase")
     speeds, phases = as_box(box, system.coordinates, whole_turn=True).tolist()
@@ -188,7 +193,7 @@ def strip_map(
 
 
 def _strip_map(
-    system: "ImpactSystem",
+    system: "FlowSystem",
     speeds: tuple[float, float],
     phases: tuple[float, float],
     tolerance: float,

@@ -16,7 +16,7 @@ from nsmaps.reduced.adaptive.scanlines import MANY_IMPACTS
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT, Slab
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.flow import FlowSystem
 
 ALONG_S, ALONG_X, UNDIVIDED = range(3)  #: direction in which a node is divided
 HALF = np.sqrt(0.5)
@@ -85,7 +85,7 @@ def cell_area(slab: Slab, cell: int) -> float:
 
 
 def grow(
-    system: "ImpactSystem",
+    system: "FlowSystem",
     slabs: Sequence[Slab],
     leaves: Sequence[Node],
     tolerance: float,
@@ -166,7 +166,7 @@ def places(slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> Floa
     return states
 
 
-def _sampled(system: "ImpactSystem", slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> tuple[Floats, list[bool]]:
+def _sampled(system: "FlowSystem", slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> tuple[Floats, list[bool]]:
     """Speed and advance of the phase at local points of leaves, (leaves, P, 2), and a mask of leaves on which all have the
     word of their cell.
     """

@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief, finite_rows
 from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
-from nsmaps.dynamics.returnmap import single_returns
 from nsmaps.errors import FitError, NsmapsError, near_match
+from nsmaps.exact.returnmap import ReturnMap, single_returns
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.conditions.condition import Number
@@ -67,7 +67,7 @@ class Coverage:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CompositeMap(WithCoordinates):
+class CompositeMap(WithCoordinates, ReturnMap):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
 
     __repr__ = brief

@@ -14,7 +14,7 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 HIGHEST = 40  #: power of a coordinate, as of fits
 FACTOR = re.compile(r"\s*([^\W\d]\w*)\s*(?:\*\*\s*(\d{1,2})\s*)?")
@@ -65,7 +65,7 @@ class PrintedMap(BaseModel):
         monomials = {name: self._collapsed(self.images[name], names, point) for name in names}
         return PolyMap.of_monomials(names, monomials, Box(coordinates=names, bounds=self.over).array, self.absolute)
 
-    def of(self, system: "ImpactSystem") -> PolyMap:
+    def of(self, system: "System") -> PolyMap:
         """The map at a system's own value of its parameter. FitError if the system has no such parameter."""
         if self.parameter is None:
             return self.at(system.coordinates)

@@ -18,7 +18,7 @@ from nsmaps.reduced.conditions.region import Region
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 
 class Diagonal(BaseModel):
@@ -84,7 +84,7 @@ class Attracting:
     """The filter for first returns anywhere, with exact derivatives: 1 for those that pass, else 0, as parts of a `Mesh`."""
 
     diagonal: Diagonal
-    system: "ImpactSystem"
+    system: "System"
     family: "ReturnFamily"
 
     def __call__(self, returns: Returns) -> Ints:

@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, nearest_turn
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.fit.filter import Diagonal, attracting

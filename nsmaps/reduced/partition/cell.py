@@ -9,7 +9,7 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, is_angle
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.conditions.region import Region, Where

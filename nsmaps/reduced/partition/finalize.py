@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.candidates import box_of
@@ -18,7 +18,7 @@ from nsmaps.reduced.partition.result import LogRow, PartitionResult
 from nsmaps.reduced.validation.destinations import RETURNS, STARTS, TAIL, random_states
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.reduced.partition.refine import Leaf, Refinement
     from nsmaps.reduced.partition.spec import Partition
 
@@ -37,7 +37,7 @@ def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str]
     return float(np.isin(ends(map, composite, grid), numbers).any(axis=0).mean())
 
 
-def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:
+def finalize(system: "System", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:
     """The result of a refinement, validated at new states."""
     leaves = sorted(refinement.leaves, key=lambda leaf: leaf.role != "attracting")
     composite = refinement.composite()
@@ -66,7 +66,7 @@ def finalize(system: "ImpactSystem", grid: Grid, spec: "Partition", refinement: 
     )
 
 
-def _attracting_error(system: "ImpactSystem", composite: CompositeMap, leaves: "list[Leaf]") -> tuple[float, int]:
+def _attracting_error(system: "System", composite: CompositeMap, leaves: "list[Leaf]") -> tuple[float, int]:
     """The largest error at new random states of the attracting pieces, and the number of these states."""
     worst, points = float("nan"), 0
     for number, leaf in enumerate(leaves):

@@ -9,12 +9,12 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.reduced.adaptive.accurate import AccurateResult
 
 
 def partition(
-    system: "ImpactSystem", grid: Grid, spec: Partition, *, progress: Progress | None = None
+    system: "System", grid: Grid, spec: Partition, *, progress: Progress | None = None
 ) -> "PartitionResult | AccurateResult":
     """The map of a system over a grid's box that meets a tolerance: in closed form with a log of its construction, or accurate.
 

@@ -25,7 +25,7 @@ from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 from nsmaps.reduced.validation.destinations import Destinations, random_states
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.reduced.partition.spec import Partition, Role
 
 LOOSE = 0.1  #: error demanded of transient pieces, as a share of the grid's side
@@ -87,7 +87,7 @@ class Leaf:
 class Refinement:
     """The regions while they are refined."""
 
-    system: "ImpactSystem"
+    system: "System"
     grid: Grid
     spec: "Partition"
     log: list[Leaf] = field(default_factory=list)

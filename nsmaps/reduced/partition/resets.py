@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import Piece

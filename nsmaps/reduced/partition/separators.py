@@ -3,14 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import comb
-from typing import Protocol
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.reduced.partition.cell import Cut, Sample, powers, rounded
 
@@ -23,13 +22,6 @@ FEWEST = 6  #: points of an edge to which a curve is fitted
 WORTH = 0.004  #: share of misplaced states that a further degree of a curve must save
 
 
-class Branched(ReturnMap, Protocol):
-    """A return map with turning points of flights, as exact systems have."""
-
-    def itineraries(self, states: ArrayLike) -> Itineraries:
-        """The itineraries of states (N, n)."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Sheets:
     """The smooth sheets of a map in a cell: a number for each grid point, and points on the edges between them."""
@@ -39,7 +31,7 @@ class Sheets:
     pair: Ints  #: shape (K, 2), the sheets on both sides
 
 
-def sheets(map: Branched, sample: Sample, jump: float) -> Sheets:
+def sheets(map: ReturnMap, sample: Sample, jump: float) -> Sheets:
     """The sheets of a map over a cell's grid: the word changes from one to the next, or the image jumps.
 
     Neighbours on the grid whose itineraries differ have a border between them, which bisection finds. It is an edge if the
@@ -141,7 +133,7 @@ def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
     return first[both], second[both]
 
 
-def _edges(map: Branched, start: Floats, end: Floats, jump: float) -> tuple[Bools, Floats]:
+def _edges(map: ReturnMap, start: Floats, end: Floats, jump: float) -> tuple[Bools, Floats]:
     """A mask of edges between states (K, n) and others, and their places: the first of the borders between them that is one."""
     edge, points = np.zeros(len(start), bool), (start + end) / 2
     rows, low = np.arange(len(start)), start

@@ -9,7 +9,7 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
 from nsmaps.dynamics.attractors.distance import Nearest
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.composite.composite import CompositeMap
 
 SEARCHED, STARTS = 100, 500  #: random starts from which attractors are sought, and whose orbits are compared

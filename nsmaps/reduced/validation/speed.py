@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.returnmap import ReturnMap
+    from nsmaps.exact.returnmap import ReturnMap
 
 STATES, ROUNDS = 20_000, 7  #: states of a batch
 CLEARLY = 0.8  #: share of the exact map's time below which a map is clearly faster

@@ -8,7 +8,7 @@ from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
 
 if TYPE_CHECKING:  #: also for the modules of sections
-    from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
+    from nsmaps.exact.systems.parameters import System as System
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.result import StudyResult as StudyResult
@@ -88,7 +88,7 @@ class Section(Generic[S]):
     calls: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: of `ahead.CALLS`, what its step has compiled
     compute: "Callable[[S, Plan, StudyResult], dict[str, Any]] | None" = None  #: fields of a result from those of earlier steps
     describe: Callable[[S, "Study"], str] = lambda spec, study: ""  #: a short description of the computation
-    size: "Callable[[S, Study, ImpactSystem], Size] | None" = None  #: None where it cannot be estimated
+    size: "Callable[[S, Study, System], Size] | None" = None  #: None where it cannot be estimated
     numbers: Callable[["StudyResult"], dict[str, Any]] = lambda result: {}  #: for result.json, by heading
     verdicts: Callable[["StudyResult"], Iterator[Verdict]] = _none
     tables: Callable[["StudyResult"], Iterator[Table]] = _none

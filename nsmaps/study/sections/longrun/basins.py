@@ -16,7 +16,7 @@ from nsmaps.study.sections.base import Need, Section, Table
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import Basins, Boundary
     from nsmaps.exact.surfaces.surface import Grid
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 LONG = 24  #: largest number of letters of the words in a row
 
@@ -67,7 +67,7 @@ def _describe(spec: BasinsSection, study: "Study") -> str:
     return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {total}"
 
 
-def _size(spec: BasinsSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: BasinsSection, study: "Study", system: "System") -> Size:
     one = Size(RETURN * (spec.returns + 2.0 * spec.max_period), COPIES * STATE + STORED * spec.max_period)
     return one.times(states(spec.grid or study.grid))
 

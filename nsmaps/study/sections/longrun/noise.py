@@ -8,6 +8,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.words import encode
 from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
@@ -19,7 +20,7 @@ from nsmaps.study.sections.base import Section
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.residence import Residence
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 
@@ -81,6 +82,8 @@ class Stored:
 
 def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
     """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
+    with binding.study.source.located(("noise",)):
+        FlowSystem.require(binding.system, "noise")
     for name, words in spec.modes.items():
         with binding.study.source.located(("noise", "modes", name)):
             for word in words:
@@ -132,7 +135,7 @@ def _describe(spec: NoiseSection, study: "Study") -> str:
     return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
 
 
-def _size(spec: NoiseSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: NoiseSection, study: "Study", system: "System") -> Size:
     from nsmaps.dynamics.noise.orbits import usual_step
     from nsmaps.exact.systems.hybrid import HybridSystem
 

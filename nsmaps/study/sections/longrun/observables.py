@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.observables.attractors import AttractorMeans
     from nsmaps.dynamics.observables.cycles import CycleMeans, Slope
     from nsmaps.dynamics.observables.means import Mean
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
 
@@ -57,7 +57,9 @@ def _check(spec: ObservablesSection, study: "Study") -> None:
 def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...]:
     from nsmaps.exact.observables.formulas import resolved, vocabulary_of
 
-    source, vocabulary, named = binding.study.source, vocabulary_of(binding.system), list[Observable]()
+    source, named = binding.study.source, list[Observable]()
+    with source.located(("observables",)):
+        vocabulary = vocabulary_of(binding.system)
     for number, name in enumerate(spec.quantities):
         with source.located(("observables", "quantities", number)):
             named += resolved(binding.system, [name])
@@ -100,7 +102,7 @@ def _describe(spec: ObservablesSection, study: "Study") -> str:
     return f"{names}; {returns_text(spec.returns)} of each orbit"
 
 
-def _size(spec: ObservablesSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: ObservablesSection, study: "Study", system: "System") -> Size:
     values = study.bifurcation.points * study.bifurcation.ways if study.bifurcation is not None else 0
     return Size(DERIVED * spec.returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
 

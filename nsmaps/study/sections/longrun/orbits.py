@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.condition import Number
@@ -21,10 +22,10 @@ from nsmaps.study.sections.base import Section, Verdict
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.dynamics.returnmap import ReturnMap
     from nsmaps.exact.events import ModeTrack
+    from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.exact.trajectory import Track
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
 
@@ -66,6 +67,10 @@ class Stored:
 
 
 def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
+    for number, orbit in enumerate(spec):
+        if orbit.track is not None:
+            with binding.study.source.located(("orbits", number, "track")):
+                FlowSystem.require(binding.system, "a trajectory")
     return tuple(binding.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(spec))
 
 
@@ -87,7 +92,7 @@ def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any
     return {"orbits": tuple(pairs)}
 
 
-def _counterpart(result: "StudyResult", system: "ImpactSystem") -> "ReturnMap":
+def _counterpart(result: "StudyResult", system: "System") -> "ReturnMap":
     """The map that the composite map approximates: the exact one, iterated where a piece has several returns."""
     from nsmaps.dynamics.iterated import Iterated
 
@@ -99,7 +104,7 @@ def _describe(spec: Orbits, study: "Study") -> str:
     return ", ".join(f"{orbit.returns} returns" for orbit in spec)
 
 
-def _size(spec: Orbits, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Orbits, study: "Study", system: "System") -> Size:
     return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.returns) for orbit in spec), Size())
 
 

@@ -28,7 +28,7 @@ from nsmaps.study.sections.maps.surfaces import bind_family
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import Coverage
     from nsmaps.reduced.validation.words import Misleads
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 MAP = "composite map"
 
@@ -143,7 +143,7 @@ def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict
     return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, plan.system, result.returns)}
 
 
-def composite_of(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface]) -> CompositeMap:
+def composite_of(plan: "Plan", system: "System", surfaces: dict[str, Surface]) -> CompositeMap:
     """The composite map at the parameters of a system; an error names the line of its piece."""
     pieces: list[Piece] = []
     for number, piece in enumerate(plan.bound["composite"]):
@@ -152,7 +152,7 @@ def composite_of(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surfa
     return CompositeMap(system.coordinates, system.letters, tuple(pieces))
 
 
-def _piece(plan: "Plan", system: "ImpactSystem", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
+def _piece(plan: "Plan", system: "System", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
     """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
     if piece.polynomial is not None:
         family = plan.families.get(piece.family or "")
@@ -171,7 +171,7 @@ def _returns_of(family: WordFamily) -> int:
     return family.max_returns
 
 
-def data_and_spec(plan: "Plan", system: "ImpactSystem", surfaces: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
+def data_and_spec(plan: "Plan", system: "System", surfaces: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
     """The surfaces to which a piece is fitted, and the piece with the region of its data."""
     data = region_of_data(system, piece)
     if piece.near_diagonals:
@@ -179,7 +179,7 @@ def data_and_spec(plan: "Plan", system: "ImpactSystem", surfaces: Surfaces, piec
     return surfaces, replace(piece, region=data)
 
 
-def region_of_data(system: "ImpactSystem", piece: PiecePlan) -> Region:
+def region_of_data(system: "System", piece: PiecePlan) -> Region:
     """The region of the data of a piece at the parameters of a system."""
     data = piece.data or piece.region
     others = {name: value for name, value in system.parameters.items() if name not in system.coordinates}
@@ -201,7 +201,7 @@ def pieces_size(study: "Study") -> Size:
     return sum((fit_size(piece.fit, count) for piece in study.composite if piece.fit), Size())
 
 
-def _size(spec: Pieces, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Pieces, study: "Study", system: "System") -> Size:
     return pieces_size(study)
 
 

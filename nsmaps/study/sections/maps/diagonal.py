@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.fit.filter_errors import NearDiagonals
     from nsmaps.reduced.fit.polyfit import PolyFit
     from nsmaps.reduced.fit.polymap import FitReport
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
 class DiagonalSection(BaseModel):
@@ -142,7 +142,7 @@ def _describe(spec: DiagonalSection, study: "Study") -> str:
     return f"{spec.family} within a factor {spec.delta:g} of the diagonals{over}"
 
 
-def _size(spec: DiagonalSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: DiagonalSection, study: "Study", system: "System") -> Size:
     values, count = spec.sweep.points if spec.sweep else 1, states(spec.grid or study.grid)
     fits = sum((fit_size(fit, count) for fit in spec.orders.values()), Size())
     return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(spec.deltas))

@@ -11,8 +11,8 @@ from nsmaps.reduced.conditions.region import Where
 from nsmaps.study.sections.maps.refits import refit
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.returnmap import ReturnMap
-    from nsmaps.exact.systems.parameters import ParametricSystem
+    from nsmaps.exact.returnmap import ReturnMap
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.study.binding import Plan
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
@@ -29,7 +29,7 @@ def maps_along(study: "Study") -> list[str]:
     return ["exact", *named, *(["parametric"] if study.parametric else [])]
 
 
-def map_title(study: "Study", system: "ParametricSystem", of: str) -> str:
+def map_title(study: "Study", system: "System", of: str) -> str:
     """What a map is called in texts and figures: `exact map`, `composite map`, `parametric map`, `fitted map R1`."""
     if of not in pieces_with_a_map(study):
         return map_name(system, of)
@@ -60,7 +60,7 @@ class _Refitted:
     """The composite map over a parameter, fitted at each value."""
 
     plan: "Plan"
-    system_at: Along
+    system_at: Along[System]
 
     def __call__(self, value: float) -> CompositeMap:
         return refit(self.plan, self.system_at(value))[0]

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from nsmaps.arrays import Floats
     from nsmaps.dynamics.diagrams.agreement import Agreement, Disagreement
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 TITLE = "parametric map"
 FITTED = 0.6  #: share of the work that fits are assumed to take, for `progress`; the rest is that of attractors
@@ -160,7 +160,7 @@ def _describe(spec: ParametricSection, study: "Study") -> str:
     return f"order {spec.highest} in {spec.parameter} from {spec.low:g} to {spec.high:g}"
 
 
-def _size(spec: ParametricSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: ParametricSection, study: "Study", system: "System") -> Size:
     pieces, compare = pieces_size(study), spec.compare
     returns = 2.0 * compare.points * (compare.discard + compare.returns)
     fits = (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * spec.number_of_nodes + 1)

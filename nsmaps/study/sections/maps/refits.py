@@ -13,7 +13,7 @@ from nsmaps.study.sections.maps.composite import Surfaces, composite_of, data_an
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Floats, Ints
-    from nsmaps.study.sections.base import ImpactSystem, Plan
+    from nsmaps.study.sections.base import Plan, System
 
 
 def refits(
@@ -30,7 +30,7 @@ def refits(
     return found
 
 
-def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, Surfaces]:
+def refit(plan: "Plan", system: "System") -> tuple[CompositeMap, Surfaces]:
     """The composite map of a system with other parameters than the study's, and the data of its fitted pieces, by name."""
     try:
         found = _surfaces_in(plan, system, _used(plan, system))
@@ -42,7 +42,7 @@ def refit(plan: "Plan", system: "ImpactSystem") -> tuple[CompositeMap, Surfaces]
     return composite, {name: data_of(system.coordinates, own, spec) for name, own, spec in fitted}
 
 
-def _used(plan: "Plan", system: "ImpactSystem") -> "Ints":
+def _used(plan: "Plan", system: "System") -> "Ints":
     """The numbers of the grid's states to which a piece is fitted at the parameters of a system."""
     pieces = [piece for piece in plan.bound["composite"] if piece.fit]
     if plan.grid is None or any(piece.near_diagonals for piece in pieces):
@@ -53,7 +53,7 @@ def _used(plan: "Plan", system: "ImpactSystem") -> "Ints":
     return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
 
 
-def _surfaces_in(plan: "Plan", system: "ImpactSystem", numbers: "Ints") -> Surfaces:
+def _surfaces_in(plan: "Plan", system: "System", numbers: "Ints") -> Surfaces:
     """The surfaces of all families over some states of the grid, those with these numbers."""
     if plan.grid is None:
         return {}

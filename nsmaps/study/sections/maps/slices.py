@@ -15,7 +15,7 @@ from nsmaps.study.sections.base import Section
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.slice import Slice
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Cut = tuple[str, Axis, dict[str, float]]  #: the coordinate that varies, its values, and the values of the others
 
@@ -63,7 +63,7 @@ def _describe(spec: Slices, study: "Study") -> str:
     return f"{len(spec)} of the exact map"
 
 
-def _size(spec: Slices, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Slices, study: "Study", system: "System") -> Size:
     points = sum(states(section.axis) for section in spec)
     return Size(RETURN * points, COPIES * STATE * points)
 

@@ -18,8 +18,7 @@ from nsmaps.study.sections.base import Need, Section
 if TYPE_CHECKING:
     from nsmaps.exact.returns import Returns
     from nsmaps.exact.surfaces.surface import Surface
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Spans = dict[str, Side]
 Families = dict[Name, tuple[str, ...]]
@@ -64,7 +63,7 @@ def grid_size(study: "Study") -> Size:
     return surfaces_size(study, states(study.grid), max(1, len(study.families)))
 
 
-def _size(spans: Spans, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spans: Spans, study: "Study", system: "System") -> Size:
     return grid_size(study)
 
 
@@ -95,7 +94,7 @@ def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFami
         return WordFamily(name=name, words=tuple(words), **ends)
 
 
-def _ends(system: "ImpactSystem | HybridSystem", first: tuple[str, ...]) -> str:
+def _ends(system: "System", first: tuple[str, ...]) -> str:
     """Where returns begin and end."""
     from nsmaps.exact.systems.system import ImpactSystem
 

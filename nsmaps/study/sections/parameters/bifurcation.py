@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
     from nsmaps.dynamics.diagrams.borders import Border
     from nsmaps.dynamics.diagrams.windows import Window
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table, per map
 
@@ -110,7 +110,7 @@ def _describe(spec: BifurcationSection, study: "Study") -> str:
     return f"{each_text(spec)} of {' and '.join(spec.map)}; {returns_text(returns)}"
 
 
-def _size(spec: BifurcationSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: BifurcationSection, study: "Study", system: "System") -> Size:
     values = float(spec.points * spec.ways)
     one = Size(VALUE + RETURN * (spec.discard + 5 * spec.returns), COPIES * STORED * spec.returns)
     refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)

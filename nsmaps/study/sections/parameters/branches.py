@@ -11,6 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.events import DOUBLING
 from nsmaps.dynamics.continuation.follow import CLOSED
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import known, yes
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.events import Event
     from nsmaps.dynamics.periodic import PeriodicOrbit
-    from nsmaps.dynamics.returnmap import ReturnMap
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.exact.returnmap import ReturnMap
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
 Way = Literal["up", "down"]
@@ -121,11 +122,11 @@ def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
     return periodic_orbit(there, plan.bound["branches"][number], section.period)
 
 
-def mapped(section: BranchSection, map_of: Along) -> "Callable[..., ReturnMap]":
+def mapped(section: BranchSection, map_of: Along[System]) -> "Callable[..., ReturnMap]":
     """The return map of a branch at values of the parameters: that of the system, or with complete chatter as one event."""
     from nsmaps.dynamics.chatter.complete import CompleteChatter
 
-    return (lambda *values: CompleteChatter(map_of(*values))) if section.chatter else map_of
+    return (lambda *values: CompleteChatter.of(map_of(*values))) if section.chatter else map_of
 
 
 def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
@@ -157,7 +158,7 @@ def _describe(spec: Branches, study: "Study") -> str:
     return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in spec)
 
 
-def _size(spec: Branches, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Branches, study: "Study", system: "System") -> Size:
     """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
     found = Size()
     for section in spec:

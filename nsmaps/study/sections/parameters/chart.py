@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.diagrams.stability import EventCurve
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of motions in a table
 
@@ -106,7 +106,7 @@ def _describe(spec: ChartSection, study: "Study") -> str:
     return f"{values}{some}; {returns_text(spec.pixels * spec.orbits * (spec.discard + spec.returns))}"
 
 
-def _size(spec: ChartSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: ChartSection, study: "Study", system: "System") -> Size:
     return Size(RETURN * (spec.discard + spec.returns), COPIES * STATE).times(float(spec.pixels) * spec.orbits)
 
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.study.conclusions.texts import plain
 from nsmaps.study.reading.values import SPEC, Range
@@ -45,7 +46,7 @@ def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study
 
 
 def curves_of(
-    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], map_of: Along, across: tuple[float, float]
+    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], map_of: Along[System], across: tuple[float, float]
 ) -> dict[str, "BifurcationCurve"]:
     """The curves by event and branch, as the part of a section's work after its diagram."""
     found = {}
@@ -56,7 +57,7 @@ def curves_of(
 
 
 def _curve(
-    plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along, across: tuple[float, float]
+    plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along[System], across: tuple[float, float]
 ) -> "BifurcationCurve":
     """The first event of its kind on a branch, followed in both parameters; without orbits where there is none."""
     from nsmaps.dynamics.curves.curve import BifurcationCurve, bifurcation_curve

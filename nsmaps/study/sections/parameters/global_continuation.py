@@ -19,7 +19,7 @@ from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
 
@@ -68,7 +68,7 @@ def _describe(spec: GlobalContinuationSection, study: "Study") -> str:
     return f"{range_text(spec)}, {spec.samples} starts each, up to {spec.returns} returns"
 
 
-def _size(spec: GlobalContinuationSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: GlobalContinuationSection, study: "Study", system: "System") -> Size:
     """At most all starts and 100 more for all returns."""
     return Size(VALUE + RETURN * spec.returns * (spec.samples + 100), COPIES * STATE).times(spec.points)
 

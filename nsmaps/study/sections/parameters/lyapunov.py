@@ -20,7 +20,7 @@ from nsmaps.study.sections.parameters.motions import Row
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.lyapunov import LyapunovSweep
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table
 SURE = 2.0  #: standard errors from zero, beyond which an exponent has a sign
@@ -62,7 +62,7 @@ def _describe(spec: LyapunovSection, study: "Study") -> str:
     return f"{each_text(spec)}; {returns_text(spec.points * (spec.discard + spec.returns))} with derivatives"
 
 
-def _size(spec: LyapunovSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: LyapunovSection, study: "Study", system: "System") -> Size:
     return Size(VALUE + DERIVED * (spec.discard + spec.returns), COPIES * STATE).times(spec.points)
 
 

@@ -17,7 +17,7 @@ from nsmaps.study.sections.base import Section, Table, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import Optimum
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 IMPACTS = 40  #: room for impacts of each return under noise
 POINTS = 200  #: of a start, for an estimate of the time
@@ -130,7 +130,7 @@ def _describe(spec: OptimumSection, study: "Study") -> str:
     return f"{spec.sense} of {name} over {', '.join(spec.parameters)}, {spec.starts} starts{sample}{under}"
 
 
-def _size(spec: OptimumSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: OptimumSection, study: "Study", system: "System") -> Size:
     search = Size(POINT * POINTS * spec.starts)
     basin = Size(RETURN * spec.returns).times(states(spec.grid) * (60 if spec.share else 1) if spec.grid else 0.0)
     noise = spec.noisy

@@ -22,7 +22,7 @@ from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, 
 if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
 class StabilitySection(BaseModel):
@@ -78,7 +78,7 @@ def _describe(spec: StabilitySection, study: "Study") -> str:
     return f"{values}; {returns_text(spec.sweep.points * spec.across.points * (spec.discard + 2 * spec.max_period))}"
 
 
-def _size(spec: StabilitySection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: StabilitySection, study: "Study", system: "System") -> Size:
     one = Size(VALUE + RETURN * (spec.discard + 10.0 * spec.max_period), COPIES * (STATE + STORED * spec.max_period))
     return one.times(float(spec.sweep.points) * spec.across.points)
 

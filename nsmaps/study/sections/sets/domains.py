@@ -25,7 +25,7 @@ from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.auxiliary.worst_case_limits import TwoCycle
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
 class DomainSection(BaseModel):
@@ -134,7 +134,7 @@ def _describe(spec: Domains, study: "Study") -> str:
     return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in spec)
 
 
-def _size(spec: Domains, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Domains, study: "Study", system: "System") -> Size:
     """The size of all updates; most domains converge earlier."""
     of_pieces = {piece.name for piece in study.composite}
     each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in spec]

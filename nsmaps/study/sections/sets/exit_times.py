@@ -16,7 +16,7 @@ from nsmaps.study.sections.base import Need, Section, Table
 if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.periodic_points import CycleSearch
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
 class ExitTimesSection(BaseModel):
@@ -67,7 +67,7 @@ def _describe(spec: ExitTimesSection, study: "Study") -> str:
     return f"{spec.cells} cells an axis, halved {spec.depth} times"
 
 
-def _size(spec: ExitTimesSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: ExitTimesSection, study: "Study", system: "System") -> Size:
     return cover_size(spec.cells, len(system.coordinates), spec.depth)
 
 

@@ -18,7 +18,7 @@ from nsmaps.study.sections.base import Section, Table, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import Manifold
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 WHOLE = ("length", "an attractor")  #: first words of the reasons of sides that were grown as far as they go
 
@@ -80,7 +80,7 @@ def _describe(spec: Manifolds, study: "Study") -> str:
     return ", ".join(f"{each.name} ({each.which}, length {each.length:g})" for each in spec)
 
 
-def _size(spec: Manifolds, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: Manifolds, study: "Study", system: "System") -> Size:
     """States by length and gap, two sides at each state of the saddle; each is inserted and mapped several times."""
     found = Size()
     for each in spec:

@@ -14,7 +14,7 @@ from nsmaps.study.sections.base import Section, Verdict, claimed
 
 if TYPE_CHECKING:
     from nsmaps.cells.morse_sets import MorseCover, Trap
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
 class MorseSection(BaseModel):
@@ -54,7 +54,7 @@ def _describe(spec: MorseSection, study: "Study") -> str:
     return f"{spec.cells} cells an axis, halved {spec.depth} times"
 
 
-def _size(spec: MorseSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: MorseSection, study: "Study", system: "System") -> Size:
     return cover_size(spec.cells, len(system.coordinates), spec.depth)
 
 

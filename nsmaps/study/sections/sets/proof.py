@@ -49,10 +49,10 @@ class ProofSection(BaseModel):
 
 def check_proof(binding: "Binding", key: str) -> None:
     """Raise StudyError at the key of a section unless proofs may be made of the system's class."""
-    from nsmaps.proof.formula import check_provable
+    from nsmaps.proof.formula import provable
 
     try:
-        check_provable(binding.system)
+        provable(binding.system)
     except ProofError as error:
         raise binding.study.source.error((key,), str(error)) from None
 

@@ -1,0 +1,93 @@
+"""The pieces of a map given by formulas: conditions and images in sympy, and the source of the function that evaluates them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import SimpleNamespace
+from typing import Any
+
+import sympy as sp
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import BooleanAtom, BooleanFunction
+
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.flows.laws import assignments, code
+from nsmaps.exact.words import encode
+
+CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
+
+
+@dataclass(frozen=True, eq=False)
+class PieceFormulas:
+    """The formulas of P pieces over n coordinates, for all values of the parameters."""
+
+    letters: tuple[str, ...]  #: of the pieces, in their order
+    conditions: tuple[Any, ...]
+    images: tuple[tuple[sp.Expr, ...], ...]  #: of each piece, in the order of the coordinates
+    variables: tuple[sp.Symbol, ...]  #: the coordinates
+    symbols: tuple[sp.Symbol, ...]  #: the parameters
+
+    def source(self, by: Sequence[sp.Symbol] = ()) -> str:
+        """The source of a function as of `rows_source`, of the coordinates in place of the variables.
+
+        It writes the number of the first piece whose condition holds, or -1; n images; the derivative of each by some symbols.
+        """
+        lines = [f"def law({PHI}, y, p, out):"]
+        lines += [f"    {symbol} = y[{k}]" for k, symbol in enumerate(self.variables)]
+        lines += [f"    {symbol} = p[{k}]" for k, symbol in enumerate(self.symbols)]
+        for number, (condition, images) in enumerate(zip(self.conditions, self.images, strict=True)):
+            rows = [*images, *(sp.diff(image, one) for image in images for one in by)]
+            written = assignments(rows, range(1, len(rows) + 1))
+            lines += [f"    if {code(condition)}:", *(f"        {line}" for line in [f"out[0] = {number}.0", *written, "return"])]
+        return "\n".join([*lines, "    out[0] = -1.0"])
+
+
+@lru_cache(maxsize=64)
+def formulas_of(cls: Any, others: tuple[tuple[str, Any], ...]) -> PieceFormulas:
+    """The formulas of a class, whose fields that are not numbers have these values.
+
+    Raises:
+        SystemDefinitionError: states which piece is not one, and why.
+    """
+    symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
+    symbolic = cls.model_construct(**symbols, **dict(others))
+    names = tuple(cls.coordinates)
+    variables = tuple(sp.Symbol(f"_y_{k}", real=True) for k in range(len(names)))
+    try:
+        pieces = symbolic.pieces(SimpleNamespace(**dict(zip(names, variables, strict=True))))
+    except TypeError as error:
+        text = "a formula cannot choose by a relation of symbols: write conditions with & and |, and cases as pieces"
+        raise SystemDefinitionError(f"{cls.__name__}.pieces: {text} ({error})") from error
+    if not (isinstance(pieces, Mapping) and pieces):
+        raise SystemDefinitionError(
+            f"{cls.__name__}.pieces gives {pieces!r:.80}; expected: pairs of a condition and images by letter"
+        )
+    known = {*variables, *symbols.values()}
+    found = [_piece(f"the piece {letter!r} of {cls.__name__}", piece, names, known) for letter, piece in pieces.items()]
+    letters = tuple(map(str, pieces))
+    for letter in letters:
+        encode(letter, letters)
+    conditions, images = zip(*found, strict=True)
+    return PieceFormulas(letters, conditions, images, variables, tuple(symbols.values()))
+
+
+def _piece(what: str, piece: Any, names: Sequence[str], known: set[sp.Symbol]) -> tuple[Any, tuple[sp.Expr, ...]]:
+    """The condition and the images of a piece, in the order of the coordinates."""
+    if not (isinstance(piece, tuple | list) and len(piece) == 2 and isinstance(piece[1], Mapping)):
+        raise SystemDefinitionError(f"{what} is {piece!r:.80}; expected: a condition, and the images by coordinate")
+    condition, images = sp.sympify(piece[0]), piece[1]
+    if not isinstance(condition, CONDITIONS):
+        raise SystemDefinitionError(
+            f"the condition of {what[4:]} is {condition}; expected: a relation, such as x.x <= 0, or True"
+        )
+    if set(images) != set(names):
+        given, expected = ", ".join(map(str, images)) or "none", ", ".join(names)
+        raise SystemDefinitionError(f"{what} has images of {given}; expected: of each of {expected}")
+    rows = tuple(sp.sympify(images[name]) for name in names)
+    for formula in (condition, *rows):
+        if unknown := formula.free_symbols - known:
+            raise SystemDefinitionError(
+                f"{what} has {', '.join(sorted(map(str, unknown)))} in {formula}; expected: fields and states"
+            )
+    return condition, rows

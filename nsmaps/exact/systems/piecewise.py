@@ -1,0 +1,83 @@
+"""A return map that is given by formulas, in pieces: the first whose condition holds gives the image."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import as_states
+from nsmaps.exact.returnmap import ExactMap
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.parameters import System
+
+if TYPE_CHECKING:
+    from nsmaps.exact.piecewise.compiled import CompiledPieces
+
+
+class PiecewiseMap(System, ExactMap):
+    """A return map in pieces, each a condition and an image in sympy, of which the first that holds applies.
+
+    Subclass it: the fields are the parameters, `coordinates` the names of the coordinates, of which an `Angle` lives on the
+    circle, and `pieces` formulas in `self` and in the states x.x, x.y, ..., with angles in [0, 2 pi). The word of a return is the
+    letter of its piece, so that words of orbits are itineraries. A return takes one unit of time.
+    """
+
+    @abstractmethod
+    def pieces(self, x: SimpleNamespace) -> Mapping[str, tuple[Any, Mapping[str, Any]]]:
+        """The pieces by their letters: each a condition, the last perhaps True, and the images by coordinate."""
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The letters of the pieces, of which words consist."""
+        return self._compiled().formulas.letters
+
+    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+        """The images of a batch of states, and their derivatives by the formulas.
+
+        A state in no piece is `uncovered`, one that is not finite `invalid`; one whose image is not finite `escaped`.
+
+        Args:
+            states: shape (N, n), angles in radians on any turn.
+            derivative: also the derivative of the image, shape (N, n, n): in the piece of the state.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+            SystemDefinitionError: a piece is not one.
+        """
+        return self._compiled().first_returns(as_states(states, self.coordinates), derivative)
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+        """The first n returns of each of M states: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        """
+        return self._compiled().orbits(as_states(states, self.coordinates), n, derivative)
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
+        """The derivative of images by the parameters, which change at the `rates` given, shape (N, n); NaN where there is none.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n).
+            ParameterError: a name is not one of a numerical parameter.
+        """
+        return self._compiled().sensitivities(as_states(states, self.coordinates), self.direction(rates))
+
+    def rests(self, states: ArrayLike) -> Floats:
+        """NaN, as nothing rests, shape (N,)."""
+        return np.full(len(as_states(states, self.coordinates)), np.nan)
+
+    def phase_rate(self) -> float:
+        """Zero, as there is no forcing."""
+        return 0.0
+
+    def check_formulas(self) -> None:
+        """Refuse formulas that are not pieces, with a SystemDefinitionError; without compiling anything."""
+        self._compiled()
+
+    def _compiled(self) -> "CompiledPieces":
+        from nsmaps.exact.piecewise.compiled import compiled
+
+        return compiled(self)
