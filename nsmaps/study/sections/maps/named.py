@@ -60,7 +60,7 @@ class _Refitted:
     """The composite map over a parameter, fitted at each value."""
 
     plan: "Plan"
-    system_at: Along[System]
+    system_at: "Along[System]"
 
     def __call__(self, value: float) -> CompositeMap:
         return refit(self.plan, self.system_at(value))[0]
