@@ -207,12 +207,22 @@ SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of reg
 
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """
-    abs and any arguments array as assert async auto await baremodule begin bool break case catch char class const continue
-    cos debugger def default del delete do document double e elif else elseif end endif enum eval except exp export exports
-    extern false finally float float64array for from function global goto holds i if image images implements import in inf
-    infinity inline instanceof int interface is isfinite j k lambda left let local location log long macro math module n nan
-    near new none nonlocal not np null number or otherwise package parfor pass persistent pi piece piece_of pieces pow private
-    protected public quote raise register require restrict return rows s series short signed sin sizeof spmd sqrt start state
-    states static struct super switch this throw top true try typedef typeof undefined union unsigned using var void volatile
-    while window with work wrap x yield
+    abs abstract alignas alignof and angles ans any arguments array as assert async auto await baremodule begin bool break
+    case catch char chebvander class const constexpr continue cos debugger def default del delete do document double e elif
+    else elseif end endif enum eval except exp export exports extern false finally float float64array floats for from function
+    global goto holds i if image images implements import in inf infinity inline instanceof int interface is isa isfinite j k
+    lambda left let linux local location log long m_pi macro math module mutable n names nan near new none nonlocal not np
+    null nullptr number numpy ones or otherwise outer outputs package parfor parts pass persistent pi piece piece_of pieces
+    polynomials pow primitive print private protected public quote raise real_cos real_log real_power real_sin real_sqrt
+    regions register require restrict return rows s series short signed sin size sizeof spmd sqrt start state states static
+    static_assert struct super switch this thread_local throw top true try two_pi type typedef typeof undefined union unix
+    unsigned using var void volatile where while window with work wrap x yield zeros
+"""
+
+#: functions and macros of C's <math.h>, whose names no other function can have
+MATH_H = """
+    acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cosh drem erf erfc exp2 expm1 fabs fdim finite floor fma fmax fmin
+    fmod fpclassify frexp gamma huge_val hypot ilogb isgreater isless isnan isnormal j0 j1 jn ldexp lgamma llrint llround log10
+    log1p log2 logb lrint lround modf nearbyint nextafter nexttoward remainder remquo rint round scalb scalbln scalbn signbit
+    significand sinh tan tanh tgamma trunc y0 y1 yn
 """

@@ -17,7 +17,7 @@ from nsmaps.exports.equations.system import system_files
 from nsmaps.exports.exportables import held_by, is_finished
 from nsmaps.exports.headers import of_study
 from nsmaps.exports.languages import LANGUAGES
-from nsmaps.exports.program import Exportable, identifiers
+from nsmaps.exports.program import MATH_H, Exportable, identifiers
 from nsmaps.symbolic.map_iterates import iterate
 
 if TYPE_CHECKING:
@@ -102,8 +102,8 @@ def _writer(format: str) -> Callable[[Exportable, str, Sequence[str]], dict[str,
 def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     """The texts by file name."""
     write = _writer(format)
-    if name is not None and identifiers([name]) != [name]:
-        near = identifiers([name])[0]
+    if name is not None and (identifiers([name]) != [name] or (format == "c" and name.lower() in MATH_H.split())):
+        near = identifiers([name])[0] if identifiers([name]) != [name] else f"{name}_"
         raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
     if isinstance(result, System):
         return _of_system(result, format, name)

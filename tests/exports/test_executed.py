@@ -1,6 +1,7 @@
 """Every executable export is run, and compared with the map on ten thousand points, edges among them."""
 
 import ctypes
+import json
 import re
 import shutil
 import subprocess
@@ -13,6 +14,8 @@ import pytest
 import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.exports.program import program_of
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import design
 
 CASES = exported.cases()
@@ -193,3 +196,37 @@ def test_julia_is_parsed_not_run(name):
     assert not tree.root_node.has_error
     broken = Parser(Language(grammar.language())).parse(text.replace("\nend\n", "\n", 1).encode())
     assert broken.root_node.has_error
+
+
+WORDS = ("TWO_PI", "linux", "M_PI", "lambda", "end", "e", "x", "I", "function", "size", "gamma", "real_sqrt")
+
+
+def test_coordinates_and_maps_with_words_of_languages(tmp_path):
+    """One map of as many coordinates, each halved: in C as gcc compiles it unless told, JavaScript and Python."""
+    names = (*WORDS, Angle("pi"))
+    n = len(names)
+    states = np.random.default_rng(1).uniform(0.1, 0.9, (20, n))
+    halves = {name: {tuple(np.eye(n, dtype=int)[k]): 0.5} for k, name in enumerate(names)}
+    polymap = nsmaps.PolyMap.of_monomials(names, halves, [[0, 1]] * n)
+    region = Box(coordinates=names, bounds=dict.fromkeys(names, (0.0, 1.0)))
+    result = CompositeMap(names, ("B",), (Piece("wrap", region, polymap, "BB"),))
+    for language in ("matlab", "julia", "latex", "python", "javascript", "c"):
+        nsmaps.export(result, language, tmp_path)
+    namespace = {}
+    exec((tmp_path / "composite_map.py").read_text(), namespace)
+    assert namespace["composite_map"](states)[0] == pytest.approx(states / 2, rel=1e-14)
+    if shutil.which("gcc"):
+        subprocess.run(["gcc", "-shared", "-fPIC", "composite_map.c", "-o", "it.so", "-lm"], cwd=tmp_path, check=True)
+        images = np.empty_like(states)
+        places = (ctypes.c_void_p(array.ctypes.data) for array in (states, images))
+        ctypes.CDLL(str(tmp_path / "it.so")).composite_map_batch(ctypes.c_size_t(len(states)), *places, None)
+        assert images == pytest.approx(states / 2, rel=1e-14)
+    if shutil.which("node"):
+        script = f"console.log(JSON.stringify(require('./composite_map.js').images({states.tolist()}).map(each => each[0])))"
+        found = subprocess.run(["node", "-e", script], cwd=tmp_path, check=True, capture_output=True, text=True)
+        assert np.array(json.loads(found.stdout)) == pytest.approx(states / 2, rel=1e-14)
+    for name in ("TWO_PI", "polynomials", "regions", "lambda"):
+        with pytest.raises(nsmaps.NsmapsError, match=rf"'{name}'; expected: .* such as '{name}_'"):
+            nsmaps.export(result, "python", name=name)
+    with pytest.raises(nsmaps.NsmapsError, match="such as 'gamma_'"):
+        nsmaps.export(result, "c", name="gamma")
