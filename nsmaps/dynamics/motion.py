@@ -149,10 +149,11 @@ def _by_word(words: Sequence[str], turns: int, period: int, alphabet: Alphabet) 
 def condensed(words: Sequence[str]) -> list[str]:
     """The words of one period with rest or chatter, in which each complete chatter with the release after it is one event.
 
-    The number of impacts until chatter is complete says how slow they were when they were summed, not what the motion is.
+    The number of impacts until chatter is complete says how slow they were when they were summed, not what the motion is. A rest
+    after a single impact, without restitution, has no such impacts before it.
 
-    >>> condensed(["BB", "B~", "BTB", "BB", "BB"])
-    ['B~TB']
+    >>> condensed(["BB", "B~", "BTB", "BB", "BB"]), condensed(["BB", "B_", "BB"])
+    (['B~TB'], ['B_B', 'BB'])
     """
     count = len(words)
     begins = next((k for k in range(count) if words[k - 1][-1:] not in _MARKS), 0)
@@ -163,7 +164,7 @@ def condensed(words: Sequence[str]) -> list[str]:
         else:
             events.append(word)
     slow = [word == 2 * word[:1] for word in events]
-    chatter = [word[1:2] in _MARKS for word in events]
+    chatter = [word[1:2] == CHATTER for word in events]
     for k in range(2 * len(events) - 1, -1, -1):  # backwards, once more round: impacts before those that precede chatter
         here, after = k % len(events), (k + 1) % len(events)
         chatter[here] |= slow[here] and chatter[after]

@@ -204,6 +204,7 @@ def test_periods_of_long_runs_take_time_in_proportion_to_them():
         ((["BB"] * 30 + ["B~", "BB"]) * 2, ([0] * 30 + [1, 0]) * 2, 32, "B~B/T"),
         (["BTB", "BB", "B~", "BB", "BTB"] * 2, [1, 0, 1, 0, 1] * 2, 5, "BTB BTB B~B/3T"),
         (["BB", "B_"] * 2, [0, 1] * 2, 2, "B_B/T"),
+        (["BB", "B_", "BB"] * 2, [1, 1, 0] * 2, 3, "BB B_B/2T"),  # without restitution nothing is summed before a rest
         (["BB", "B~", "BB", "BTB"], [1] * 4, 0, "C"),
         ([""] * 4, [0] * 4, 1, "period 1"),
     ],

@@ -11,6 +11,7 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, Section
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
+from nsmaps.dynamics.limits.limit import limits
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -161,3 +162,25 @@ def test_chaos_that_comes_to_rest_is_a_long_cycle() -> None:
     assert run.image[rests, 1] == pytest.approx(np.arcsin(1 / 3.6), abs=1e-6)
     assert set(np.diff(rests)) == {found.period}
     assert found.label.startswith("B~B/")
+
+
+@pytest.mark.parametrize(
+    ("map_of", "value", "state"),
+    [
+        (logistic, 3.0003, 2.0003 / 3.0003 + 1e-6),  # multiplier -1.0003
+        (logistic, 3.01, 2.01 / 3.01 + 1e-12),
+        (delayed, 2.001, (1.001 / 2.001 + 1e-5, 1.001 / 2.001)),  # a pair of modulus 1.0005
+    ],
+)
+def test_an_orbit_that_leaves_a_cycle_is_no_chaos(map_of, value, state):
+    (found,) = limits(map_of(value), np.reshape(state, (1, -1)), np.ones(np.size(state)))
+    assert found.kind != "C"
+    assert found.label in ("?", "Q", "period 2")
+
+
+@pytest.mark.parametrize("slope", [1.01, 1.03, 1.3])
+def test_weak_chaos_has_its_name(slope):
+    """Of the tent map, whose exponent is the logarithm of its slope."""
+    tent = Formula(lambda x: slope * np.minimum(x, 1 - x), lambda x: np.where(x < 0.5, slope, -slope)[:, :, None])
+    (found,) = limits(tent, np.array([[0.3]]), np.ones(1))
+    assert (found.kind, found.exponent) == ("C", pytest.approx(np.log(slope), abs=1e-9))

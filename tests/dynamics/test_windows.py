@@ -67,3 +67,25 @@ def test_values_without_a_map_are_a_window_without_a_motion(paper):
 
 def test_a_diagram_of_few_values_has_no_windows(paper):
     assert swept(paper, 0.33, 0.35, 3, [0.83, 0.36], None)[2] == ()
+
+
+def test_rests_without_restitution_begin_and_end_where_flights_do():
+    """A ball without restitution rests until sin(phase) = 1/Gamma, and flies from there; times are those of its parabola."""
+    from scipy.optimize import brentq
+
+    def landing(gamma, phase):
+        height = lambda s: gamma * (np.sin(phase) + np.cos(phase) * s - np.sin(phase + s)) - s * s / 2  # noqa: E731
+        times = np.linspace(0.5, 4 * gamma, 400)
+        k = int(np.argmax(np.array([height(s) for s in times]) < 0))
+        return (phase + brentq(height, times[k - 1], times[k], xtol=1e-14)) % (2 * np.pi)
+
+    begins = brentq(lambda g: landing(g, landing(g, np.arcsin(1 / g))) - np.arcsin(1 / g), 3.8, 3.9)  # it lands at the release
+    ends = brentq(lambda g: np.sqrt(g * g - 1) - 1.5 * np.pi + np.arcsin(1 / g), 4, 5)  # the first flight ends at rest
+    system = load_system("bouncing_ball", Gamma=4.0, r=0.0)
+    map_of = Along(system, "Gamma")
+    start = [4.19, 0.63]
+    made = bifurcation(map_of, np.linspace(3.75, 4.75, 34), start, 40, 200, "up")
+    free, twice, once = windows(made, map_of, np.array(start), 200, "up")
+    assert [each.label for each in (free, twice, once)] == ["1:0/2T", "BB B_B/2T", "B_B/2T"]
+    for border, value in ((free.high, begins), (twice.low, begins), (twice.high, ends), (once.low, ends)):
+        assert abs(border.value - value) <= border.precision <= 1e-6

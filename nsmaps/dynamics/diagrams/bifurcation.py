@@ -106,7 +106,8 @@ def bifurcation(
 
     A period up to K/2 is sought in the K returns that are stored. Orbits without one are followed for up to 5000 more: what
     they end on is decided as by `nsmaps.dynamics.limits.limit.limits`, so that C names chaos alone, Q of quasi-periodic motion,
-    `?` where neither was shown, and `escapes` of orbits that leave every bound.
+    `?` where neither was shown, and `escapes` of orbits that leave every bound. One that is on an unstable cycle to the last bit
+    starts again from beside it.
 
     Args:
         map_of: the return map at a value, such as `lambda d: system.at(d=d)`. A value at which it raises a ValueError, as for a
@@ -136,13 +137,28 @@ def bifurcation(
         return _beside(up, bifurcation(map_of, along, now, *how, "down", tolerance, jobs=jobs.share(0.5, 1.0, "down")))
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     if not jobs.divided or not len(now):
-        blocks = [(order, slice(None), attractors_at(map_of, along[order], now, returns, discard, bool(direction)))]
+        blocks = [(order, slice(None), attractors_at(map_of, along[order], now, returns, discard, now if direction else None))]
     else:
         part = jobs.share(0.0, STATES, "states")
         so_far = partial(_diagram_so_far, along, now, tolerance)
         sweep = Sweep(map_of, along, order, returns, discard, part, so_far)
         blocks = sweep.followed(now) if direction else sweep.independent(now)
     return _unnamed(along, now, blocks, tolerance).named(map_of, tolerance, jobs.share(STATES, 1.0, "limits"))
+
+
+def continued_diagram(
+    map_of: Callable[[float], ReturnMap],
+    value: float,
+    states: Floats,
+    starts: Floats,
+    returns: int,
+    discard: int,
+    tolerance: float = 1e-6,
+) -> Bifurcation:
+    """The attractors at one value, of orbits that continue those of a diagram with some starts (S, n) from states (S, n)."""
+    along, order = np.array([value]), np.zeros(1, np.int64)
+    blocks = [(order, slice(None), attractors_at(map_of, along, states, returns, discard, starts))]
+    return _unnamed(along, states, blocks, tolerance).named(map_of, tolerance, SERIAL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,20 +207,21 @@ def _unnamed(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
     shape = len(values), len(starts), *some["states"].shape[2:]
     states, turns, time = np.full(shape, np.nan), np.zeros(shape, np.int32), np.full(shape[:3], np.nan)
     codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
-    numbers, scales = np.ones(shape[:3], np.int32), np.ones((*shape[:2], shape[-1]))
+    numbers, scales, unstable = np.ones(shape[:3], np.int32), np.ones((*shape[:2], shape[-1])), np.zeros(shape[:2], bool)
     tables: Arrays = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time}
-    tables |= {"numbers": numbers, "scale": scales}
+    tables |= {"numbers": numbers, "scale": scales, "unstable": unstable}
     for cut, own, part in blocks:
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
     held = np.isfinite(states[:, :, -1]).all(axis=-1)
     scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
-    length = periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time)
+    length = np.where(unstable, 0, periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time))
     period = np.where(np.arange(shape[2]) < length[..., None], numbers, 0).sum(axis=-1)
     labels = names(coordinates, walls, alphabet_among(some), codes, turns, length, period)
+    labels[unstable] = UNRESOLVED
     labels[~held & np.isin(outcome, (Outcome.returned, Outcome.escaped)) & (reasons == "")[:, None]] = ESCAPE
-    open_ = held & ((length == 0) | ~are_exact(coordinates, states, length, scale))
+    open_ = held & ~unstable & ((length == 0) | ~are_exact(coordinates, states, length, scale))
     named = np.where(held | (labels == ESCAPE), labels, "")
     about = outcome, tuple(reasons.tolist()), np.where(held, period, 0), scale, named, np.where(held, length, 0)
     return _Unnamed(Bifurcation(coordinates, walls, values, states, turns, codes, *about), open_, scale)

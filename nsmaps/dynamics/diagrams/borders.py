@@ -17,7 +17,7 @@ from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 
 LOCATED = 1e-8  #: share of the range to which an end other than an event of a branch is bisected
-STEP, LONGEST = 0.05, 400  #: longest step of a branch beside its end, in its arclength, and most orbits on it
+STEP, LONGEST = 0.05, 60  #: longest step of a branch beside its end, in its arclength, and most orbits on it
 ROUNDING = 1e-14  #: of the parameter, as a share of its range and value
 NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its residual
 MOVED, APART = 0.1, 1e-5  #: in the scale: a cycle's largest change in a step, the least difference of its states
@@ -229,25 +229,26 @@ class CycleSearch:
         moved = cycle.returns.coordinates.difference(path.states[:-1].reshape(LEFT, q, -1), cycle.states)
         return LABEL if (np.abs(moved) / self.scale).max() > APART else LOST
 
-    def onset(self, event: Event, far: float) -> Border | None:
+    def onset(self, event: Event, far: float, before: list[float]) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
         It is the end of a doubled cycle where another event ends it, and None where no stable cycle is born.
 
         Args:
             far: a value at which there is no cycle any more.
+            before: values of the doublings before this one, where they are known.
         """
-        values = [event.parameter]
+        values, given = [*before, event.parameter], len(before) + 1
         while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
             branch = doubled_branch(self.map_of, event, _bounds(values[-1], far), STEP, LONGEST, tuple(TESTS))
             if len(branch.parameter) < 2 or not any(branch.stable[1:]):
-                return None if len(values) == 1 else _accumulation(values)
+                return None if len(values) == given else _accumulation(values)
             end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))
             if end is None or end.kind != DOUBLING:
                 return self._border(end) if end else None
             event = end
             values.append(event.parameter)
-            if len(values) > 2:
+            if len(values) > given + 1:
                 far = values[-1] + (values[-1] - values[-2])
         return _accumulation(values) if len(values) > 1 else None
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.continuation.events import DOUBLING
+from nsmaps.dynamics.continuation.events import DOUBLING, HALVING
 from nsmaps.dynamics.diagrams.borders import LABEL, LOST, NOT_LOCATED, Border, End
 from nsmaps.dynamics.diagrams.runs import LONGER, Runs
+from nsmaps.dynamics.motion import UNRESOLVED, kind_of
 
 CHANGED = 1e-5  #: share of the range to which a change of motion is bisected by orbits
 LASTING = 16  #: times as many returns, for which a motion must last that orbits have shown
@@ -87,7 +88,7 @@ class Change:
             return self._by_orbits()
         if not self.wide[1]:
             return ends.border, NOT_LOCATED
-        onset = self._onset(ends, self.outer)
+        onset = self._onset(ends, self.outer, self.one, -1)
         return ends.border, onset or self._beside(ends.border) or self._bracket(ends.border.value, self._not_yet)
 
     def _ends_before(self, ends: End) -> bool:
@@ -97,12 +98,17 @@ class Change:
         cycle = self.runs.cycle(self.one, 1)
         return cycle is not None and self.runs.arrives(self.runs.runs[self.other][0], self.one, cycle)
 
-    def _onset(self, end: End, chaos: float) -> Border | None:
-        """Where period doublings from the end of a cycle accumulate, before a value without a cycle; None if they do not."""
+    def _onset(self, end: End, chaos: float, run: int, back: int) -> Border | None:
+        """Where period doublings from the end of a run's cycle accumulate, before a value without a cycle; None if they do not.
+
+        The cycle's other end counts too, if it is the doubling before.
+        """
         if end.event is None or end.border.kind != DOUBLING:
             return None
-        value = end.border.value
-        return self.runs.cycles.onset(end.event, value + 3 * (chaos - value))
+        value, born = end.border.value, self.runs.end(run, back)
+        before = [born.border.value] if born is not None and born.border.kind == HALVING else []
+        found = self.runs.cycles.onset(end.event, value + 3 * (chaos - value), before)
+        return found if found is None or (found.value - chaos) * np.sign(chaos - value) <= found.precision else None
 
     def _to_cycle(self, begins: End | None) -> Pair:
         """From motion without a period, or none, to a cycle."""
@@ -111,7 +117,7 @@ class Change:
         border = begins.border
         if not self.wide[0]:
             return NOT_LOCATED, border
-        if onset := self._onset(begins, self.inner):
+        if onset := self._onset(begins, self.inner, self.other, 1):
             return onset, border
         beside = self._beside(border)
         return (beside, border) if beside else self._by_orbits()
@@ -129,6 +135,8 @@ class Change:
 
     def _beside(self, border: Border) -> Border | None:
         """The end of a cycle, to the least distance at which orbits have the motion of the second run; None if they have not."""
+        if abs(self.outer - border.value) <= border.precision:
+            return border
         nearest, motion = 0.0, self.runs.motion(self.other)
         for k in range(1, NEARER):
             off = (self.outer - border.value) / NEAR**k
@@ -151,23 +159,40 @@ class Change:
         return motion != self.runs.motion(self.other)
 
     def _bracket(self, low: float, holds: Callable[[str], bool]) -> Border:
-        """Where a statement on the motion ceases to hold; where more returns move this, the bracket has both places."""
-        high, state = self.outer, self.state
+        """Where a statement on the motion ceases to hold, from where it is shown to where the contrary is.
+
+        Where more returns move this, the bracket has both places.
+        """
         limits = low if low != self.inner else self.runs.value(sum(self.runs.runs[self.one]) // 2), self._well_outside
-        while abs(high - low) > CHANGED * self.runs.unit:
-            middle = (low + high) / 2
-            motion, states = self.runs.motion_at(middle, state)
-            low, high = (middle, high) if holds(motion) else (low, middle)
-            state = states[-1] if holds(motion) and self.runs.directed and np.isfinite(states[-1]).all() else state
-        while not holds(self.runs.motion_at(low, self.state, LASTING)[0]):
+        low, high, state, beyond = self._bisected(low, self.state, lambda motion: not self._is_open(motion) and holds(motion))
+        if self._is_open(beyond):
+            _, high, *_ = self._bisected(high, state, lambda motion: self._is_open(motion) or holds(motion))
+        while self._is_open(motion := self.runs.motion_at(low, self.state, LASTING)[0]) or not holds(motion):
             if low == limits[0]:
                 return NOT_LOCATED
             low = self._farther(low, high, limits[0])
-        while holds(self.runs.motion_at(high, state, LONGER)[0]):
+        while self._is_open(motion := self.runs.motion_at(high, state, LONGER)[0]) or holds(motion):
             if high == limits[1]:
                 return NOT_LOCATED
             high = self._farther(high, low, limits[1])
         return Border((low + high) / 2, 2 * abs(high - low), LABEL)
+
+    def _bisected(self, low: float, state: Floats, holds: Callable[[str], bool]) -> tuple[float, float, Floats, str]:
+        """Values between which a statement ceases to hold, the state of an orbit at the first, and the motion at the second."""
+        high, beyond = self.outer, self.runs.motion(self.other)
+        while abs(high - low) > CHANGED * self.runs.unit:
+            middle = (low + high) / 2
+            motion, states = self.runs.motion_at(middle, state)
+            if not holds(motion):
+                high, beyond = middle, motion
+                continue
+            low, state = middle, states[-1] if self.runs.directed and np.isfinite(states[-1]).all() else state
+        return low, high, state, beyond
+
+    def _is_open(self, motion: str) -> bool:
+        """True of a motion that was not resolved, unless this is what a run has."""
+        runs = kind_of(self.runs.motion(self.one)), kind_of(self.runs.motion(self.other))
+        return kind_of(motion) == UNRESOLVED and UNRESOLVED not in runs
 
     @property
     def _well_outside(self) -> float:

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.diagrams.names import alphabet_as_arrays
-from nsmaps.dynamics.orbit import Orbit, orbit_after
+from nsmaps.dynamics.limits.settled import Settled, settled
 from nsmaps.dynamics.returnmap import followed
-from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.parallel import Arrays, Jobs, names_as_arrays
 
@@ -38,7 +37,7 @@ class Sweep:
     def independent(self, starts: Floats) -> list[Block]:
         """Every start at every value; parts are values."""
         cuts = self._cuts(len(starts))
-        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, False) for cut in cuts]
+        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, None) for cut in cuts]
 
         def blocks(found: Mapping[int, Arrays]) -> list[Block]:
             return [(cuts[k], slice(None), part) for k, part in found.items()]
@@ -48,9 +47,10 @@ class Sweep:
     def followed(self, starts: Floats) -> list[Block]:
         """Each start followed through the values; parts are starts, for successive ranges of values."""
         blocks: list[Block] = []
-        done, count = 0, len(self.order)
+        done, count, first = 0, len(self.order), starts
         for cut in self._cuts(1):
-            parts = [(self.map_of, self.values[cut], start[None], self.returns, self.discard, True) for start in starts]
+            pairs = zip(starts[:, None], first[:, None], strict=True)
+            parts = [(self.map_of, self.values[cut], start, self.returns, self.discard, own) for start, own in pairs]
             jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
             found = jobs.run(attractors_at, parts, partial(self._diagram_until, blocks, cut))
             blocks += _of_starts(cut, dict(enumerate(found)))
@@ -78,23 +78,26 @@ def attractors_at(
     starts: Floats,
     returns: int,
     discard: int,
-    directed: bool,
+    first: Floats | None = None,
 ) -> Arrays:
-    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`."""
-    scales: list[Floats] = []
+    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`.
 
-    def run(map: ReturnMap, states: Floats) -> Orbit:
-        found = orbit_after(map, states, discard, returns)
-        own = [scale_of(map, found.states[:, s], beside=state) for s, state in enumerate(states)]
-        scales.append(np.array(own).reshape(states.shape))
-        return found
+    Args:
+        first: where the last states at one value are the starts at the next, the starts at the first value, shape (S, n), whose
+            magnitudes are units of maps that have no extents; None where all values have the same starts.
+    """
 
-    runs, reasons, last = followed(map_of, values, starts, run, directed)
+    def run(map: ReturnMap, states: Floats) -> Settled:
+        return settled(map, states, discard, returns, starts if first is None else first)
+
+    found, reasons, last = followed(map_of, values, starts, run, first is not None)
+    runs = [each.orbit for each in found]
     about = {"last": last, "reasons": np.array(reasons, str)}
     if not runs:
         return about
     kept = "turns", "codes", "time", "numbers"
     tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in kept}
     tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
-    tables["outcome"], tables["scale"] = np.stack([run.outcome[-1] for run in runs]), np.stack(scales)
+    tables |= {name: np.stack([getattr(each, name) for each in found]) for name in ("scale", "unstable")}
+    tables["outcome"] = np.stack([run.outcome[-1] for run in runs])
     return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls), **alphabet_as_arrays(runs[0].alphabet)}

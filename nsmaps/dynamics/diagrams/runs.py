@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
+from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, continued_diagram
 from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
-from nsmaps.dynamics.motion import without_turns
+from nsmaps.dynamics.motion import UNRESOLVED, kind_of, without_turns
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 
@@ -66,6 +66,15 @@ class Runs:
         first, last = self.runs[run]
         return last - first + 1 >= FEWEST and abs(self.value(last) - self.value(first)) >= NARROWEST * self.unit
 
+    def beside(self, run: int, way: int) -> int | None:
+        """The run on one side of another, beyond a narrow one that is unresolved; None at the end of the range."""
+        near = other = run + way
+        while 0 <= other < len(self.runs) and not self.is_wide(other) and kind_of(self.motion(other)) == UNRESOLVED:
+            other += way
+        if 0 <= other < len(self.runs) and self.motion(other) != self.motion(run):
+            return other
+        return near if 0 <= near < len(self.runs) else None
+
     def motion(self, run: int) -> str:
         """The motion of a run."""
         return self.labels[self.runs[run][0]]
@@ -114,7 +123,8 @@ class Runs:
     def motion_at(self, value: float, state: Floats, longer: int = 1) -> tuple[str, Floats]:
         """The motion of an orbit at a value of the parameter after so many times the transient, and its states (K, n) then."""
         try:
-            found = bifurcation(self.map_of, [value], state, self.diagram.states.shape[2], longer * self.discard)
+            how = self.diagram.states.shape[2], longer * self.discard
+            found = continued_diagram(self.map_of, value, state[None], self.start[None], *how)
         except NsmapsError:  # no map
             return "", np.full((1, self.start.size), np.nan)
         return str(found.labels[0, 0]), found.states[0, 0]

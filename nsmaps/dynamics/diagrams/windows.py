@@ -49,16 +49,17 @@ def windows(
     order = np.argsort(-diagram.values if direction == "down" else diagram.values, kind="stable")
     runs = Runs(diagram, lru_cache(maxsize=1)(map_of), np.atleast_2d(starts)[0], discard, direction is not None, order)
     wide = [run for run in range(len(runs.runs)) if runs.is_wide(run)]
-    needed = {edge for run in wide for edge in (run - 1, run) if 0 <= edge < len(runs.runs) - 1}
-    between: dict[int, Pair] = {edge: Change(runs, edge, edge + 1).borders() for edge in sorted(needed)}
+    beside = [(run, runs.beside(run, way)) for run in wide for way in (-1, 1)]
+    edges = {(min(run, other), max(run, other)) for run, other in beside if other is not None}
+    between: dict[tuple[int, int], Pair] = {edge: Change(runs, *edge).borders() for edge in sorted(edges)}
     return tuple(sorted((_window(runs, run, between) for run in wide), key=lambda window: window.seen))
 
 
-def _window(runs: Runs, run: int, between: dict[int, Pair]) -> Window:
-    """The window of a run, from the borders between each run and the next."""
-    first, last = (runs.value(place) for place in runs.runs[run])
-    begins = between[run - 1][1] if run else Border(first, 0.0, RANGE)
-    ends = between[run][0] if run < len(runs.runs) - 1 else Border(last, 0.0, RANGE)
+def _window(runs: Runs, run: int, between: dict[tuple[int, int], Pair]) -> Window:
+    """The window of a run, from the borders between runs."""
+    (first, last), before, after = (runs.value(place) for place in runs.runs[run]), runs.beside(run, -1), runs.beside(run, 1)
+    begins = Border(first, 0.0, RANGE) if before is None else between[before, run][1]
+    ends = Border(last, 0.0, RANGE) if after is None else between[run, after][0]
     seen = (first, begins), (last, ends)
     (low, lower), (high, upper) = sorted(seen, key=lambda pair: pair[0])
     return Window(runs.motion(run), runs.name_by_returns(run), lower, upper, (low, high))

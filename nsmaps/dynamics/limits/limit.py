@@ -24,6 +24,8 @@ RECURS = 0.05  #: share of the extents within which a quasi-periodic orbit comes
 ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cycle
 NEARLY = 1e3  #: tolerances within which an orbit nearly repeats
 SINGULAR = 1e-4  #: least distance from one of a multiplier of a cycle that Newton's method locates
+LEAVES = 40.0  #: largest growth of a difference, as a logarithm, on the way from rounding to the extent of the motion
+RISING = 10  #: successive parts of an orbit, in each of which differences are larger than before where it leaves a cycle
 COMING = 1e-3  #: of the scale: distance of a cycle to which an orbit that repeats within the tolerance may lead
 NEAR = 0.05  #: of the scale: least repetition from which a cycle is sought that an orbit approaches
 RESONANT = 1e-3  #: of the scale: repetition that is taken for the slow approach of a cycle, not for quasi-periodic motion
@@ -142,13 +144,14 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
     growth = growth_on(map, path, scale)
     exponent, error = exponent_of(growth, float(path.numbers[:, 0].mean()))
     about: Any = {"exponent": exponent, "error": error}
-    if np.isfinite(exponent) and exponent > ERRORS * error:
+    grows = bool(np.isfinite(exponent) and exponent > ERRORS * error)
+    if grows and growth.sum() > LEAVES and not path.last(min(SHORT, len(path.codes))).repeats(tolerance * scale)[0]:
         return Limit(CHAOS, path, **about)
-    cycle = cycle_in(map, path, scale, tolerance)
-    if cycle is None:
-        cycle = approached(map, path, scale)
+    cycle = cycle_in(map, path, scale, tolerance) or approached(map, path, scale)
     if cycle is not None:
         return cycle
+    if grows:
+        return Limit(UNRESOLVED if _departs(path, scale) else CHAOS, path, **about)
     return Limit(QUASI_PERIODIC if _is_quasi_periodic(path, growth, scale) else UNRESOLVED, path, **about)
 
 
@@ -168,8 +171,8 @@ def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
 def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Limit | None:
     """A cycle on which an orbit repeats within a tolerance, by Newton's method; as seen where the map has no derivative there.
 
-    None where Newton's method does not converge, as beside a resonance, or leads to an unstable cycle that is not within the
-    tolerance, which the orbit only passes; without derivatives where the orbit nearly repeats in a part of the period.
+    None where Newton's method does not converge, as beside a resonance, or leads to an unstable cycle, which the orbit passes;
+    without derivatives where the orbit nearly repeats in a part of the period.
     """
     path, states = seen.path, seen.path.states[-seen.length :, 0]
     if not _has_slopes(map, states):
@@ -177,10 +180,10 @@ def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Lim
     found = least(map, periodic_orbit(map, states, seen.length, scale=scale), scale)
     if not _is_located(found):
         return None
+    if np.abs(found.multipliers).max() > 1 + SINGULAR:
+        return None
     distance = _distances(found.states, states, path.coordinates, scale).max()
-    if distance <= (COMING if found.stable else 10 * tolerance):
-        return Limit("", path, len(found.states), found)
-    return None if found.stable is False else seen
+    return Limit("", path, len(found.states), found) if distance <= (COMING if found.stable else 10 * tolerance) else seen
 
 
 def _is_located(found: PeriodicOrbit) -> bool:
@@ -247,12 +250,21 @@ def _nearly(path: Path, scale: Floats, bound: float = NEAR) -> list[int]:
 
 def _settles(path: Path, period: int, scale: Floats) -> bool:
     """True if the differences of an orbit after a period still fall, as on the way to a cycle."""
+    parts = _parts(path, period, scale, PARTS)
+    return bool(len(parts) and parts[-1] <= max(FALLS * parts[-2], 2 * SAME))
+
+
+def _parts(path: Path, period: int, scale: Floats, count: int) -> Floats:
+    """The largest differences of an orbit after a period in successive parts of it; none of an orbit too short for this."""
     states = path.states[:, 0]
     off = np.abs(path.coordinates.difference(states[period:], states[:-period]) / scale).max(axis=1)
-    if len(off) < PARTS:
-        return False
-    *_, before, last = (float(part.max()) for part in np.array_split(off, PARTS))
-    return last <= max(FALLS * before, 2 * SAME)
+    return np.array([part.max() for part in np.array_split(off, count)]) if len(off) >= count else np.zeros(0)
+
+
+def _departs(path: Path, scale: Floats) -> bool:
+    """True if the differences of an orbit after a period only grow, as on the way from an unstable cycle to somewhere else."""
+    rising = (np.diff(_parts(path, period, scale, RISING)) for period in _nearly(path, scale))
+    return any(len(rises) and bool((rises > 0).all()) for rises in rising)
 
 
 def _comes_nearer(path: Path, cycle: Floats, scale: Floats) -> bool:

@@ -1,0 +1,71 @@
+"""Orbits after a transient that do not stay on an unstable cycle, on which rounding or their start has put them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.limits.limit import ROUNDED
+from nsmaps.dynamics.orbit import Orbit, orbit_after
+from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.returnmap import ReturnMap
+
+ASIDE = 1e-3  #: of the scale: how far from an unstable cycle an orbit starts again
+UNSTABLE = 1e-9  #: by how much the largest multiplier of an unstable cycle exceeds one, at least
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Settled:
+    """The orbits of S starts of n coordinates after a transient."""
+
+    orbit: Orbit
+    scale: Floats  #: shape (S, n), of the motion of each
+    unstable: Bools  #: shape (S,), those on an unstable cycle, up to rounding
+
+    @classmethod
+    def of(cls, map: ReturnMap, orbit: Orbit, sizes: Floats) -> "Settled":
+        """Orbits whose last states are known; `sizes` are states (S, n) whose magnitudes are units of maps without extents."""
+        each = list(zip(np.swapaxes(orbit.states, 0, 1), sizes, strict=True))
+        scale = np.array([scale_of(map, states, beside=size) for states, size in each]).reshape(sizes.shape)
+        unstable = [_is_unstable(map, states[1:], own) for (states, _), own in zip(each, scale, strict=True)]
+        return cls(orbit, scale, np.array(unstable, bool))
+
+    @property
+    def final(self) -> Floats:
+        """The last states, shape (S, n)."""
+        return self.orbit.final
+
+
+def settled(map: ReturnMap, states: Floats, discard: int, returns: int, sizes: Floats) -> Settled:
+    """As `orbit_after`; orbits that repeat up to rounding on an unstable cycle start again from beside it, once.
+
+    They may come back to it, as where rounding of a map by formula leads there.
+    """
+    found = Settled.of(map, orbit_after(map, states, discard, returns), sizes)
+    if not found.unstable.any():
+        return found
+    beside = states.copy()
+    for s in np.flatnonzero(found.unstable).tolist():
+        beside[s] = _beside(map, found.final[s], ASIDE * found.scale[s])
+    return Settled.of(map, orbit_after(map, beside, discard, returns), sizes)
+
+
+def _is_unstable(map: ReturnMap, states: Floats, scale: Floats) -> bool:
+    """True if the last of some states (K, n) repeats an earlier one up to rounding, and the cycle between them is unstable."""
+    same = np.flatnonzero(Coordinates(map.coordinates).near(states[:-1], states[-1], ROUNDED, scale))
+    slopes = map.first_return(states[same[-1] : -1], derivative=True).derivative if len(same) else None
+    if slopes is None or not np.isfinite(slopes).all():
+        return False
+    product = np.eye(states.shape[1])
+    for slope in slopes:
+        product = slope @ product
+    return bool(np.abs(np.linalg.eigvals(product)).max() > 1 + UNSTABLE)
+
+
+def _beside(map: ReturnMap, state: Floats, aside: Floats) -> Floats:
+    """A state beside another one, on the side on which it has an image."""
+    step = aside * np.random.default_rng(0).uniform(0.5, 1, len(state))
+    both = Coordinates(map.coordinates).wrap(np.array([state + step, state - step]))
+    valid = map.first_return(both).valid
+    return np.asarray(both[0] if valid[0] or not valid[1] else both[1])
