@@ -217,8 +217,8 @@ def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction)
 
 def test_chaos_begins_where_doublings_accumulate():
     """At 3.569945671870944901842 (Feigenbaum), though long cycles and motion that is not resolved lie before the chaos."""
-    made = nsmaps.bifurcation(Shifted, np.linspace(3.53, 3.61, 17), [0.3], discard=500, direction="down")
-    *_, chaos = windows(made, Shifted, np.array([0.3]), 500, "down")
+    made = nsmaps.bifurcation(Along(Shifted(), "a"), np.linspace(3.53, 3.61, 17), [0.3], discard=500, direction="down")
+    *_, chaos = windows(made, Along(Shifted(), "a"), np.array([0.3]), 500, "down")
     assert (chaos.label, chaos.low.kind) == ("C", "accumulation of period doublings")
     assert abs(chaos.low.value - 3.569945671870945) <= chaos.low.precision <= 1e-5
 
@@ -253,41 +253,43 @@ def test_a_tongue_in_which_the_cycle_moves_far_between_two_values():
     assert abs(tongue.high.value - 0.4 / (2 * np.pi)) <= tongue.high.precision + 1e-15
 
 
-class Line:
-    """A map of one coordinate by its formula and its derivative."""
+class Tent(System):
+    """x -> s min(x, 1 - x)."""
 
+    s: float = 1.5
     coordinates = ("x",)
 
-    def __init__(self, image, slope):
-        self.image, self.slope = image, slope
+    def first_return(self, states, derivative=False):
+        slopes = np.where(states < 0.5, self.s, -self.s)[:, :, None] if derivative else None
+        return Returns.of_map(self.coordinates, states, self.s * np.minimum(states, 1 - states), slopes)
+
+
+class Cubic(System):
+    """x -> a x - x^3, with a pitchfork at a = 1."""
+
+    a: float = 1.2
+    coordinates = ("x",)
 
     def first_return(self, states, derivative=False):
-        x = np.asarray(states, float).reshape(-1, 1)
-        return Returns.of_map(("x",), x, self.image(x), self.slope(x)[..., None] if derivative else None)
-
-
-def tent(s):
-    return Line(lambda x: s * np.minimum(x, 1 - x), lambda x: np.where(x < 0.5, s, -s))
+        slopes = (self.a - 3 * states**2)[:, :, None] if derivative else None
+        return Returns.of_map(self.coordinates, states, self.a * states - states**3, slopes)
 
 
 def test_an_orbit_does_not_stay_on_an_unstable_cycle():
     """The tent map: 0 attracts up to s = 1; beyond there is chaos, which rounding ends at s = 2, where it leads to 0."""
     values = np.linspace(0.55, 2.0, 15)
-    made = nsmaps.bifurcation(tent, values, [0.3], 40, 200, "up")
+    made = nsmaps.bifurcation(Along(Tent(), "s"), values, [0.3], 40, 200, "up")
     labels = made.labels[:, 0]
     assert set(labels[values < 0.99]) == {"period 1"}
     assert set(labels[(values > 1.01) & (values < 1.99)]) == {"C"}
     assert labels[-1] == "?"
-    zero, chaos, *_ = windows(made, tent, np.array([0.3]), 200, "up")
+    zero, chaos, *_ = windows(made, Along(Tent(), "s"), np.array([0.3]), 200, "up")
     for border in (zero.high, chaos.low):
         assert abs(border.value - 1) <= border.precision
 
 
 def test_both_halves_of_a_pitchfork_are_found_from_the_middle():
-    def cubic(a):
-        return Line(lambda x: a * x - x**3, lambda x: a - 3 * x**2)
-
     values = np.array([0.5, 0.9, 1.2, 1.5])
-    made = nsmaps.bifurcation(cubic, values, [0.0], 10, 1000, "up")
+    made = nsmaps.bifurcation(Along(Cubic(), "a"), values, [0.0], 10, 1000, "up")
     assert np.abs(made.states[:, 0, -1, 0]) == pytest.approx(np.sqrt(np.maximum(values - 1, 0)), abs=1e-9)
     assert set(made.labels[:, 0]) == {"period 1"}
