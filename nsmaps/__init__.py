@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain as AttractingDomain
     from nsmaps.auxiliary.attracting_domain import attracting_domain as attracting_domain
-    from nsmaps.auxiliary.set_valued import FullAuxiliaryMap as FullAuxiliaryMap
+    from nsmaps.auxiliary.full_map import FullAuxiliaryMap as FullAuxiliaryMap
     from nsmaps.cells.conley import MorseGraph as MorseGraph
     from nsmaps.cells.conley import conley_indices as conley_indices
     from nsmaps.cells.exit_times import ExitTimes as ExitTimes
@@ -142,7 +142,7 @@ _PUBLIC = {
     "symbolic.two_cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.attracting_domain": ("AttractingDomain", "attracting_domain"),
     "enclosures.box_images": ("box_map",),
-    "auxiliary.set_valued": ("FullAuxiliaryMap",),
+    "auxiliary.full_map": ("FullAuxiliaryMap",),
     "symbolic.curve_iterates": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
     "cells.periodic_points": ("CycleSearch", "find_cycles"),
     "cells.exit_times": ("ExitTimes", "exit_times"),

@@ -12,7 +12,7 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 
 Function = Callable[[Floats], Floats]
 
-ZOOMS, FINER = 4, 33  #: how often the best of samples is sought on a finer grid between its neighbours, and the points of that
+ZOOMS, FINER = 5, 17  #: how often the best of samples is sought on a finer grid between its neighbours, and the points of that
 SIGNS = np.array([-1.0, 1.0])  #: by which images are multiplied, so that the lower map is a maximum too
 
 

@@ -172,7 +172,8 @@ def images_of(map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -
     found = map.image_boxes(boxes)
     split = ~found.bounded
     own = (np.ptp(boxes, axis=2) / sides).max(axis=1)
-    split[found.source[~((np.ptp(found.images, axis=2) / sides).max(axis=1) <= WIDE * own[found.source])]] = True
+    wide = ~((np.ptp(found.images, axis=2) / sides).max(axis=1) <= WIDE * own[found.source])
+    split[found.source[wide if found.inherent is None else wide & ~found.inherent]] = True
     unknown = np.flatnonzero(split)
     if not splits or not len(unknown):
         return found

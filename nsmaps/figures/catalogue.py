@@ -233,9 +233,9 @@ _ROWS = (
     Row(
         "domains.envelopes",
         "The upper and lower auxiliary maps with the cobwebs between them.",
-        "The lower and upper auxiliary map of each coordinate at the first and the last update, with the worst-case steps from "
-        "the box (dotted). If the box is forward invariant, they converge to the yellow interval from p to q, the next box. The "
-        "thin line is a generic cobweb, which is omitted if it converges to no cycle.",
+        "The lower and upper auxiliary map of each coordinate at the first, the second and the last update, with the worst-case "
+        "steps from the box (dotted). If the box is forward invariant, they converge to the yellow interval from p to q, the "
+        "next box. The thin line is a generic cobweb, which is omitted if it converges to no cycle.",
         (data.ENVELOPED,),
         by_domain=True,
     ),
@@ -253,6 +253,14 @@ _ROWS = (
         "upper map of the lower map (thin), which has q, or the worst case of both. If the box is forward invariant, p and q "
         "bound the coordinate.",
         (data.SECOND_ITERATE, data.DOMAINS),
+    ),
+    Row(
+        "domains.auxiliary_map",
+        "Upper and lower auxiliary maps in two regions, the curves of the other pieces, and a cobweb through them.",
+        "The full auxiliary map: in A_1 and over the regions of the pieces that the study names, every coordinate is led on by "
+        "its upper and lower auxiliary map alternately, elsewhere by the composite map. Pieces are lines where the image depends "
+        "on one coordinate alone, else the range of its values over the other.",
+        (data.SURFACES, data.COMPOSITE, data.AUXILIARY_MAP),
     ),
     Row(
         "cells.morse",

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.auxiliary.full_map import AuxiliaryOrbit
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
@@ -257,6 +258,7 @@ NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda resul
 DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)
 SECOND_ITERATE: "Need[SecondIterate]" = Need("a second-iterate map", ("second_iterate",), lambda result: result.second_iterate)
+AUXILIARY_MAP: "Need[AuxiliaryOrbit]" = Need("the full auxiliary map", ("auxiliary_map",), lambda result: result.auxiliary_map)
 MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
 EXIT_TIMES: "Need[ExitTimes]" = Need("exit times", ("exit_times",), lambda result: result.exit_times, planar=True)
 PLANE: "Need[Any]" = Need("the plane of states", (), lambda result: result.system, planar=True)

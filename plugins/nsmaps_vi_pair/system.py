@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from math import pi, sin
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -28,9 +28,11 @@ PHYSICAL = {
 class VIPair(ImpactSystem):
     """Ball in a capsule that is shaken by cos(pi t + psi), tilted by beta; Z is the capsule's place relative to the ball's.
 
-    The bottom membrane B is met at Z = d/2 with growing Z, the top T at Z = -d/2. Give d and g_bar, or either of them by the
-    physical quantities of eq. eq_impact: d = s M omega^2/(F pi^2), g_bar = M g sin(beta)/F, with capsule mass M (kg), forcing
-    F (N), gravity g (m/s^2), tilt beta (rad), capsule length s (m) and angular frequency omega (rad/s).
+    The bottom membrane B is met at Z = d/2 with growing Z, the top T at Z = -d/2. The map returns to the membrane `base`: to B by
+    words such as BTB, to T by TT and TBT. As the force cos(pi t) changes its sign after half a period, -Z(t - 1) is a motion with
+    -g_bar, B and T exchanged: P(v, phi) on T is P(v, phi + pi) on B for -g_bar, its phase less pi. Give d and g_bar, or either of
+    them by the physical quantities of eq. eq_impact: d = s M omega^2/(F pi^2), g_bar = M g sin(beta)/F, with capsule mass M (kg),
+    forcing F (N), gravity g (m/s^2), tilt beta (rad), capsule length s (m) and angular frequency omega (rad/s).
     """
 
     dimensionless: ClassVar[bool] = True
@@ -39,10 +41,12 @@ class VIPair(ImpactSystem):
     d: float = Field(gt=0, description="dimensionless length of the capsule")
     r: float = Field(0.5, ge=0, le=1, description="restitution coefficient")
     g_bar: float = Field(description="dimensionless gravity along the capsule")
+    base: Literal["B", "T"] = Field(default="B", description="membrane to which the map returns")
 
     def walls(self) -> Mapping[str, Wall]:
-        """The bottom membrane, to which the map returns, and the top one."""
-        return {"B": Wall(at=self.d / 2, side=1), "T": Wall(at=-self.d / 2, side=-1)}
+        """The membrane to which the map returns, and the other one."""
+        bottom, top = ("B", Wall(at=self.d / 2, side=1)), ("T", Wall(at=-self.d / 2, side=-1))
+        return dict((bottom, top) if self.base == "B" else (top, bottom))
 
     def period(self) -> Any:
         """Of the forcing cos(pi t)."""

@@ -1,15 +1,21 @@
 """The full auxiliary map eq. auxM: products of the worst case in its boxes, the map elsewhere."""
 
+from fractions import Fraction
+
 import mpmath as mp
 import numpy as np
 import pytest
 from boxmaps import Henon, one_each
 
-from nsmaps.auxiliary.set_valued import FullAuxiliaryMap
+from nsmaps.auxiliary.bounds import envelopes
+from nsmaps.auxiliary.full_map import SLICES, AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
 from nsmaps.cells.grid import images_of
 from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
-from nsmaps.coordinates import Angle
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.exact.enclosure.images import BoxImages
+from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.fit.polymap import PolyMap
 
 
 class Linear:
@@ -126,3 +132,73 @@ def test_unknown_and_wide_images_are_those_of_parts():
     few = images_of(Coarse(), boxes, np.array([4.0, 2.0]), 0)
     assert isinstance(few, BoxImages)
     assert few.bounded.tolist() == [True, False, True]
+
+
+NAMES = Coordinates(("x", "y"))
+
+
+def linear(x, y, room=((-4, 4), (-4, 4))):
+    """The map with these coefficients of 1, x and y."""
+    terms = [{(0, 0): one, (1, 0): by_x, (0, 1): by_y} for one, by_x, by_y in (x, y)]
+    exact = [{power: Fraction(value) for power, value in each.items()} for each in terms]
+    return PolyMap.of_monomials(NAMES, dict(zip(NAMES, exact, strict=True)), [list(side) for side in room])
+
+
+WEDGE = Piece(
+    "wedge", Where(coordinates=NAMES, text="x >= 0 and y >= 0 and x + y <= 1"), linear(("0", "0.5", "0.3"), ("2", "0", "0.5"))
+)
+ROOM = Piece("room", Box.of(NAMES, [[-1, 1], [-1, 0]]), linear(("0", "-0.5", "0.1"), ("-0.5", "0", "0.2")))
+REST = Piece("rest", Where(coordinates=NAMES, text="0 == 0"), linear(("0.3", "0", "0"), ("-0.5", "0", "0")))
+MAP = CompositeMap(NAMES, ("S",), (ROOM, WEDGE, REST))
+FULL = FullAuxiliaryMap(MAP, [[[-1.0, 1.0], [-1.0, 0.0]]], ((WEDGE, [[0, 1], [0, 1]]),))
+
+
+def test_auxiliary_maps_of_a_region_that_is_no_box():
+    """Over the wedge xi_L = x/2 at y = 0, xi_U = x/2 + 0.3 (1 - x), eta_L = eta_U = 2 + y/2, by slices of 1/32."""
+    x, y = np.array([0.2, 0.21]), np.array([0.4, 0.41])
+    made = FULL.image_boxes([[x, y]])
+    products = made.images[made.inherent]
+    assert products == pytest.approx(np.array([[[0.1, 0.105 + 0.3 * 0.8], [2.2, 2.205]]]), abs=0.3 * 0.02 + 0.5 / SLICES)
+    low, high = products[0].T
+    assert (low <= [0.1, 2.2]).all()
+    assert (high >= [0.1 + 0.3 * 0.8, 2.205]).all()
+    assert not FULL.image_boxes([[[0.7, 0.71], [0.5, 0.51]]]).inherent.any(), "outside of the wedge the map alone leads on"
+
+
+def test_what_a_composite_map_does_is_among_what_its_full_auxiliary_map_may_do():
+    rng = np.random.default_rng(7)
+    boxes = np.sort(rng.uniform(-1.3, 1.3, (200, 2, 2)), axis=2)
+    boxes[:, :, 1] = boxes[:, :, 0] + 0.3 * (boxes[:, :, 1] - boxes[:, :, 0])
+    made = FULL.image_boxes(boxes)
+    for n, box in enumerate(boxes):
+        states = rng.uniform(*box.T, (300, 2))
+        own = made.images[made.source == n]
+        images = MAP.first_return(states).image
+        assert ((own[:, None, :, 0] <= images) & (images <= own[:, None, :, 1])).all(axis=2).any(axis=0).all()
+        wedge = WEDGE.region.contains(states) & ~ROOM.region.contains(states)
+        y = rng.uniform(0, 1, 300) * (1 - states[:, 0])  # anywhere in the wedge, beside x
+        free = np.column_stack([0.5 * states[:, 0] + 0.3 * y, 2 + 0.5 * states[:, 1]])
+        assert ((own[:, None, :, 0] <= free) & (free <= own[:, None, :, 1])).all(axis=2).any(axis=0)[wedge].all()
+
+
+def test_images_that_are_wide_by_themselves_are_not_halved(monkeypatch):
+    """A wide image of a thin box of the wedge: no part of the box has a narrower one, and the map is asked once."""
+    calls = []
+    image_boxes = FullAuxiliaryMap.image_boxes
+    monkeypatch.setattr(FullAuxiliaryMap, "image_boxes", lambda map, boxes: calls.append(len(boxes)) or image_boxes(map, boxes))
+    made = images_of(FULL, np.array([[[0.2, 0.2001], [0.1, 0.1001]]]), np.array([2.0, 2.0]))
+    assert calls == [1]
+    assert np.ptp(made.images, axis=2).max() > 0.2
+
+
+def test_a_generic_orbit_comes_by_the_map_and_ends_between_p_and_q():
+    """From the rest into the wedge's neighbour, the box, where xi = -x/2 + 0.1 y over y in [-1, 0]: q = -p/2, p = -q/2 - 0.1."""
+    room = AuxiliaryRegion("A1", np.array([[-1.0, 1.0], [-1.0, 0.0]]), envelopes(ROOM.map, [[-1, 1], [-1, 0]]))
+    wedge = AuxiliaryRegion.of_piece(WEDGE, [[0, 1], [0, 1]], NAMES)
+    orbit = auxiliary_orbit(MAP, room, [(WEDGE, wedge)], [2.0, 2.0], 300)
+    assert orbit.region[:2].tolist() == [-1, 0]
+    assert np.sort(orbit.states[-2:, 0]) == pytest.approx([-0.4 / 3, 0.2 / 3], abs=1e-9)
+    assert orbit.states[-1, 1] == pytest.approx(-0.5 / 0.8)
+    through = auxiliary_orbit(MAP, room, [(WEDGE, wedge)], {"x": 0.5, "y": 0.2}, 3)
+    assert through.region.tolist() == [1, -1, 0]
+    assert through.states[1] == pytest.approx([0.25 + 0.3 * 0.5, 2.1], abs=2e-3), "by the upper map first"

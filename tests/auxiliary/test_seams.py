@@ -38,7 +38,7 @@ def test_a_jump_between_samples_is_not_exceeded_and_both_iterations_end_at_it(un
     domain = attracting_domain(jumping(unit), unit * np.array([[-1, 1], [-1, 1]]), updates=1)
     (x, _), sup = domain.updates[0].envelopes, 0.2 - domain.updates[0].envelopes[0].x / unit / 2 + 0.3 * SEAM
     assert (x.upper / unit <= sup).all()
-    assert x.upper / unit == pytest.approx(sup, abs=1e-7)
+    assert x.upper / unit == pytest.approx(sup, abs=2e-7)
     assert domain.box[0] / unit == pytest.approx([P, Q], abs=1e-6)
     assert np.sort(domain.updates[0].generic[-2:, 0]) / unit == pytest.approx([P, Q], abs=1e-6)
     assert domain.generic_agrees
@@ -68,9 +68,9 @@ def test_a_jump_along_the_coordinate_itself():
     map = Plain(lambda x, y: (np.where(x < 0.2341, x, x - 0.6) + 0 * y, y / 2))
     domain = attracting_domain(map, [[-0.5, 0.5], [-1, 1]], updates=1)
     low, high = domain.updates[0].worst[1, 0]
-    assert 0.2341 - 1e-7 < high <= 0.2341
+    assert 0.2341 - 2e-7 < high <= 0.2341
     assert low == -0.5
-    assert domain.updates[0].at[0, 0, 1] == pytest.approx(0.2341, abs=1e-7)
+    assert domain.updates[0].at[0, 0, 1] == pytest.approx(0.2341, abs=2e-7)
 
 
 @pytest.mark.parametrize("samples", [21, 201])
@@ -78,7 +78,7 @@ def test_a_kink_and_a_smooth_extreme_between_samples(samples):
     """x' = -|y - 0.1234| and y' = cos(3 x - 0.4): the extremes are 0 at the kink and 1 at x = 0.1333."""
     x_map, y_map = envelopes(Plain(lambda x, y: (-np.abs(y - 0.1234), np.cos(3 * x - 0.4))), [[-1, 1], [-1, 1]], samples)
     assert (x_map.upper <= 0).all()
-    assert x_map.upper == pytest.approx(0, abs=2e-5 / samples)
+    assert x_map.upper == pytest.approx(0, abs=1e-4 / samples)
     assert (y_map.upper <= 1).all()
     assert y_map.upper == pytest.approx(1, abs=1e-11)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from nsmaps import load_study, run
 from nsmaps.auxiliary.attracting_domain import attracting_domain
-from nsmaps.auxiliary.set_valued import FullAuxiliaryMap
+from nsmaps.auxiliary.full_map import FullAuxiliaryMap
 from nsmaps.cells.exit_times import exit_times
 from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
 from nsmaps.cells.periodic_points import find_cycles

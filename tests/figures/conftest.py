@@ -15,6 +15,7 @@ from nsmaps_vi_pair import VIPair
 
 from nsmaps import read_result
 from nsmaps.auxiliary.attracting_domain import attracting_domain
+from nsmaps.auxiliary.full_map import AuxiliaryRegion, auxiliary_orbit
 from nsmaps.cells.exit_times import ExitTimes
 from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse_sets import MorseCover
@@ -114,6 +115,7 @@ SECTIONS: dict[str, Any] = {
         "impacts": {"parameter": "d", "from": 0.1, "to": 0.2, "points": 2, "sigma": 0.1},
     },
     "second_iterate": {"domain": "fitted"},
+    "auxiliary_map": {"domain": "fitted", "box": {"v": [0.1, 1], "phi": [0, 3]}, "start": START},
 }  #: of a study that names what the result of the toy has
 
 
@@ -282,7 +284,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, samples=31, of="fitted map R1"),
         "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, samples=31, of="exact map"),
     }
-    study = study_of()
+    study, box = study_of(), AuxiliaryRegion("A1", domains["fitted"].boxes[0], domains["fitted"].updates[0].envelopes)
     return StudyResult(
         study=study,
         system=ToyPair(**study.system_object().parameters),
@@ -306,6 +308,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         noise=_noisy(),
         domains=domains,
         second_iterate=SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
+        auxiliary_map=auxiliary_orbit(composite, box, (), starts[0], 40),
         **covers(),
     )
 

@@ -21,10 +21,13 @@ def by_label(ax):
     return {line.get_label(): line for line in ax.lines}
 
 
-def test_envelopes_show_the_first_and_last_update_of_domains_that_hold(result):
-    assert shown(result.domains["fitted"]) == [0, 4]
+def test_envelopes_show_the_first_second_and_last_update_of_domains_that_hold(result):
+    fitted = result.domains["fitted"]
+    assert shown(fitted) == [0, 1, 4]
+    assert shown(replace(fitted, updates=fitted.updates[:1] + 2 * fitted.updates[-1:])) == [0, 2], "of two alike the last"
+    assert shown(replace(fitted, updates=3 * fitted.updates[:1])) == [0]
     assert shown(result.domains["loose"]) == [0]
-    assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result)] == [("envelopes", 4)]
+    assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result)] == [("envelopes", 6)]
     (alone,) = envelope_sheets(replace(result, domains={"loose": result.domains["loose"]}))
     assert (alone.name, len(alone.panels), alone.title) == ("envelopes", 2, "loose: exact map, sampled, no bound")
 

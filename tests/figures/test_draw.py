@@ -68,6 +68,7 @@ MISSING = {
     "envelopes": ("domains", {}, "'domains'"),
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
+    "auxiliary_map": ("auxiliary_map", None, "'auxiliary_map'"),
     "morse": ("morse", None, "'morse'"),
     "exit_times": ("exit_times", None, "'exit_times'"),
 }

@@ -10,6 +10,7 @@ from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.bounds import held_out_error
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.enclosures.bernstein import Polynomials
+from nsmaps.errors import StudyError
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
 from nsmaps.plugins import study_files
@@ -19,6 +20,7 @@ from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.study.conclusions.verdict import conclusion
 
 BTB = WordFamily(name="BTB", words=("BTB",))
+OF = "composite map", "fitted map R1+", "full auxiliary map"
 GRID = Grid(axes={"v": Axis(low=0.0033, high=1, points=300), "phi": Axis(low=0, high=np.pi, points=300)})
 
 
@@ -63,7 +65,7 @@ def test_required_verdicts_hold_and_the_composite_map_covers_the_state_space(cas
     assert result.holds
     assert verdict(result, "covered").holds
     assert result.coverage.fraction == 1.0
-    assert {v.of for v in result.verdicts} - {"exact map, by fitted map R1+"} == {"composite map", "exact map", "fitted map R1+"}
+    assert {v.of for v in result.verdicts} - {"exact map, by fitted map R1+"} == {*OF, "exact map"}
 
 
 @pytest.mark.parametrize("name", ["fp", "pd", "cd", "paper", "published", "fits"])
@@ -228,7 +230,7 @@ def test_a_required_box_of_a_piece_fails_where_another_piece_decides(tmp_path):
     """R1+ of case FP carries its box into itself, but in this composite map a reset precedes it there."""
     text = study_files("vi_pair")["fp"].read_text()
     reset = "  - {name: first, where: 0.8 < v < 0.9 and 0.3 < phi < 0.4, reset: {v: 0.2}}\n"
-    text = text.replace("  - name: R1+\n", f"{reset}  - name: R1+\n").split("# What is not required")[0]
+    text = text.replace("  - name: R1+\n", f"{reset}  - name: R1+\n").split("# Eq. auxM")[0]
     (tmp_path / "s.yaml").write_text(
         "\n".join(line for line in text.splitlines() if "exact" not in line and "composite, map" not in line)
     )
@@ -300,3 +302,73 @@ def test_domain_cd(case, pair):
     assert "v down to 0.635456" in printed.text
     assert "phi up to 1.27509" in printed.text
     assert verdict(result, "domain fitted: forward invariant").of == "fitted map R1+"
+
+
+BOXES = {
+    "fp": {2: [[0.7117, 0.8922], [0.2972, 0.7684]], 11: [[0.8311, 0.8375], [0.3565, 0.3742]]},
+    "pd": {2: [[0.7024, 0.8547], [0.1672, 0.8970]], 11: [[0.7091, 0.8372], [0.1697, 0.5892]]},
+    "cd": {2: [[0.6526, 0.8380], [0.0613, 0.8692]], 5: [[0.6526, 0.8372], [0.0615, 0.8493]]},
+}
+
+
+def test_boxes_shrink_with_every_update_from_one_that_is_larger(case):
+    """A^(N) of the fitted map, as the page on the paper compares them with those printed; figs. Auximapsd30, Auximapsd26."""
+    name, result = case
+    domain = result.domains["fitted"]
+    assert (np.diff(domain.sizes, axis=0) <= 0).all()
+    assert (domain.sizes[0] > 1.05 * domain.sizes[-1]).all()
+    for number, box in BOXES[name].items():
+        assert domain.boxes[number - 1] == pytest.approx(np.array(box), abs=6e-5)
+
+
+def test_what_is_shown_of_the_full_auxiliary_map_holds_for_the_composite_map(case):
+    """Eq. auxM: 10^5 sampled states leave their regions, and arrive in R1+, as soon as it says."""
+    name, result = case
+    times, map, box = result.auxiliary_exits, result.composite, result.auxiliary_map.regions[0].box
+    said = verdict(result, "auxiliary map: other regions are left")
+    assert (said.holds, said.of) == (name == "cd", "full auxiliary map")
+    rows = {row.region: row for row in times.rows}
+    stay = {region for region, row in rows.items() if row.stays} - {"R1+", "all"}
+    assert stay == {"fp": {"R5"}, "pd": {"R4"}, "cd": set()}[name]
+    assert max(row.left_steps for region, row in rows.items() if region not in {*stay, "R1+", "all"}) == 5
+    states = np.random.default_rng(0).uniform(*times.cells.window.T, (100_000, 2))
+    cell = times.cells.numbers_of(states)
+    region, left, arrived = times.region[cell], times.left[cell], times.arrived[cell]
+    assert (arrived >= 0).mean() > 0.9
+    number = times.region.copy()
+    out, here = np.zeros(len(states), bool), states
+    for step in range(1, 1 + max(times.left.max(), times.arrived.max())):
+        here = map.first_return(here).image
+        there = times.cells.numbers_of(here)
+        out |= (there < 0) | (number[there] != region)
+        assert out[left == step].all()
+        assert ((here >= box[:, 0]) & (here <= box[:, 1])).all(axis=1)[arrived == step].all()
+
+
+def test_the_full_auxiliary_map_is_kept_with_a_run(tmp_path):
+    """A run of its two sections alone, written and read again."""
+    text = study_files("vi_pair")["cd"].read_text().split("orbits:")[0]
+    domain = "domains: [{name: composite, map: composite, box: {v: [0.65, 0.87], phi: [0.06, 0.9]}, updates: 2}]\n"
+    section = (
+        "auxiliary_map: {domain: composite, update: 2, box: {v: [0.5, 1], phi: [0, 1]}, depth: 1, start: {v: 0.7, phi: 0.3}}\n"
+    )
+    (tmp_path / "s.yaml").write_text(f"{text}{domain}{section}")
+    made = nsmaps.run(tmp_path / "s.yaml", tmp_path / "out")
+    back = nsmaps.read_result(tmp_path / "out")
+    assert np.array_equal(back.auxiliary_map.states, made.auxiliary_map.states)
+    assert back.auxiliary_map.regions[0].box == pytest.approx(made.domains["composite"].boxes[1])
+    assert back.auxiliary_exits.table() == made.auxiliary_exits.table()
+    (tmp_path / "s.yaml").write_text(f"{text}{domain}{section}".replace("update: 2, box", "update: 3, box"))
+    with pytest.raises(StudyError, match="update is 3, and domain 'composite' has 2; expected: one of these"):
+        nsmaps.run(tmp_path / "s.yaml")
+
+
+def test_the_generic_orbit_of_the_full_auxiliary_map_ends_between_p_and_q(case):
+    """From R3 by its auxiliary maps, by R4, into A_1: in FP and PD to the limit of the generic iteration on R1+."""
+    name, result = case
+    orbit = result.auxiliary_map
+    assert orbit.region[:2].tolist() == [1, -1]
+    assert set(orbit.region[2:]) == {0}
+    if name != "cd":
+        generic = np.sort(result.domains["composite"].updates[0].generic[-2:, 0])
+        assert np.sort(orbit.states[-2:, 0]) == pytest.approx(generic, abs=2e-4)

@@ -12,7 +12,7 @@ from nsmaps.errors import StudyError
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
     "branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, optimum, noise, domains, "
-    "second_iterate, morse, exit_times, proof, horseshoe, figures, require, expected_failures"
+    "second_iterate, auxiliary_map, morse, exit_times, proof, horseshoe, figures, require, expected_failures"
 )
 CONDITION = (
     "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
@@ -208,7 +208,7 @@ BAD = {
         "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
         "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
         "orbits, cobweb, bifurcation, branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, "
-        "noise, auxiliary, envelopes, domain_size, second_iterate, morse, exit_times, did you mean 'cobweb'?",
+        "noise, auxiliary, envelopes, domain_size, second_iterate, auxiliary_map, morse, exit_times, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
         "require:",

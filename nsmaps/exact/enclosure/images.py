@@ -36,6 +36,7 @@ class BoxImages:
     words: NDArray[np.str_]  #: shape (M,), the word of the states with this image; empty where the map has none or several
     bounded: NDArray[np.bool_]  #: shape (N,), True if the image boxes contain all images of the source box
     empty: NDArray[np.bool_]  #: shape (N,), True if some state of the source box may have no image
+    inherent: NDArray[np.bool_] | None = None  #: shape (M,), True if parts of the source box have images as wide: the map's own
 
     def hulls(self) -> Floats:
         """The smallest box around all images of each source, shape (N, n, 2); NaN without images, infinite if not bounded."""

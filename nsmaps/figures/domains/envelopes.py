@@ -29,7 +29,7 @@ _LEVEL = (grey_opening, grey_closing)  #: what levels teeth of a lower and of an
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """A sheet a domain that is forward invariant, the first's named `envelopes`: first and last update as rows."""
+    """A sheet a domain that is forward invariant, the first's named `envelopes`: first, second and last update as rows."""
     drawn = []
     for k, (name, domain) in enumerate(held(ENVELOPED.of(result, "envelopes")).items()):
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
@@ -40,10 +40,15 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
 
 
 def shown(domain: "AttractingDomain") -> list[int]:
-    """The positions of the first and the last update; the last is left out if its box is that of the first."""
+    """The positions of the first, the second and the last update; of two whose boxes are alike, the first or else the last."""
+
+    def alike(one: int, other: int) -> bool:
+        before, box = domain.updates[one].box, domain.updates[other].box
+        return bool((np.abs(box - before) <= _MOVED * np.ptp(before, axis=1, keepdims=True)).all())
+
     last = len(domain.updates) - 1
-    before, box = domain.updates[0].box, domain.updates[last].box
-    return [0, last] if (np.abs(box - before) > _MOVED * np.ptp(before, axis=1, keepdims=True)).any() else [0]
+    later = [k for k in dict.fromkeys((min(1, last), last)) if not alike(0, k)]
+    return [0, *(k for k in later if k == last or not alike(k, last))]
 
 
 def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:

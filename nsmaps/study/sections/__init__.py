@@ -24,6 +24,7 @@ from nsmaps.study.sections.parameters.global_continuation import GLOBAL_CONTINUA
 from nsmaps.study.sections.parameters.lyapunov import LYAPUNOV
 from nsmaps.study.sections.parameters.optimum import OPTIMUM
 from nsmaps.study.sections.parameters.stability import STABILITY
+from nsmaps.study.sections.sets.auxiliary_map import AUXILIARY_MAP
 from nsmaps.study.sections.sets.domains import DOMAINS
 from nsmaps.study.sections.sets.exit_times import EXIT_TIMES
 from nsmaps.study.sections.sets.horseshoe import HORSESHOE
@@ -53,6 +54,7 @@ SECTIONS: tuple[Section[Any], ...] = (
     NOISE,
     DOMAINS,
     SECOND_ITERATE,
+    AUXILIARY_MAP,
     MORSE,
     EXIT_TIMES,
     PROOF,
@@ -63,7 +65,7 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.longrun import basins, noise, observables, orbits
     from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
     from nsmaps.study.sections.parameters import bifurcation, branches, chart, global_continuation, lyapunov, optimum, stability
-    from nsmaps.study.sections.sets import domains, exit_times, manifolds, morse
+    from nsmaps.study.sections.sets import auxiliary_map, domains, exit_times, manifolds, morse
 
     class Kept(
         surfaces.Stored,
@@ -85,6 +87,7 @@ if TYPE_CHECKING:
         optimum.Stored,
         noise.Stored,
         domains.Stored,
+        auxiliary_map.Stored,
         exit_times.Stored,
         morse.Stored,
         second_iterate.Again,

@@ -1,0 +1,43 @@
+"""Cobwebs of the full auxiliary map over its curves and those of the separable pieces: eq. auxM, fig. cobweb12d35 (a)."""
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from nsmaps.figures.composite.cobweb import draw_pieces, look
+from nsmaps.figures.data import AUXILIARY_MAP, position
+from nsmaps.figures.lines import last_tenth, staircase
+from nsmaps.figures.page import Sheet
+from nsmaps.figures.style import BLUE, HALO, MAGENTA, ORANGE
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+
+
+def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+    """One sheet: a panel a coordinate."""
+    coordinates = AUXILIARY_MAP.of(result, "auxiliary_map").coordinates
+    panels = tuple(partial(auxiliary_map, result, coordinate=name) for name in coordinates)
+    return (Sheet("auxiliary_map", panels, min(len(panels), 2), 0.85, legend=True),)
+
+
+def auxiliary_map(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
+    """The generic orbit of the full auxiliary map in one coordinate, with its last tenth in magenta.
+
+    Separable pieces are curves and others the areas of their images; upper (blue) and lower maps (orange) are drawn where they
+    replace the map, in A_1 and over the regions of the pieces that the study names.
+    """
+    orbit = AUXILIARY_MAP.of(result, "auxiliary_map")
+    i = position(orbit.coordinates, coordinate or orbit.coordinates[0])
+    draw_pieces(result, ax, i)
+    for k, region in enumerate(orbit.regions):
+        envelope = region.envelopes[i]
+        for curve, colour, text in ((envelope.upper, BLUE, "upper map"), (envelope.lower, ORANGE, "lower map")):
+            ax.plot(envelope.x, curve, color=colour, lw=1.5, zorder=3.5, path_effects=HALO, label="_" if k else text)
+    values = orbit.states[np.isfinite(orbit.states).all(axis=1), i]
+    ax.plot(*staircase(values), color="0.2", lw=0.7, zorder=4, label="generic orbit")
+    ax.plot(*staircase(last_tenth(values)), color=MAGENTA, lw=1.3, zorder=5, label="its last 10 %")
+    ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
+    return look(ax, values, orbit.coordinates[i])
