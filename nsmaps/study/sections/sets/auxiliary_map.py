@@ -16,7 +16,7 @@ from nsmaps.study.sections.base import Need, Section, Table, Verdict
 if TYPE_CHECKING:
     from nsmaps.auxiliary.full_map import AuxiliaryOrbit
     from nsmaps.cells.exit_times import ExitTimes
-    from nsmaps.study.sections.base import Binding, ImpactSystem, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 OF = "full auxiliary map"
 
@@ -93,7 +93,7 @@ def _describe(spec: AuxiliaryMapSection, study: "Study") -> str:
     return f"in {where}; {spec.cells} cells an axis, halved {spec.depth} times"
 
 
-def _size(spec: AuxiliaryMapSection, study: "Study", system: "ImpactSystem") -> Size:
+def _size(spec: AuxiliaryMapSection, study: "Study", system: "System") -> Size:
     return cover_size(spec.cells, len(system.coordinates), spec.depth)
 
 
