@@ -11,7 +11,7 @@ from nsmaps.figures.data import ENVELOPED, held, position
 from nsmaps.figures.domains.envelopes import bounding, frame, headline, outer, worst_case, worst_steps
 from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.style import BLUE, GREEN, HALO, ORANGE, dress, tint
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others
 _EXTREMES = (("P", "Q"), ("R", "O"))  #: names of the largest of the upper and the least of the lower map, a coordinate
 _END = 0.03  #: of the box, within which a point is at its end
+_PAPER = {"boxstyle": "square,pad=0.05", "fc": "white", "ec": "none", "alpha": 0.7}  #: behind names, which stay text
 _APART = 12  #: the marks of a curve
 
 
@@ -75,7 +76,7 @@ def _name(ax: Axes, name: str, x: float, y: float, ends: Floats) -> None:
     place: dict[str, Any] = {"xytext": (4 * side, 0), "ha": "right" if side < 0 else "left", "va": "center"}
     if not side:
         place = {"xytext": (4, 4 * up), "ha": "left", "va": "bottom" if up > 0 else "top"}
-    ax.annotate(f"${name}$", (x, y), textcoords="offset points", zorder=9, path_effects=HALO, **place)
+    ax.annotate(f"${name}$", (x, y), textcoords="offset points", zorder=9, bbox=_PAPER, **place)
 
 
 def _chosen(result: "StudyResult", coordinate: str, update: int, domain: str) -> "tuple[AttractingDomain, Update, int]":
