@@ -8,6 +8,7 @@ from nsmaps import Along, Angle, Returns, System
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.trajectory import track
+from nsmaps.parallel import fingerprint
 
 
 class Sine(System):
@@ -162,6 +163,18 @@ def test_a_chart_needs_parameters():
         nsmaps.chart(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
         nsmaps.chart(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
+
+
+def test_an_edited_map_is_another_one(tmp_path):
+    """A checkpoint of one is not resumed with the other, although both have the same name and parameters."""
+    texts = []
+    for factor in (2, 3):
+        body = f"        return Returns.of_map(self.coordinates, states, states / {factor})"
+        head = "from nsmaps import Returns, System\nclass Line(System):\n    coordinates = ('x',)\n"
+        (tmp_path / "line.py").write_text(f"{head}    def first_return(self, states, derivative=False):\n{body}\n")
+        texts.append(fingerprint(nsmaps.load_system(f"{tmp_path / 'line.py'}:Line")))
+    assert texts[0] != texts[1]
+    assert fingerprint(Lozi()) == fingerprint(Lozi()) != fingerprint(Lozi(a=2.0))
 
 
 def test_a_class_without_coordinates_is_refused():

@@ -1,8 +1,9 @@
 """A system: a return map with parameters as a frozen model, the base of impact systems, systems with modes and maps."""
 
+import hashlib
 import sys
 from collections.abc import Mapping, Sequence
-from inspect import isabstract
+from inspect import getsource, isabstract
 from pickle import PicklingError
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -16,6 +17,7 @@ from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.files import received
 from nsmaps.files.complaints import refused
+from nsmaps.parallel import fingerprint
 
 Model = TypeVar("Model", bound="System")
 
@@ -149,3 +151,18 @@ def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:
         return cls(**parameters)
     except ValidationError as error:
         raise ParameterError(refused(error, cls)) from error
+
+
+@fingerprint.register
+def _(system: System) -> str:
+    """The identity of a system includes the source of its class, which may have been edited."""
+    own = [cls for cls in type(system).__mro__ if issubclass(cls, System) and cls.__module__.split(".")[0] != "nsmaps"]
+    return f"{hashlib.sha256(''.join(map(_source, own)).encode()).hexdigest()}({system!r})"
+
+
+def _source(cls: type) -> str:
+    """The source of a class; "" of one that was not read from a file."""
+    try:
+        return getsource(cls)
+    except (OSError, TypeError):
+        return ""

@@ -12,6 +12,7 @@ from nsmaps.coordinates import as_states
 from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
+from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
     from nsmaps.exact.piecewise.compiled import CompiledPieces
@@ -81,3 +82,9 @@ class PiecewiseMap(System, ExactMap):
         from nsmaps.exact.piecewise.compiled import compiled
 
         return compiled(self)
+
+
+@fingerprint.register
+def _(system: PiecewiseMap) -> str:
+    """The identity of a map includes its formulas."""
+    return f"{system._compiled().formulas.source()}({system!r})"
