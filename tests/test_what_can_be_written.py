@@ -3,7 +3,6 @@
 import math
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps import Coordinates, Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.returnmap import ReturnMap
 
 README = Path(__file__).parents[1] / "README.md"
 TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
@@ -212,23 +210,34 @@ def delay():
             made.first_return([[-1.0]])
 
 
-class Logistic(SimpleNamespace, ReturnMap):
-    """x -> a x (1 - x), known by itself."""
+class Logistic(nsmaps.PiecewiseMap):
+    """x -> a x (1 - x), by its formula."""
 
-    coordinates = Coordinates(("x",))
+    a: float
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {"R": (True, {"x": self.a * x.x * (1 - x.x)})}
+
+
+class InPython(nsmaps.System):
+    """The same as a program."""
+
+    a: float
+    coordinates = ("x",)
 
     def first_return(self, states, derivative=False):
-        start = np.asarray(states, float)
-        image, n = self.a * start * (1 - start), len(start)
-        slopes = (self.a * (1 - 2 * start))[:, :, None] if derivative else None
-        codes, outcome, time = np.zeros(n, np.int64), np.zeros(n, np.int8), np.ones(n)
-        return Returns(self.coordinates, (), start, image, np.zeros(start.shape, np.int32), codes, outcome, time, slopes)
+        slopes = (self.a * (1 - 2 * states))[:, :, None] if derivative else None
+        return Returns.of_map(self.coordinates, states, self.a * states * (1 - states), slopes)
 
 
 def own_map():
     """Its fixed point 1 - 1/a has the multiplier 2 - a."""
-    orbit = nsmaps.periodic_orbit(Logistic(a=2.5), [0.5])
-    assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
+    for kind in (Logistic, InPython):
+        orbit = nsmaps.periodic_orbit(kind(a=2.5), [0.5])
+        assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
+        with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
+            nsmaps.observe(kind(a=2.5), [0.5], 5, "impacts")
 
 
 CASES = {

@@ -162,6 +162,7 @@ def test_check_system_tries_a_map():
         ),
         (lambda self, x: {"L": (True, {"x": sp.Symbol("q"), "y": x.y})}, "has q in q; expected: fields and states"),
         (lambda self, x: {"L": x.x}, "expected: a condition, and the images by coordinate"),
+        (lambda self, x: {"left": (True, {"x": x.x, "y": x.y})}, "names its pieces 'left'; expected: a letter or a digit"),
         (lambda self, x: {}, "expected: pairs of a condition and images"),
     ],
 )

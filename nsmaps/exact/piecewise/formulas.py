@@ -13,7 +13,6 @@ from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import assignments, code
-from nsmaps.exact.words import encode
 
 CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
 
@@ -66,8 +65,9 @@ def formulas_of(cls: Any, others: tuple[tuple[str, Any], ...]) -> PieceFormulas:
     known = {*variables, *symbols.values()}
     found = [_piece(f"the piece {letter!r} of {cls.__name__}", piece, names, known) for letter, piece in pieces.items()]
     letters = tuple(map(str, pieces))
-    for letter in letters:
-        encode(letter, letters)
+    if not all(len(letter) == 1 and letter.isalnum() for letter in letters):
+        given = ", ".join(map(repr, letters))
+        raise SystemDefinitionError(f"{cls.__name__} names its pieces {given}; expected: a letter or a digit for each")
     conditions, images = zip(*found, strict=True)
     return PieceFormulas(letters, conditions, images, variables, tuple(symbols.values()))
 
