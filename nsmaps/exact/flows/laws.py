@@ -52,14 +52,14 @@ def rows_source(
     """
     lines = [f"{symbol} = y[{k}]" for k, symbol in enumerate(variables)]
     lines += [f"{symbol} = p[{k}]" for k, symbol in enumerate(parameters)]
-    return "\n    ".join([f"def law({PHI}, y, p, out):", *lines, *assignments(formulas, places)])
+    return "\n    ".join([f"def law({PHI}, y, p, out):", *lines, *assignments(formulas, [f"out[{place}]" for place in places])])
 
 
-def assignments(formulas: Sequence[sp.Expr], places: Sequence[int]) -> list[str]:
-    """Lines that write formulas to places of a table `out`, what they share first."""
+def assignments(formulas: Sequence[sp.Expr], places: Sequence[str]) -> list[str]:
+    """Lines that write formulas to places, what they share first."""
     shared, short = sp.cse(map(_plain, formulas), symbols=sp.numbered_symbols("_c"))
     lines = [f"{symbol} = {code(formula)}" for symbol, formula in shared]
-    return [*lines, *(f"out[{place}] = {code(formula)}" for place, formula in zip(places, short, strict=True))]
+    return [*lines, *(f"{place} = {code(formula)}" for place, formula in zip(places, short, strict=True))]
 
 
 def rows_address(source: str) -> int:

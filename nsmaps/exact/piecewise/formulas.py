@@ -1,4 +1,4 @@
-"""The pieces of a map given by formulas: conditions and images in sympy, and the source of the function that evaluates them."""
+"""The pieces of a map given by formulas: conditions and images in sympy."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +11,6 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import PHI
-from nsmaps.exact.flows.laws import assignments, code
 
 CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
 
@@ -26,20 +24,6 @@ class PieceFormulas:
     images: tuple[tuple[sp.Expr, ...], ...]  #: of each piece, in the order of the coordinates
     variables: tuple[sp.Symbol, ...]  #: the coordinates
     symbols: tuple[sp.Symbol, ...]  #: the parameters
-
-    def source(self, by: Sequence[sp.Symbol] = ()) -> str:
-        """The source of a function as of `rows_source`, of the coordinates in place of the variables.
-
-        It writes the number of the first piece whose condition holds, or -1; n images; the derivative of each by some symbols.
-        """
-        lines = [f"def law({PHI}, y, p, out):"]
-        lines += [f"    {symbol} = y[{k}]" for k, symbol in enumerate(self.variables)]
-        lines += [f"    {symbol} = p[{k}]" for k, symbol in enumerate(self.symbols)]
-        for number, (condition, images) in enumerate(zip(self.conditions, self.images, strict=True)):
-            rows = [*images, *(sp.diff(image, one) for image in images for one in by)]
-            written = assignments(rows, range(1, len(rows) + 1))
-            lines += [f"    if {code(condition)}:", *(f"        {line}" for line in [f"out[0] = {number}.0", *written, "return"])]
-        return "\n".join([*lines, "    out[0] = -1.0"])
 
 
 @lru_cache(maxsize=64)

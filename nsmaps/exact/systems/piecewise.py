@@ -87,4 +87,5 @@ class PiecewiseMap(System, ExactMap):
 @fingerprint.register
 def _(system: PiecewiseMap) -> str:
     """The identity of a map includes its formulas."""
-    return f"{system._compiled().formulas.source()}({system!r})"
+    formulas = system._compiled().formulas
+    return f"{formulas.letters}{formulas.conditions}{formulas.images}({system!r})"
