@@ -70,7 +70,7 @@ def _arrived(x: str, j: int) -> list[str]:
 
 
 def _below(x: str) -> list[str]:
-    """A remainder that was rounded to a whole turn is none."""
+    """A remainder that was rounded to a whole turn is zero."""
     return [f"{x} = {x} if {x} < TWO_PI or {x} != {x} else 0.0"]
 
 
