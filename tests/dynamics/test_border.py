@@ -290,6 +290,48 @@ def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed
         assert np.abs(mu - (0.7 / (1 + a) if way == "up" else 0.21 / 1.3)).max() < 1e-12
 
 
+class Switched(HybridSystem):
+    """y' = 2 - y on, -(y + 3/10) off: on below 1, off above `high`."""
+
+    high: float
+
+    states = ("y",)
+
+    def modes(self, t, y):
+        return {"on": {"y": 2 - y.y}, "off": {"y": -(y.y + sp.Rational(3, 10))}}
+
+    def guards(self, t, y):
+        return {"F": Guard("on", self.high - y.y, to="off"), "N": Guard("off", y.y - 1, to="on")}
+
+    def section(self, t, y):
+        return Section("N", ("y",))
+
+
+class Clocked(Switched):
+    """The same, on at a clock q."""
+
+    states = ("y", "q")
+
+    def modes(self, t, y):
+        return {mode: {**rates, "q": 1} for mode, rates in super().modes(t, y).items()}
+
+    def guards(self, t, y):
+        return {**super().guards(t, y), "N": Guard("off", 1 - y.q, to="on", reset={"q": 0})}
+
+
+def test_a_branch_ends_where_thresholds_meet_or_nothing_is_on():
+    """Two thresholds that become one, at 1; an input that is on for no time, where y is at rest at -3/10."""
+    for kind, start, value, detail in (
+        (Switched, 1.0, 1.0, "the time of the orbit falls to zero"),
+        (Clocked, 0.4, -0.3, "beyond it there is no image: N blocked"),
+    ):
+        orbit = nsmaps.periodic_orbit(kind(high=1.4), [start])
+        branch = nsmaps.continue_branch(lambda high, kind=kind: kind(high=high), orbit, 1.4, (-1.0, 1.5), "down", step=0.2)
+        event = branch.events[-1]
+        assert (branch.ended, event.kind, event.border, event.detail) == ("border collision", "border collision", "", detail)
+        assert abs(event.parameter - value) < event.precision < 1e-7
+
+
 def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit():
     """At the same amplitude, from above: the motion that touches no more never meets the section where contact begins."""
     w, xi, e = 0.79, 0.05, 1.26

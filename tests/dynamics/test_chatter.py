@@ -165,6 +165,17 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert abs(above.parameter - float(mp.findroot(landing, above.parameter))) < 2 * above.precision < 1e-11
 
 
+def test_where_another_impact_is_the_last_before_the_sum_no_border_of_the_motion_is_stated():
+    system = BouncingBall(Gamma=1.3, r=0.1)
+    passed = nsmaps.orbit(system, [1.0, 1.0], 60)
+    period = int(np.flatnonzero(np.char.endswith(passed.words, "~"))[-2:] @ [-1, 1])
+    start = nsmaps.periodic_orbit(system, passed.final, period)
+    assert start.converged
+    branch = continue_branch(lambda gamma: system.at(Gamma=gamma), start, 1.3, (1.0, 2.0), step=0.1)
+    assert "where the number of impacts before chatter is summed changes; expected: complete chatter" in branch.ended
+    assert branch.events == ()
+
+
 @pytest.mark.parametrize("r", [0.2, 0.5, 0.9])
 def test_the_scaling_is_that_of_a_force_that_vanishes_in_time(r):
     """x'' = t: impacts from u = k t^2 on are at the times s t, s^2 t, ..., and others leave them by the ratio of parameters."""

@@ -27,6 +27,7 @@ DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in 
 ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
 FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place the precision of its end is the distance
+NEAR = 1e-4  #: share of a speed, within which the sum of chatter may begin with another impact
 RESTED = 6  #: of which every sixth is released again at other values of the parameter
 IMPACTS = 500  #: returns within which impacts that accumulate are summed
 RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
@@ -35,10 +36,17 @@ RELEASE = 1e-12  #: share of the parameter, to which the release from a contact 
 def end_of(grown: GrowingBranch, along: Floats) -> str:
     """The reason why a branch cannot be continued beyond its last point; if it is an event, it is added to the branch."""
     last, unit, beyond = grown.points[-1], grown.curve.unit, float(np.sign(along[-1]))
-    for end in (_domain_ends, _chatter_ends, _stays_in_contact, _grazes, _never_returns, _meets_a_border):
-        if event := end(grown, beyond):
-            grown.events.append(event)
-            return event.kind
+    event = _domain_ends(grown, beyond) or _chatter_ends(grown, beyond) or _stays_in_contact(grown, beyond)
+    if event is None and _summation_changes(grown):
+        return (
+            f"lost at {last.value:.9g}, where the number of impacts before chatter is summed changes; expected: complete chatter "
+            "as one event, by CompleteChatter or, with modes, a section at a clock"
+        )
+    for end in (_grazes, _never_returns, _shrinks, _meets_a_border, _has_no_image):
+        event = event or end(grown, beyond)
+    if event is not None:
+        grown.events.append(event)
+        return event.kind
     return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
 
 
@@ -104,6 +112,43 @@ def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
     if not (rates > 0).all() or not rates.min() > ALIKE * rates.max():
         return None
     return Event(HOMOCLINIC, last.value, 10 * SMALLEST * unit, last.orbit, "the time of the orbit grows without bound")
+
+
+def _summation_changes(grown: GrowingBranch) -> bool:
+    """True if the last point has chatter, and speeds are next to those at which its sum is taken: no border of the motion."""
+    last, curve = grown.points[-1], grown.curve
+    returns = last.orbit.returns
+    if not any(CHATTER in word for word in last.orbit.words):
+        return False
+    shares = np.where(curve.coordinates.angles, 0.0, NEAR)
+    map = curve.map_of(last.value)
+    tried = [map.first_return(returns.start * (1 + sign * shares)).words for sign in (-1, 1)]
+    return any((CHATTER in one) != (CHATTER in own) for words in tried for one, own in zip(words, returns.words, strict=True))
+
+
+def _shrinks(grown: GrowingBranch, beyond: float) -> Event | None:
+    """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
+    last, unit = grown.points[-1], grown.curve.unit
+    points = grown.points[: -POINTS - 1 : -1]
+    times = np.array([point.orbit.returns.time.sum() for point in points])
+    rows = _doubling(times)
+    if len(rows) < 3 or not 0 < times[0] <= CLOSE * max(point.orbit.returns.time.sum() for point in grown.points):
+        return None
+    value, precision = _at_zero(times[rows].tolist(), np.array([points[k].value for k in rows]))
+    if not precision <= WORST * unit:
+        return None
+    return Event(BORDER, value, precision + SMALLEST * unit, last.orbit, "the time of the orbit falls to zero")
+
+
+def _has_no_image(grown: GrowingBranch, beyond: float) -> Event | None:
+    """The place next to the last point beyond which motions from the orbit have no image, as where a mode begins at its end."""
+    last, unit = grown.points[-1], grown.curve.unit
+    value = last.value + 10 * SMALLEST * unit * beyond
+    map, _ = map_or_reason(grown.curve.map_of, value)
+    if map is None or map.first_return(last.orbit.states).valid.all():
+        return None
+    detail = f"beyond it there is no image: {grown.curve.outcomes(last.orbit.states, value)}"
+    return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail)
 
 
 def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:

@@ -175,17 +175,28 @@ class CriticalCurve:
         return np.asarray(np.prod(values[:, i] * values[:, j] - 1, axis=1).real)
 
     def _slopes(self, y: Floats, here: OrbitPoint) -> Floats | None:
-        """The derivative of the condition by the unknowns, by central differences."""
+        """The derivative of the condition by the unknowns, by central differences.
+
+        It is zero by a coordinate that an orbit keeps, as of a body in contact, so that states beside have other words.
+        """
         h, size = min(H, self.least / 100) if self.least else H, len(y)
-        moved = np.concatenate([y + h * np.eye(size), y - h * np.eye(size)])
-        of_states = np.arange(2 * size) % size < size - 2
-        found = np.empty(2 * size)
-        for rows in (np.flatnonzero(of_states), *np.flatnonzero(~of_states)[:, None]):
-            conditions = self._moved(moved[rows], here)
-            if conditions is None or not np.isfinite(conditions).all():
-                return None
-            found[rows] = conditions
-        return np.asarray((found[:size] - found[size:]) / (2 * h))
+        found = np.empty((2, size))
+        for sign, row in zip((1, -1), found, strict=True):
+            moved = y + sign * h * np.eye(size)
+            of_states = self._moved(moved[:-2], here)
+            if of_states is None:
+                each = [self._moved(one[None], here) for one in moved[:-2]]
+                of_states = np.array([np.nan if condition is None else condition[0] for condition in each])
+            row[:-2] = of_states
+            for k in (-2, -1):
+                condition = self._moved(moved[k][None], here)
+                if condition is None:
+                    return None
+                row[k] = condition[0]
+        known = np.isfinite(found).all(axis=0)
+        slopes = np.where(known, np.subtract(*np.where(known, found, 0.0)) / (2 * h), np.nan)
+        slopes[:-2][~np.isfinite(found[:, :-2]).any(axis=0)] = 0.0
+        return np.asarray(slopes)
 
     def _moved(self, y: Floats, here: OrbitPoint) -> Floats | None:
         """The condition at M unknowns of the same parameters, shape (M,); None where a state has no image, or another word."""
