@@ -15,7 +15,7 @@ PAIR = {"d": 0.35, "g_bar": 0.2113}
 @pytest.mark.parametrize(
     ("parameters", "says"),
     [
-        (PAIR | {"R": 1}, "unknown parameter 'R'; expected: d, r, g_bar, M, F, g, beta, s, omega, did you mean 'r'?"),
+        (PAIR | {"R": 1}, "unknown parameter 'R'; expected: d, r, g_bar, base, M, F, g, beta, s, omega, did you mean 'r'?"),
         (PAIR | {"g_baz": 1}, "did you mean 'g_bar'?"),
         ({"d": 0.35}, "the parameter 'g_bar' is missing"),
         ({"D": 0.35, "g_bar": 0.2}, "unknown parameter 'D'"),
