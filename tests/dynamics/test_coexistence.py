@@ -127,7 +127,7 @@ def test_intermittent_samples_of_one_attractor_are_not_told_as_two():
     """Just below 1 + sqrt 8 the logistic map is chaotic and stays by the period three to come for hundreds of returns."""
     starts = np.random.default_rng(0).uniform(0.1, 0.9, (100, 1))
     made = nsmaps.bifurcation(lambda a: Line(lambda x: a * x * (1 - x)), [1 + 8**0.5 - 1e-5], starts, 200)
-    names = "states", "turns", "codes", "outcome", "period", "labels"
+    names = "states", "turns", "codes", "outcome", "period", "labels", "length"
     for k in range(0, 100, 2):
         two = replace(made, **{name: getattr(made, name)[:, k : k + 2] for name in names})
         assert coexistence([two]).counts.tolist() == [1]

@@ -39,8 +39,8 @@ class Ends(NamedTuple):
 
     def write(self, where: Ints | slice, some: Iterable[NDArray[Any]]) -> None:
         """Write those of some of the starts, if there are any."""
-        for own, new in zip(self, some, strict=False):
-            own[where] = new
+        for name, new in zip(self._fields, some, strict=False):
+            getattr(self, name)[where] = new
 
 
 def follow(

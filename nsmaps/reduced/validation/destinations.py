@@ -69,6 +69,7 @@ class Destinations:
         if names is None or not len(alive):
             return found
         sides, states = np.ptp(self.box, axis=1), names.wrap(tail[:, alive]).reshape(-1, len(self.box))
+        sides = np.where(sides > 0, sides, 1.0)
         near = [Nearest(each.states, names, sides).distances(states).reshape(len(tail), -1) for each in self.attractors]
         distance = np.median(near, axis=1)
         found[alive] = np.where(distance.min(axis=0) <= FAR, distance.argmin(axis=0), -1)
