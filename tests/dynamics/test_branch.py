@@ -413,15 +413,15 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
         continue_branch(henon, fixed, 0.2, (0.2, 0.2))
 
 
-def test_what_is_lost_says_where_and_why():
+def test_a_branch_that_ends_where_there_is_no_image_says_why():
     def some(a):
         return Plane(a, "henon", last=0.5)
 
     made = continue_branch(some, nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
-    assert made.ended.startswith("lost at 0.5")
-    assert "escaped" in made.ended
-    assert abs(made.parameter[-1] - 0.5) < 1e-8
-    assert [event.kind for event in made.events] == ["period doubling"]
+    assert made.ended == "border collision"
+    assert [event.kind for event in made.events] == ["period doubling", "border collision"]
+    assert made.events[-1].detail == "beyond it there is no image: B escaped"
+    assert abs(made.events[-1].parameter - 0.5) < made.events[-1].precision < 1e-7
 
 
 def test_an_event_that_is_passed_but_not_located_is_told():

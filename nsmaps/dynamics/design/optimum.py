@@ -134,18 +134,14 @@ def optimize(
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
     search = Search(problem, -1.0 if sense == "max" else 1.0)
-    (best, attempts, edge), lies_on_share, found = _searched(search, first, starts), False, None
+    (best, attempts, edge), basin, lies_on_share = _searched(search, first, starts), None, False
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
         basin = Basin(search, sample, returns, share, offsets)
         lies_on_share = basin.share(best) < share
         best, edge = (_with_share(basin, best), False) if lies_on_share else (best, edge)
-        found = basins(best.system, states, returns=returns)
-    conditions, left = _conditions(search, best, lies_on_share)
-    if edge:
-        conditions += (Condition("existence", 0.0, 0.0, np.inf, True, np.nan),)
-    if states is not None:
-        conditions += (Condition("share", basin.share(best), share, np.inf, lies_on_share, np.nan if lies_on_share else 0.0),)
+    found = None if states is None else basins(best.system, states, returns=returns)
+    conditions, left = _all_conditions(search, best, edge, basin, lies_on_share)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions
     return Optimum(*about, best.orbit, found, attempts)
@@ -237,6 +233,19 @@ def _with_share(basin: Basin, best: Point) -> Point:
             f"optimum at {text(basin.search.problem.parameters(best.at))} on; expected: {basin.least:g}"
         )
     return found
+
+
+def _all_conditions(
+    search: Search, point: Point, edge: bool, basin: Basin | None, lies_on_share: bool
+) -> tuple[tuple[Condition, ...], Floats]:
+    """As `_conditions`, with that of existence, at whose `edge` an optimum may be, and that of the share of a basin."""
+    conditions, left = _conditions(search, point, lies_on_share)
+    if edge:
+        conditions += (Condition("existence", 0.0, 0.0, np.inf, True, np.nan),)
+    if basin is not None:
+        gain = np.nan if lies_on_share else 0.0
+        conditions += (Condition("share", basin.share(point), basin.least, np.inf, lies_on_share, gain),)
+    return conditions, left
 
 
 def _conditions(search: Search, point: Point, unknown: bool = False) -> tuple[tuple[Condition, ...], Floats]:
