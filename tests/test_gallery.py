@@ -56,6 +56,13 @@ PANELS = {
     "test": dict.fromkeys("abcd", STATES),
     "glosmallic": PLANES,
     "fig:illauximaps": {"a": V, "b": PHI, "c": (*V, "$P$", "$Q$"), "d": (*PHI, "$R$", "$O$")},
+    "cobweb12d35": {
+        letter: (*axes, f"update {n}:") for (letter, axes), n in zip(PLANES.items(), (1, 1, 2, 2, 11, 11), strict=True)
+    },
+    "Auximapsd30": {
+        letter: (*axes, f"update {n}:") for (letter, axes), n in zip(PLANES.items(), (1, 1, 2, 2, 11, 11), strict=True)
+    },
+    "Auximapsd26": {letter: PLANES[letter] for letter in "abcd"} | dict.fromkeys("ef", ("update $N$", "width in ")),
     "highorderiterate": AGAIN,
 }  #: by figure of the paper that has lettered panels, what each shows: names of its axes and in it
 BELOW = {
