@@ -1,5 +1,6 @@
 """Basins of attraction over a grid: where each start ends up, and after how many returns."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, 
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.attractor import Attractor
+    from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.result import StudyResult
 
@@ -25,15 +27,25 @@ _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet of two panels."""
-    return (Sheet("basins", (lambda ax: basins(result, ax), lambda ax: arrival(result, ax)), 2, 0.85, legend=True),)
+    """One sheet of two panels, and two more of the composite map where the study has its basins."""
+    maps = ("exact",) if result.reduced_basins is None else ("exact", "composite")
+    panels = [partial(panel, result, of=of) for of in maps for panel in (basins, arrival)]
+    return (Sheet("basins", tuple(panels), 2, 0.85, legend=True),)
 
 
-def basins(result: "StudyResult", ax: Axes) -> Axes:
+def _of(result: "StudyResult", of: str) -> "Basins":
+    """The basins of a map."""
+    exact = BASINS.of(result, "basins")
+    return exact if of == "exact" or result.reduced_basins is None else result.reduced_basins
+
+
+def basins(result: "StudyResult", ax: Axes, of: str = "exact") -> Axes:
     """A colour for each basin, its attractor marked on it; what came to none is grey, what ended is black."""
-    found = BASINS.of(result, "basins")
+    found = _of(result, of)
+    same = result.same_attractor if of == "composite" and result.same_attractor is not None else np.arange(len(found.attractors))
+    places = [int(number) if number >= 0 else -1 - k for k, number in enumerate(same.tolist())]
     present = [k for k in (*range(len(found.attractors)), *_KINDS) if (found.label == k).any()]
-    colours = [_KINDS[k][1] if k < 0 else tint(COLOURS[k % len(COLOURS)], 0.35) for k in present]
+    colours = [_KINDS[k][1] if k < 0 else tint(COLOURS[places[k] % len(COLOURS)], 0.35) for k in present]
     numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, result, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
     handles, shown = [], plane(_grid(result))
@@ -42,10 +54,18 @@ def basins(result: "StudyResult", ax: Axes) -> Axes:
         handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * np.mean(found.label == k):.3g} %"))
         if k >= 0:
             states, many = found.attractors[k].states, found.attractors[k].period == 0
-            look = {"mfc": COLOURS[k % len(COLOURS)], "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
-            ax.plot(*states[:, shown].T, _MARKS[k % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
+            face = COLOURS[places[k] % len(COLOURS)]
+            look = {"mfc": face, "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
+            ax.plot(*states[:, shown].T, _MARKS[places[k] % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
     ax.legend(handles=handles)
-    return _dressed(ax, result)
+    return _titled(_dressed(ax, result), result, of)
+
+
+def _titled(ax: Axes, result: "StudyResult", of: str) -> Axes:
+    """The name of the map above a panel, where there are two."""
+    if result.reduced_basins is not None:
+        ax.set_title("composite map" if of == "composite" else result.system.map_name, loc="right")
+    return ax
 
 
 def _motion(attractor: "Attractor") -> str:
@@ -54,21 +74,21 @@ def _motion(attractor: "Attractor") -> str:
     return attractor.label.removesuffix(period) + period
 
 
-def arrival(result: "StudyResult", ax: Axes) -> Axes:
+def arrival(result: "StudyResult", ax: Axes, of: str = "exact") -> Axes:
     """Returns to arrive at the attractor; white where a start did not."""
-    found = BASINS.of(result, "basins")
+    found = _of(result, of)
     shown = np.where(found.label >= 0, found.arrival, np.nan).astype(float)
     some = np.maximum(shown[np.isfinite(shown)], 1)
     if not len(some):
         ax.text(0.5, 0.5, "no start arrives", ha="center", va="center", transform=ax.transAxes)
-        return _dressed(ax, result)
+        return _titled(_dressed(ax, result), result, of)
     scale = LogNorm(some.min(), some.max()) if some.max() > _DECADE * some.min() else None
     mesh = _paint(ax, result, np.maximum(shown, 1) if scale else shown, cmap="cividis", norm=scale)
     figure = ax.get_figure()
     assert figure is not None
     ticks: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": "%d"} if scale else {}
     figure.colorbar(mesh, ax=ax, label="returns to arrive", **ticks).minorticks_off()
-    return _dressed(ax, result)
+    return _titled(_dressed(ax, result), result, of)
 
 
 def _paint(ax: Axes, result: "StudyResult", values: Floats, **look: Any) -> Any:

@@ -1,7 +1,7 @@
 """What noise does: fig. comp_stoch redrawn, and how long orbits stay in which motion."""
 
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,6 +12,7 @@ from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, 
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.study.result import StudyResult
 
 _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY)
@@ -62,36 +63,57 @@ def _points(diagram: "ImpactDiagram", wall: int) -> tuple[list[float], list[floa
 
 
 def shares(result: "StudyResult", ax: Axes) -> Axes:
-    """The share of the time that is spent in each motion against the size of the noise."""
+    """The share of the time in each motion against the size of the noise; of the returns where two maps are shown."""
     found = NOISE.of(result, "noise")
-    for k, name in enumerate(found.stays[0].modes):
-        ax.plot(
-            found.sigma,
-            [stay.share[k] for stay in found.stays],
-            "o-",
-            ms=2.4,
-            color=_COLOURS[k % len(_COLOURS)],
-            label=f"share of {name}",
-        )
+    for stays, look, of in _maps(result):
+        for k, name in enumerate(stays[0].modes):
+            shown: dict[str, Any] = {
+                "ms": 2.4,
+                "color": _COLOURS[k % len(_COLOURS)],
+                "mfc": look["mfc"] or _COLOURS[k % len(_COLOURS)],
+            }
+            ax.plot(found.sigma, [stay.share[k] for stay in stays], "o", ls=look["ls"], label=f"{of}{name}", **shown)
     ax.set_ylim(-0.03, 1.03)
-    ax.set_ylabel("share of the time")
+    ax.set_ylabel("share of the returns" if found.reduced else "share of the time")
     return _over_sizes(ax)
 
 
+def _maps(result: "StudyResult") -> "list[tuple[tuple[Residence, ...], dict[str, Any], str]]":
+    """The residence of each map, its look, and its name before that of a motion."""
+    found = NOISE.of(result, "noise")
+    full, open_ = {"ls": "-", "mfc": None}, {"ls": "--", "mfc": "white"}
+    return (
+        [(found.counted, full, "exact, "), (found.reduced, open_, "composite, ")]
+        if found.reduced
+        else [(found.stays, full, "share of ")]
+    )
+
+
 def rates(result: "StudyResult", ax: Axes) -> Axes:
-    """Changes from motion to motion per unit of time in the first, with standard errors; sizes without a change are left out."""
+    """Changes from motion to motion per unit of time in the first, per return where two maps are shown, with standard errors.
+
+    Sizes without a change are left out.
+    """
     found = NOISE.of(result, "noise")
     modes = found.stays[0].modes
     pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
-    for number, (i, j) in enumerate(pairs):
-        kept = [(sigma, stay) for sigma, stay in zip(found.sigma, found.stays, strict=True) if stay.switches[i, j] > 0]
-        x, y = [sigma for sigma, _ in kept], [stay.rates[i, j] for _, stay in kept]
-        wide = [min(stay.rates_error[i, j], 0.99 * stay.rates[i, j]) for _, stay in kept]
-        look = {"color": _COLOURS[number % len(_COLOURS)], "capsize": 1.5, "ms": 2.4}
-        ax.errorbar(x, y, wide, fmt="s--", **look)  # type: ignore[arg-type]
-        ax.plot([], [], "s--", color=look["color"], ms=2.4, label=f"{modes[i]} to {modes[j]}")
+    for stays, style, of in _maps(result):
+        for number, (i, j) in enumerate(pairs):
+            kept = [(sigma, stay) for sigma, stay in zip(found.sigma, stays, strict=True) if stay.switches[i, j] > 0]
+            x, y = [sigma for sigma, _ in kept], [stay.rates[i, j] for _, stay in kept]
+            wide = [min(stay.rates_error[i, j], 0.99 * stay.rates[i, j]) for _, stay in kept]
+            colour = _COLOURS[number % len(_COLOURS)]
+            look: dict[str, Any] = {
+                "color": colour,
+                "ms": 2.4,
+                "ls": style["ls"] if found.reduced else "--",
+                "mfc": style["mfc"] or colour,
+            }
+            ax.errorbar(x, y, wide, fmt="s", capsize=1.5, **look)
+            name = f"{of if found.reduced else ''}{modes[i]} to {modes[j]}"
+            ax.plot([], [], "s", label=name, **look)
     ax.set_yscale("log")
-    ax.set_ylabel("changes per unit of time")
+    ax.set_ylabel("changes per return" if found.reduced else "changes per unit of time")
     return _over_sizes(ax)
 
 

@@ -1,6 +1,6 @@
 """Kinds of values in a study's file: names, boxes, spans from, to, points."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
@@ -87,3 +87,11 @@ def one_of(given: dict[str, object], where: str) -> None:
     if len(named) != 1:
         keys = " or ".join(repr(name) for name in given)
         raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; expected: exactly one of {keys}")
+
+
+def with_exact(maps: Sequence[str]) -> None:
+    """Raise a ValueError unless the exact map is among some, beside which a composite map is shown."""
+    if "exact" not in maps:
+        raise ValueError(
+            f"'map' is [{', '.join(maps)}]; expected: [exact] or [exact, composite], as the latter is compared with it"
+        )

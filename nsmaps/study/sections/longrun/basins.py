@@ -1,19 +1,21 @@
-"""The section `basins`: basins of attraction of the exact map over a grid."""
+"""The section `basins`: basins of attraction of the exact map over a grid, and of the composite map beside them."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
-from nsmaps.study.reading.values import SPEC, Side
+from nsmaps.study.reading.values import SPEC, Side, with_exact
 from nsmaps.study.sections.base import Need, Section, Table
 
 if TYPE_CHECKING:
+    from nsmaps.arrays import Ints
     from nsmaps.dynamics.attractors.basins import Basins, Boundary
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -31,6 +33,12 @@ class BasinsSection(BaseModel):
     max_period: int = Field(32, ge=1)
     boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
     grid: dict[str, Side] | None = None  #: that of the study if omitted
+    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
+
+    @model_validator(mode="after")
+    def _with_exact(self) -> Self:
+        with_exact(self.map)
+        return self
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -39,11 +47,15 @@ class Stored:
 
     basins: "Basins | None" = None  #: of the grid
     boundary: "Boundary | None" = None  #: between them
+    reduced_basins: "Basins | None" = None  #: those of the composite map, if the study requests them
+    same_attractor: "Ints | None" = None  #: for each attractor of the composite map, the index of that of the exact map it is on
 
 
 def _needs(spec: BasinsSection) -> Iterator[Need]:
     if spec.grid is None:
         yield ("basins",), "'basins' without a grid of its own", "grid"
+    if "composite" in spec.map:
+        yield ("basins", "map"), "the basins of the composite map", "composite"
 
 
 def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
@@ -52,13 +64,22 @@ def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
 
 def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The basins over the grid, and the points on their boundaries if the study requests them."""
+    from nsmaps.dynamics.attractors.arrivals import follow
     from nsmaps.dynamics.attractors.basins import basins, boundary
 
     with plan.study.source.located(("basins",)):
         how = None, spec.returns, spec.tolerance, spec.max_period
-        found = basins(plan.system, plan.bound["basins"], *how, jobs=plan.jobs)
+        both = "composite" in spec.map
+        first = plan.portion(0, 2, "exact") if both else plan.jobs
+        found = basins(plan.system, plan.bound["basins"], *how, jobs=first)
         line = None if spec.boundary is None else boundary(plan.system, found, spec.boundary, spec.returns)
-    return {"basins": found, "boundary": line}
+        if not both or result.composite is None:
+            return {"basins": found, "boundary": line}
+        reduced = basins(result.composite, plan.bound["basins"], *how, jobs=plan.portion(1, 2, "composite"))
+        there = counterpart(plan.system, result.composite)
+        last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
+        same = follow(there, last, found.attractors, spec.returns).label
+    return {"basins": found, "boundary": line, "reduced_basins": reduced, "same_attractor": same}
 
 
 def _describe(spec: BasinsSection, study: "Study") -> str:
@@ -84,7 +105,11 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         arrival = basins.arrival[basins.label == k]
         row |= {"most_returns": int(arrival.max()) if arrival.size else None}
         rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
-    kinds = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
+    kinds: dict[str, Any] = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
+    if (reduced := result.reduced_basins) is not None:
+        labels = [{"label": each.label, "period": each.period} for each in reduced.attractors]
+        fractions = [{"fraction": float(share)} for share in reduced.fractions]
+        kinds["composite"] = {"attractors": [a | b for a, b in zip(labels, fractions, strict=False)], "same": alike(result)}
     return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
 
 
@@ -99,6 +124,20 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     heads = "attractor", "period", "words", "share", "within", far
     title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
     yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
+    if result.reduced_basins is not None:
+        title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
+        note = f"{_percent(alike(result))} of the states come to the attractor of the exact map."
+        yield Table(title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,))
+
+
+def alike(result: "StudyResult") -> float:
+    """The share of the states of the grid that come to the same attractor under both maps, of those that come to one."""
+    exact, reduced, same = result.basins, result.reduced_basins, result.same_attractor
+    if exact is None or reduced is None or same is None:
+        return float("nan")
+    known = exact.label >= 0
+    to = np.append(same, [-1, -1])[reduced.label]
+    return float((to == exact.label)[known].mean()) if known.any() else float("nan")
 
 
 def _rows(basins: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:

@@ -1,9 +1,11 @@
-"""The section `noise`: the exact map under Ornstein-Uhlenbeck forcing."""
+"""The section `noise`: the exact map under Ornstein-Uhlenbeck forcing, and the composite map under kicks like its own."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
@@ -14,11 +16,12 @@ from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, STORED, Size
-from nsmaps.study.reading.values import SPEC, Name, Range
-from nsmaps.study.sections.base import Section
+from nsmaps.study.reading.values import SPEC, Name, Range, with_exact
+from nsmaps.study.sections.base import Need, Section, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.orbits import Noise
     from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -47,6 +50,7 @@ class NoiseSection(BaseModel):
     seed: int = Field(0, ge=0)
     step: Number | None = Field(None, gt=0)
     modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
+    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
     min_returns: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
 
@@ -60,6 +64,7 @@ class NoiseSection(BaseModel):
         if not all(self.modes.values()) or self.min_returns < length:
             text = f"expected: motions of one or more words, and min_returns of at least their number, {length}"
             raise ValueError(f"min_returns is {self.min_returns}; {text}")
+        with_exact(self.map)
         return self
 
 
@@ -71,6 +76,8 @@ class NoiseResult:
     stays: "tuple[Residence, ...]"  #: one per amplitude
     ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
     impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
+    counted: "tuple[Residence, ...]" = ()  #: as `stays`, with the return as the unit of time, where it is compared with
+    reduced: "tuple[Residence, ...]" = ()  #: that of the composite map under kicks, see `KickedMap`; none if not in the study
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -96,9 +103,10 @@ def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
 def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
-    from nsmaps.dynamics.noise.residence import residence
+    from nsmaps.dynamics.noise.residence import Residence, residence
 
     stays, ended, count = [], [], len(spec.sigma) + (spec.impacts is not None)
+    counted, reduced = list[Residence](), list[Residence]()
     with plan.study.source.located(("noise",)):
         for number, sigma in enumerate(spec.sigma):
             noise = Noise(sigma=sigma, tau=spec.tau)
@@ -106,8 +114,29 @@ def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[st
             orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
             stays.append(residence(orbits.words, orbits.time, spec.modes, spec.min_returns))
             ended.append(orbits.ended())
+            if "composite" in spec.map:
+                counted.append(residence(orbits.words, _each(orbits.words), spec.modes, spec.min_returns))
+                reduced.append(_reduced(spec, plan, result, noise))
         impacts = _impacts(spec, spec.impacts, plan, plan.portion(count - 1, count, "impacts")) if spec.impacts else ()
-        return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts)}
+        both = tuple(counted), tuple(reduced)
+        return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts, *both)}
+
+
+def _each(words: NDArray[np.str_]) -> Floats:
+    """One for each return that has a word, as the time of residence in returns."""
+    return np.where(words != "", 1.0, np.nan)
+
+
+def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "Noise") -> "Residence":
+    """The residence of the composite map under kicks, in returns."""
+    from nsmaps.dynamics.noise.residence import residence
+    from nsmaps.reduced.composite.noise import KickedMap
+
+    assert result.composite is not None
+    assert result.returns is not None
+    kicked = KickedMap.of(result.composite, plan.system, result.returns.start, noise, spec.seed)
+    words = kicked.words(plan.bound["noise"], spec.returns, spec.realisations, spec.seed)
+    return residence(words, _each(words), spec.modes, spec.min_returns)
 
 
 def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
@@ -159,7 +188,35 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
         tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
         rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
+    for of in ("counted", "reduced"):
+        for row, stay in zip(rows, getattr(noise, of), strict=False):
+            row[of] = {name: plain(getattr(stay, name)) for name in ("share", "mean", "switches", "rates", "rates_error")}
     return {"noise": rows}
+
+
+def _tables(result: "StudyResult") -> Iterator[Table]:
+    """Shares of the motions and changes from one to another, of both maps."""
+    noise = result.noise
+    if noise is None or not noise.reduced:
+        return
+    modes = noise.reduced[0].modes
+    pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
+    heads = "sigma", "map", *(f"share of {name}" for name in modes), *(f"{modes[i]} to {modes[j]}" for i, j in pairs)
+    rows = []
+    for sigma, exact, reduced in zip(noise.sigma, noise.counted, noise.reduced, strict=True):
+        for of, stay in (("exact", exact), ("composite", reduced)):
+            found = [(1000 * stay.rates[pair], 1000 * stay.rates_error[pair], stay.switches[pair]) for pair in pairs]
+            changes = [f"{rate:.2g} +- {error:.1g}" if count else "0" for rate, error, count in found]
+            rows.append((f"{sigma:.3g}", of, *(f"{100 * share:.3g} %" for share in stay.share), *changes))
+    note = "Shares of returns, and changes per 1000 returns in the first motion. "
+    note += "Images of the composite map are kicked as the noise kicks exact ones."
+    yield Table("Motions under noise", heads, tuple(rows), (note,))
+
+
+def _needs(spec: NoiseSection) -> Iterator[Need]:
+    if "composite" in spec.map:
+        yield ("noise", "map"), "the composite map under noise", "composite"
+        yield ("noise", "map"), "the composite map under noise", "grid"
 
 
 NOISE = Section[NoiseSection](
@@ -177,5 +234,7 @@ NOISE = Section[NoiseSection](
     compute=_compute,
     describe=_describe,
     size=_size,
+    needs=_needs,
     numbers=_numbers,
+    tables=_tables,
 )

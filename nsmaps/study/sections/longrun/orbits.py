@@ -11,8 +11,8 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
-from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.conclusions.texts import finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
@@ -86,18 +86,10 @@ def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any
         exact = orbit(plan.system, start, section.returns, progress=then)
         reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
         kept = track(plan.system, start, section.track) if section.track else None
-        there = _counterpart(result, plan.system)
+        there = counterpart(plan.system, result.composite)
         same = None if there is plan.system else limit_set(there, orbit(there, start, section.returns))
         pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends, same))
     return {"orbits": tuple(pairs)}
-
-
-def _counterpart(result: "StudyResult", system: "System") -> "ReturnMap":
-    """The map that the composite map approximates: the exact one, iterated where a piece has several returns."""
-    from nsmaps.dynamics.iterated import Iterated
-
-    map = result.composite
-    return Iterated(system, map.returns_of) if isinstance(map, CompositeMap) and map.several else system
 
 
 def _describe(spec: Orbits, study: "Study") -> str:
@@ -192,7 +184,7 @@ def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:
 def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]", scale: Floats) -> str:
     """A statement on which of two different attractors, exact first, is also one of the other map."""
     reduced, (exact, other) = result.reduced, ends
-    there = _counterpart(result, result.system)
+    there = counterpart(result.system, result.composite)
     also = reduced is not None and _stays(reduced, exact, returns, scale), _stays(there, other, returns, scale)
     if all(also):
         return "each map has both attractors"
