@@ -92,7 +92,7 @@ def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, s
 def _compared(one: Bifurcation, other: Bifurcation, at: tuple[int, int], near: float, scale: Floats) -> tuple[float, bool]:
     """The distance of two attractors, and whether they agree."""
     coordinates, (p, q) = one.coordinates, (int(one.period[at]), int(other.period[at]))
-    a, b = (of.states[at][: period or None] for of, period in ((one, p), (other, q)))
+    a, b = (of.states[at][: int(of.lengths[at]) or None] for of in (one, other))
     distance = hausdorff(a, b, coordinates, scale, np.inf)
     if p or q:
         return distance, p == q and distance <= near

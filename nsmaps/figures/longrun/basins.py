@@ -51,6 +51,7 @@ def basins(result: "StudyResult", ax: Axes, of: str = "exact") -> Axes:
     handles, shown = [], plane(_grid(result))
     for k, colour in zip(present, colours, strict=True):
         name = _KINDS[k][0] if k < 0 else f"{_motion(found.attractors[k])}"
+        name = name if result.reduced_basins is None else f"{of}, {name}"
         handles.append(Patch(fc=colour, ec="0.3", label=f"{name}: {100 * np.mean(found.label == k):.3g} %"))
         if k >= 0:
             states, many = found.attractors[k].states, found.attractors[k].period == 0

@@ -1,5 +1,8 @@
 """The map that a reduced map approximates."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 from nsmaps.dynamics.iterated import Iterated
 from nsmaps.dynamics.returnmap import ReturnMap
 from nsmaps.reduced.composite.composite import CompositeMap
@@ -8,3 +11,14 @@ from nsmaps.reduced.composite.composite import CompositeMap
 def counterpart(map: ReturnMap, reduced: object) -> ReturnMap:
     """The exact map, iterated as often as the pieces of a composite map have returns; the same map where all have one."""
     return Iterated(map, reduced.returns_of) if isinstance(reduced, CompositeMap) and reduced.several else map
+
+
+@dataclass(frozen=True, slots=True)
+class CounterpartAlong:
+    """As `counterpart`, of maps over a parameter: a function of its value that can be pickled."""
+
+    map_of: Callable[[float], ReturnMap]
+    reduced_of: Callable[[float], CompositeMap]
+
+    def __call__(self, value: float) -> ReturnMap:
+        return counterpart(self.map_of(value), self.reduced_of(value))

@@ -134,7 +134,9 @@ def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "No
 
     assert result.composite is not None
     assert result.returns is not None
-    kicked = KickedMap.of(result.composite, plan.system, result.returns.start, noise, spec.seed)
+    grids = {repr(piece.grid): piece.grid for piece in plan.bound["composite"] if piece.grid is not None}
+    states = np.concatenate([result.returns.start, *(grid.states() for grid in grids.values())])
+    kicked = KickedMap.of(result.composite, plan.system, states, noise, spec.seed)
     words = kicked.words(plan.bound["noise"], spec.returns, spec.realisations, spec.seed)
     return residence(words, _each(words), spec.modes, spec.min_returns)
 

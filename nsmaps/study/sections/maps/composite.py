@@ -8,7 +8,7 @@ from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.family import WordFamily, is_pattern
-from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.composite.printed import PrintedMap
 from nsmaps.reduced.conditions.condition import Number
@@ -19,7 +19,7 @@ from nsmaps.study.conclusions.diagnostics import pieces_of_others
 from nsmaps.study.conclusions.texts import finite, intervals, yes
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, one_of
+from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side, one_of
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
@@ -42,6 +42,9 @@ class PieceSection(BaseModel):
     where: str | None = None
     family: str | None = None
     fit: FitSection | None = None
+    grid: dict[str, Side] | None = (
+        None  #: of the states at which its family is computed for the fit; that of the study if omitted
+    )
     data: str | None = None  #: the data of the fit: a condition, which may name parameters, or `diagonal`; by default the region
     reset: dict[str, Number] | None = None
     polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
@@ -54,6 +57,11 @@ class PieceSection(BaseModel):
             raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
         if self.data is not None and self.fit is None:
             raise ValueError(f"the piece {self.name!r}: 'data' defines the data of a fit; expected: beside 'fit' only")
+        if self.grid is not None and (self.fit is None or self.data == DIAGONAL):
+            text = (
+                f"the piece {self.name!r}: 'grid' has the states of the data of a fit; expected: beside 'fit' only, and without"
+            )
+            raise ValueError(f"{text} 'data: diagonal'")
         return self
 
 
@@ -82,6 +90,7 @@ class PiecePlan:
     near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
     reset: dict[str, float] | None
     polynomial: PrintedMap | None
+    grid: Grid | None = None  #: of the states at which the data are computed; None for that of the study
 
 
 def _needs(spec: Pieces) -> Iterator[Need]:
@@ -121,7 +130,8 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
         if piece.family is not None and piece.family in binding.study.families:
             with binding.study.source.located((*loc, "family")):
                 _returns_of(bind_family(piece.family, binding.study.families[piece.family], binding))
-    return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial)
+    grid = None if piece.grid is None else binding.grid((*loc, "grid"), piece.grid)
+    return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial, grid)
 
 
 def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
@@ -143,23 +153,23 @@ def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict
     return {"coverage": composite.coverage(plan.grid), "misleads": misleads(composite, plan.grid, plan.system, result.returns)}
 
 
-def composite_of(plan: "Plan", system: "System", surfaces: dict[str, Surface]) -> CompositeMap:
+def composite_of(plan: "Plan", system: "System", known: Surfaces) -> CompositeMap:
     """The composite map at the parameters of a system; an error names the line of its piece."""
     pieces: list[Piece] = []
     for number, piece in enumerate(plan.bound["composite"]):
         with plan.study.source.located(("composite", number)):
-            pieces.append(_piece(plan, system, surfaces, piece))
+            pieces.append(_piece(plan, system, known, piece))
     return CompositeMap(system.coordinates, system.letters, tuple(pieces))
 
 
-def _piece(plan: "Plan", system: "System", surfaces: dict[str, Surface], piece: PiecePlan) -> Piece:
+def _piece(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) -> Piece:
     """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
     if piece.polynomial is not None:
         family = plan.families.get(piece.family or "")
         about = (family.words[0], _returns_of(family)) if family else ()
         return Piece(piece.name, piece.region, piece.polynomial.of(system), *about)
-    surfaces, spec = data_and_spec(plan, system, surfaces, piece)
-    piece_map = build_composite(system.coordinates, system.letters, surfaces, [spec]).pieces[0]
+    found, spec = data_and_spec(plan, system, known, piece)
+    piece_map = build_composite(system.coordinates, system.letters, found, [spec]).pieces[0]
     return replace(piece_map, region=piece.region)
 
 
@@ -171,12 +181,14 @@ def _returns_of(family: WordFamily) -> int:
     return family.max_returns
 
 
-def data_and_spec(plan: "Plan", system: "System", surfaces: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
+def data_and_spec(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
     """The surfaces to which a piece is fitted, and the piece with the region of its data."""
     data = region_of_data(system, piece)
     if piece.near_diagonals:
-        surfaces, data = near_diagonals(plan, surfaces[piece.family or ""])
-    return surfaces, replace(piece, region=data)
+        known, data = near_diagonals(plan, known[piece.family or ""])
+    elif piece.grid is not None:
+        known = surfaces(system, piece.grid, [plan.families[piece.family or ""]])
+    return known, replace(piece, region=data)
 
 
 def region_of_data(system: "System", piece: PiecePlan) -> Region:

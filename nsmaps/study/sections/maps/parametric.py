@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BaseModel, Field, model_validator
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import SPEC, Points, in_order
@@ -130,7 +131,8 @@ def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agr
         return None
     how: Any = {"starts": start, "returns": compare.returns, "discard": compare.discard}
     half = (1 + FITTED) / 2
-    exact = bifurcation(Along(plan.system, spec.parameter), values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
+    exact_at = CounterpartAlong(Along(plan.system, spec.parameter), map.at)
+    exact = bifurcation(exact_at, values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
     ours = bifurcation(map.at, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
     if not exact.held.any():
         return None

@@ -44,13 +44,13 @@ def refit(plan: "Plan", system: "System") -> tuple[CompositeMap, Surfaces]:
 
 def _used(plan: "Plan", system: "System") -> "Ints":
     """The numbers of the grid's states to which a piece is fitted at the parameters of a system."""
-    pieces = [piece for piece in plan.bound["composite"] if piece.fit]
+    pieces = [piece for piece in plan.bound["composite"] if piece.fit and piece.grid is None]
     if plan.grid is None or any(piece.near_diagonals for piece in pieces):
         return np.arange(plan.grid.size if plan.grid else 0)
     coordinates = system.coordinates
     states = coordinates.wrap(plan.grid.states())
     regions = [region_of_data(system, piece).over(coordinates) for piece in pieces]
-    return np.flatnonzero(np.logical_or.reduce([region.contains(states) for region in regions], axis=0))
+    return np.flatnonzero(np.logical_or.reduce([np.zeros(len(states), bool), *(each.contains(states) for each in regions)]))
 
 
 def _surfaces_in(plan: "Plan", system: "System", numbers: "Ints") -> Surfaces:
