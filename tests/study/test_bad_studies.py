@@ -30,7 +30,7 @@ BAD = {
         "family: low",
         "famly: low",
         "famly",
-        "unknown key 'famly'; expected: name, box, where, family, fit, data, reset, polynomial, did you mean 'family'?",
+        "unknown key 'famly'; expected: name, box, where, family, fit, grid, data, reset, polynomial, did you mean 'family'?",
     ),
     "unknown key of an axis": (
         "points: 31",
