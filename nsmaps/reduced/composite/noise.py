@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,9 @@ from nsmaps.dynamics.iterated import Iterated
 from nsmaps.dynamics.motion import joined
 from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import CHATTER, REST
 from nsmaps.reduced.composite.composite import CompositeMap
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.system import ImpactSystem
 
 SAMPLE = 400  #: states of a piece from which the noise of its images is estimated
 WIDE, TRIMS = 3.0, 6  #: standard deviations beyond which a deviation is left out, and how often
@@ -33,7 +30,7 @@ class KickedMap:
     roots: Floats  #: shape (P, n, n), a square root of the covariance of the deviations of each piece's images
 
     @classmethod
-    def of(cls, map: CompositeMap, system: "ImpactSystem | HybridSystem", states: Floats, noise: Noise, seed: int = 0) -> Self:
+    def of(cls, map: CompositeMap, system: System, states: Floats, noise: Noise, seed: int = 0) -> Self:
         """The map under a noise, by short exact orbits with and without it from at most 400 of some states (N, n) in each piece.
 
         Deviations count whose orbit has the same word with and without noise. Those beyond three standard deviations are left
