@@ -102,6 +102,30 @@ def test_a_piece_is_a_map_of_all_states_that_is_fitted_at_every_value():
     assert result.bifurcation["R1"].states[1, 0, -1] == pytest.approx(state, abs=1e-9)
 
 
+SEVERAL = """\
+system: vi_pair
+parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
+grid: {v: {from: 0.01, to: 1, points: 50}, phi: {from: 0, to: pi, points: 50}}
+families: {two: [BTBB], BTB: [BTB]}
+composite:
+  - {name: R2, where: v < 0.5, family: two, fit: {full: {v: 4, phi: 4}}, data: (v - 0.08)**2 + ((phi - 1.83)/3)**2 < 0.005}
+  - {name: R1, where: v >= 0.5, family: BTB, fit: {full: {v: 4, phi: 4}}}
+parametric:
+  {parameter: d, from: 0.224, to: 0.2268, order: 1, compare: {start: {v: 0.07, phi: 1.83}, points: 3, returns: 50, discard: 60}}
+"""
+
+
+def test_pieces_of_several_returns_are_compared_with_as_many_of_the_exact_map():
+    """2:1 is a cycle of two returns to B, one image of the piece BTBB, at (0.072199, 1.828844) for d = 0.2265."""
+    result = run(write(SEVERAL))
+    found = result.agreement
+    assert found.holds.all()
+    assert found.distance.max() < 1e-3
+    assert result.parametric.at(0.2265).first_return([[0.072199, 1.828844]]).image[0] == pytest.approx(
+        [0.072199, 1.828844], abs=1e-3
+    )
+
+
 @pytest.mark.parametrize(
     ("said", "says", "message"),
     [
