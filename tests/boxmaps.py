@@ -62,7 +62,7 @@ class Logistic:
 
 
 @dataclass
-class Turn:
+class Turn(ReturnMap):
     """phi' = phi + shift on the circle, r' = r / 2: every orbit comes to the circle r = 0."""
 
     shift: float = 1.0
@@ -71,6 +71,11 @@ class Turn:
 
     def image_boxes(self, boxes):
         return one_each(np.stack([boxes[:, 0] / 2, boxes[:, 1] + self.shift + 2 * np.pi * self.turns], axis=1))
+
+    def first_return(self, states, derivative=False):
+        x = np.asarray(states, float)
+        slopes = np.broadcast_to(np.diag([0.5, 1.0]), (len(x), 2, 2)) if derivative else None
+        return Returns.of_map(self.coordinates, x, x * [0.5, 1] + [0, self.shift], slopes)
 
 
 @dataclass

@@ -111,6 +111,7 @@ def find_cycles(
     if period < 1 or depth < 0:
         raise NsmapsError(f"period is {period} and depth is {depth}; expected: at least 1 and 0")
     of, boxed = of or name_of(map), box_map(map)
+    returning = ReturnMap.require(boxed, "cycles")
     grid = Cells.over(map.coordinates, window, cells)
     numbers = np.arange(grid.size)
     may, walks = np.ones((grid.size, period), bool), tuple[Ints, ...]()
@@ -123,7 +124,7 @@ def find_cycles(
         numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
         beat(2.0 ** (level - depth), f"level {level} of {depth}, {len(numbers)} cells")
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
-    cycles, starts = _cycles(ReturnMap.require(boxed, "cycles"), grid, guesses, period)
+    cycles, starts = _cycles(returning, grid, guesses, period)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))
     return CycleSearch(of, period, grid, numbers, may, known, cycles, starts)
 
