@@ -54,6 +54,17 @@ class Turned(PiecewiseMap):
         return {"F": (x.phi > 3, {"phi": self.tau}), "S": (True, image)} if self.flat else {"S": (True, image)}
 
 
+class Polynomial(PiecewiseMap):
+    """A polynomial whose coefficients are a choice, not parameters."""
+
+    coefficients: list[float]
+    scale: float = 1.0
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {"P": (True, {"x": self.scale * sum(c * x.x**k for k, c in enumerate(self.coefficients))})}
+
+
 class Root(PiecewiseMap):
     """x -> sqrt(x - a), of no real value to the left of a; in no piece beyond 4."""
 
@@ -142,6 +153,12 @@ def test_states_without_an_image_have_their_outcome():
     later = Root().orbits([[2.0], [5.0]], 3)
     assert [later.outcome[k::2].tolist() for k in (0, 1)] == [[0, 0, later.outcome[4]], [later.outcome[1]] * 3]
     assert np.isnan(later.image[1::2]).all()
+
+
+def test_fields_that_are_not_numbers_are_part_of_the_formulas():
+    first, second = Polynomial(scale=2.0, coefficients=[1, 0, 3]), Polynomial(coefficients=[1, 1])
+    assert [map.first_return([[0.5]]).image.item() for map in (first, second, first.at(scale=1.0))] == [3.5, 1.5, 1.75]
+    assert first.parameter_names() == ("scale",)
 
 
 def test_check_system_tries_a_map():

@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.kernel import in_chunks
-from nsmaps.exact.piecewise.formulas import PieceFormulas, formulas_of
+from nsmaps.exact.piecewise.formulas import Choices, PieceFormulas, formulas_of
 from nsmaps.exact.piecewise.program import compiled_program, program
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
@@ -68,12 +68,10 @@ _program = lru_cache(maxsize=64)(program)
 
 
 @lru_cache(maxsize=64)
-def _of(cls: Any, values: tuple[float, ...], others: tuple[tuple[str, Any], ...]) -> CompiledPieces:
-    return CompiledPieces(cls.coordinates, formulas_of(cls, others), np.array(values, float))
+def _of(choices: Choices, values: tuple[float, ...]) -> CompiledPieces:
+    return CompiledPieces(choices.cls.coordinates, formulas_of(choices), np.array(values, float))
 
 
 def compiled(map: "PiecewiseMap") -> CompiledPieces:
     """The compiled form of a map; those that were used last are kept."""
-    cls = type(map)
-    others = tuple((name, getattr(map, name)) for name in cls.model_fields if name not in cls.parameter_names())
-    return _of(cls, tuple(map.parameters.values()), others)
+    return _of(Choices.of(map), tuple(map.parameters.values()))

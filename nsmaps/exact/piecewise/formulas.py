@@ -1,16 +1,19 @@
 """The pieces of a map given by formulas: conditions and images in sympy."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import SystemDefinitionError
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
 
@@ -26,15 +29,32 @@ class PieceFormulas:
     symbols: tuple[sp.Symbol, ...]  #: the parameters
 
 
+@dataclass(frozen=True)
+class Choices:
+    """A class of maps with the values of its fields that are not numbers, of which any may be a list."""
+
+    cls: Any
+    text: str
+    values: Mapping[str, Any] = field(compare=False)
+
+    @classmethod
+    def of(cls, map: "PiecewiseMap") -> "Choices":
+        """The class of a map with its choices."""
+        own = type(map)
+        values = {name: getattr(map, name) for name in own.model_fields if name not in own.parameter_names()}
+        return cls(own, repr(values), values)
+
+
 @lru_cache(maxsize=64)
-def formulas_of(cls: Any, others: tuple[tuple[str, Any], ...]) -> PieceFormulas:
-    """The formulas of a class, whose fields that are not numbers have these values.
+def formulas_of(choices: Choices) -> PieceFormulas:
+    """The formulas of a class with its choices.
 
     Raises:
         SystemDefinitionError: states which piece is not one, and why.
     """
+    cls = choices.cls
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
-    symbolic = cls.model_construct(**symbols, **dict(others))
+    symbolic = cls.model_construct(**symbols, **choices.values)
     names = tuple(cls.coordinates)
     variables = tuple(sp.Symbol(f"_y_{k}", real=True) for k in range(len(names)))
     try:
