@@ -219,37 +219,13 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
     assert ax.get_ylim()[1] < 1.1
 
 
-def enclosed(result, lower):
-    """The forward invariant domain as if it were enclosed, its first lower map given."""
-    domain = result.domains["fitted"]
-    step = domain.updates[0]
-    first = replace(step.envelopes[0], lower=lower(step.envelopes[0]))
-    updates = (replace(step, envelopes=(first, step.envelopes[1])),)
-    return replace(result, domains={"exact": replace(domain, status="enclosed", updates=updates)}), step, first
-
-
-def test_teeth_of_samples_are_levelled_outwards_and_cut_at_the_enclosure(result, ax):
-    wide = np.arange(len(result.domains["fitted"].updates[0].envelopes[0].x))
-    teeth = lambda e: np.where(wide < 12, e.lower - 0.2 * (wide % 2), e.lower)  # noqa: E731
-    made, step, first = enclosed(result, teeth)
-    for draw in (envelopes, auxiliary, first_interval):
-        ax.clear()
-        draw(made, ax, "v", update=0)
-        lines = by_label(ax)
-        drawn = lines["lower map, samples"].get_ydata()
-        assert (drawn >= step.worst[1, 0, 0]).all(), "the worst case is enclosed"
-        turns = np.diff(drawn)[1:] * np.diff(drawn)[:-1] < 0
-        assert turns.sum() <= 1
-        assert (drawn <= np.maximum(first.lower, step.worst[1, 0, 0]) + 1e-12).all(), "outwards"
-        assert np.array_equal(drawn[22:], first.lower[22:])
-        assert np.array_equal(lines["upper map, samples"].get_ydata(), first.upper)
-        assert "worst case, enclosed" in lines or draw is auxiliary
-
-
-def test_maps_without_teeth_are_drawn_as_they_are(result, ax):
-    made, _, first = enclosed(result, lambda e: e.lower)
-    envelopes(made, ax, "v", update=0)
-    assert np.array_equal(by_label(ax)["lower map, samples"].get_ydata(), first.lower)
+def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
+    exact = replace(result.domains["fitted"], status="enclosed")
+    envelopes(replace(result, domains={"exact": exact}), ax, "v", update=0)
+    lines, envelope = by_label(ax), exact.updates[0].envelopes[0]
+    assert np.array_equal(lines["lower map, samples"].get_ydata(), envelope.lower)
+    assert np.array_equal(lines["upper map, samples"].get_ydata(), envelope.upper)
+    assert "worst case, enclosed" in lines
 
 
 @pytest.mark.parametrize("draw", [envelopes, auxiliary])

@@ -372,3 +372,13 @@ def test_the_generic_orbit_of_the_full_auxiliary_map_ends_between_p_and_q(case):
     if name != "cd":
         generic = np.sort(result.domains["composite"].updates[0].generic[-2:, 0])
         assert np.sort(orbit.states[-2:, 0]) == pytest.approx(generic, abs=2e-4)
+
+
+def test_samples_of_enclosed_domains_pass_no_enclosed_worst_case(case):
+    """Of the exact and of the composite map, beside grazes and borders of pieces too, on the start box; they come near it."""
+    _, result = case
+    for domain in (each for each in result.domains.values() if each.status == "enclosed"):
+        for k, envelope in enumerate(domain.updates[0].envelopes):
+            low, high = domain.updates[0].worst[1, k]
+            assert low <= envelope.lower.min() < low + 1e-4
+            assert high - 1e-4 < envelope.upper.max() <= high

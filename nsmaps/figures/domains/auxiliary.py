@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
 from nsmaps.figures.data import ENVELOPED, held, position
-from nsmaps.figures.domains.envelopes import bounding, frame, headline, outer, worst_case, worst_steps
+from nsmaps.figures.domains.envelopes import bounding, frame, headline, worst_case, worst_steps
 from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
@@ -89,7 +89,7 @@ def _chosen(result: "StudyResult", coordinate: str, update: int, domain: str) ->
 def _between(ax: Axes, domain: "AttractingDomain", step: "Update", i: int, mark: str = "") -> Axes:
     """The upper and the lower map of one coordinate, with marks if one is given, the limits and the names of the axes."""
     envelope, name = step.envelopes[i], domain.coordinates[i]
-    lower, upper = outer(domain, step, i)
+    lower, upper = envelope.lower, envelope.upper
     look: dict[str, Any] = {"lw": 1.4, "marker": mark, "ms": 2.8, "markevery": max(1, len(envelope.x) // _APART), "zorder": 4}
     for curve, colour, letter in ((upper, BLUE, "U"), (lower, ORANGE, "L")):
         ax.plot(envelope.x, curve, color=colour, label=bounding(letter, domain), **look)

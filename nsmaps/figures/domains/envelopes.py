@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
-from scipy.ndimage import grey_closing, grey_opening, maximum_filter1d, uniform_filter1d
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
@@ -24,8 +22,6 @@ if TYPE_CHECKING:
 
 _MOVED = 0.01  #: of a box's width, below which its picture is the same
 _MARGIN = 0.1  #: of what is drawn, around it
-_TEETH = 9  #: samples of a curve, up to which a notch in it is a tooth
-_LEVEL = (grey_opening, grey_closing)  #: what levels teeth of a lower and of an upper map outwards
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
@@ -71,7 +67,7 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
             ax.plot(*staircase(generic), color="0.4", lw=0.4, zorder=4, label="generic")
             ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="its last 10 %")
         cycle(ax, worst[-1])
-    lower, upper = outer(chosen, step, i)
+    lower, upper = envelope.lower, envelope.upper
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
     ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding("U", chosen))
     ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding("L", chosen))
@@ -124,29 +120,6 @@ def frame(ax: Axes, x: Floats, values: Floats) -> None:
         margin = _MARGIN * (high - low)
         limits(low - margin, high + margin)
     diagonal(ax, *ax.get_xlim())
-
-
-def outer(domain: "AttractingDomain", step: "Update", index: int) -> tuple[Floats, Floats]:
-    """The lower and upper map of one coordinate, each of shape (m,), for a line that has no teeth.
-
-    Samples of the exact map miss its extremes beside a graze, now more and now less, and overshoot there between samples: teeth
-    narrower than some samples are levelled outwards, and what passes the enclosed worst case, which holds, is cut off at it.
-    """
-    envelope = step.envelopes[index]
-    if domain.status != "enclosed":
-        return envelope.lower, envelope.upper
-    low, high = step.worst[1, index] if step.number == 1 or not step.forward_invariant else (-np.inf, np.inf)
-    rough = [_toothed(curve) for curve in (envelope.lower, envelope.upper)]
-    drawn = np.clip(envelope.lower, low, None), np.clip(envelope.upper, None, high)
-    lower, upper = (np.where(at, level(curve, _TEETH), curve) for at, curve, level in zip(rough, drawn, _LEVEL, strict=True))
-    return lower, upper
-
-
-def _toothed(curve: Floats) -> NDArray[np.bool_]:
-    """Where a curve (m,) goes up and down more than once within so few samples."""
-    turns = np.pad(np.diff(curve)[1:] * np.diff(curve)[:-1] < 0, 1).astype(int)
-    many = uniform_filter1d(turns * float(_TEETH), _TEETH) > 1.5
-    return np.asarray(maximum_filter1d(many, _TEETH))
 
 
 def bounding(letter: str, domain: "AttractingDomain") -> str:
