@@ -53,7 +53,7 @@ class Arrivals:
     turns: NDArray[np.int32]  #: shape (N, m), whole turns of an angle until then
     codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
-    time: Floats  #: shape (N,), until the arrival, in the system's time; NaN where unknown
+    time: Floats  #: shape (N,), until the arrival, or as of `Returns`, in the system's time; NaN where unknown
     derivative: Floats | None = None  #: shape (N, m, k), d image / d start, if requested
 
     def __len__(self) -> int:

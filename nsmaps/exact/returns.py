@@ -48,7 +48,7 @@ class Returns(WithCoordinates):
     turns: NDArray[np.int32]  #: shape (N, n), whole turns of an angle from its start to its image; zero elsewhere
     codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
-    time: Floats  #: shape (N,), from start to image in the system's time; NaN where unknown
+    time: Floats  #: shape (N,), from start to image, or to where events accumulate or endless rest begins; NaN where unknown
     derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if requested
     margin: Margin | None = None  #: distance from a graze, if requested
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies

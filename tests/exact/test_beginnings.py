@@ -1,5 +1,6 @@
 """How motions begin in a mode: at pressure zero, on guards, behind guards, at once, and where impacts accumulate."""
 
+import math
 import os
 import signal
 import threading
@@ -397,3 +398,66 @@ def test_ctrl_c_is_heard_between_returns(count):
     finally:
         timer.join()
         signal.signal(signal.SIGINT, handler)
+
+
+class Rocking(HybridSystem):
+    """A wheel with spokes 2 a apart on a slope, which steps forth and back; a step leaves the share c of its speed."""
+
+    k, a, slope, c = 9.81, 0.39, 0.08, 0.71
+    states = ("th", "w")
+
+    def modes(self, t, y):
+        return {"roll": {"th": y.w, "w": self.k * y.th}}
+
+    def guards(self, t, y):
+        forth, back = self.slope + self.a - y.th, y.th + self.a - self.slope
+        return {
+            "F": Guard("roll", forth, reset={"th": y.th - 2 * self.a, "w": self.c * y.w}),
+            "B": Guard("roll", back, reset={"th": y.th + 2 * self.a, "w": self.c * y.w}),
+        }
+
+    def section(self, t, y):
+        return Section("F", ("w",))
+
+
+def test_steps_forth_and_back_accumulate():
+    """A step at speed w from the angle th, which it comes back to, takes 2/sqrt(k) atanh(w/(sqrt(k) |th|))."""
+    wheel, w, times = Rocking(), 0.9, []
+    orbit = wheel.orbits([[w]], 100)
+    n = int(np.argmax(orbit.outcome == Outcome.accumulates))
+    assert 30 < n < 50
+    assert (orbit.outcome[:n] == Outcome.returned).all()
+    assert "'F' in the mode 'roll' accumulate" in wheel.reasons(orbit.start[n : n + 1])[0]
+    rate = math.sqrt(wheel.k)
+    for _ in range(n):
+        for angle in (wheel.a - wheel.slope, wheel.a + wheel.slope):
+            w *= wheel.c
+            times.append(2 / rate * math.atanh(w / (rate * angle)))
+    assert orbit.image[n - 1, 0] == pytest.approx(w, rel=1e-9)
+    assert orbit.time[:n].sum() == pytest.approx(sum(times), rel=1e-13)
+    many = wheel.first_return(np.repeat(orbit.start[n - 1 : n + 1], 30, axis=0))
+    assert many.outcome.tolist() == [Outcome.returned] * 30 + [Outcome.accumulates] * 30
+    assert len(nsmaps.basins(wheel, np.linspace(0.1, 1.2, 20)[:, None], returns=200).attractors) == 0
+
+
+class Dropped(HybridSystem):
+    """A ball that falls on a table, and rests on it for ever."""
+
+    r: float = 0.6
+    states = ("x", "v")
+
+    def modes(self, t, y):
+        return {"fall": {"x": y.v, "v": -2}}
+
+    def guards(self, t, y):
+        return {"B": Guard("fall", y.x, reset={"v": -self.r * y.v}, rests="table"), "T": Guard("fall", 5 - y.x)}
+
+    def section(self, t, y):
+        return Section("T", ("v",))
+
+
+def test_the_time_at_which_impacts_accumulate_is_that_of_a_motion_which_rests():
+    """From x above the table at rest the first impact comes at sqrt(x), and the last one (1 + r)/(1 - r) times as late."""
+    arrivals = Dropped().arrivals([[2.25, 0.0]], "fall")
+    assert arrivals.outcome.tolist() == [Outcome.rests]
+    assert arrivals.time[0] == pytest.approx(1.5 * 1.6 / 0.4, rel=1e-8)

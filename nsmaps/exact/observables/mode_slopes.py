@@ -138,7 +138,7 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
         doubts, w.spent[0] = doubts + (1 if unsure or vague else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             at_event(q, g, k, phi, slopes, w)
-        outcome = timely(outcome, which, time, image, tangent, w)
+        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
         if outcome != GOES_ON or doubts > MOST_DOUBTS:
             return outcome != GOES_ON and not math.isnan(image[0])
     return False

@@ -111,7 +111,7 @@ def observed_motion(p, q, mode, phi, image, tangent, counts, w, x):
         doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             event(q, k, phi, w)
-        outcome = timely(outcome, which, time, image, tangent, w)
+        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
         if outcome != GOES_ON:
             return settled(outcome, code, time, 0, doubts > 0)[0], time
         if doubts > MOST_DOUBTS:

@@ -37,7 +37,7 @@ from nsmaps.exact.modes.blocks.lanes import (
     X,
 )  # fmt: skip
 from nsmaps.exact.modes.blocks.passing import NONE, NOT_PLAIN, begun_columns, jumped
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, brief
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import PAUSE, alone, cleared, happens, lengthened, put, settled
@@ -132,6 +132,8 @@ def goes_on(p, mode, k, found, r, o, b, w):
             outcome, mode = decided(p, mode, k, found, r, o, b, w)
         else:
             outcome, mode = plainly(p, e, k, found, r, o, b)
+    if outcome == RETURNED and brief(p, mode, scalars[TIME]):
+        return LEFT, mode
     if outcome == GOES_ON:
         for j in range(o.z.shape[1]):
             o.z[i, j] = b.z[j, k]

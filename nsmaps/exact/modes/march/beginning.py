@@ -4,12 +4,13 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW, dot, velocity
 from nsmaps.exact.modes.march.section import repelled
 from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, next_term, sized
 
 GOES_ON = -1  # in place of an outcome
 AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
+ACCUMULATED, SLOWER = 1e-12, 1.0 - 1e-6  # of a unit of time and of a speed: returns that are as short and slow down end
 MOST_IDLE = 64  # events in a row that take no time but for rounding
 
 
@@ -130,13 +131,37 @@ def without_end(w):
 
 
 @inner
-def timely(outcome, which, time, image, tangent, w):
+def fall_of(p, mode, function, w):
+    """The rate at which a function falls in a mode."""
+    velocity(p, mode, w.z, w.field)
+    return -dot(p.functions[function], w.field)[0] / p.steps[mode]
+
+
+@inner
+def ever_faster(p, mode, which, time, w):
+    """Whether a return within rounding of the mode's unit of time ended with less speed than it began with: so all that follow.
+
+    `w.lapse` has the speed at the start, infinite where it is not known.
+    """
+    return w.lapse[2] < math.inf and brief(p, mode, time) and fall_of(p, mode, which, w) < SLOWER * w.lapse[2]
+
+
+@inner
+def brief(p, mode, time):
+    """Whether a return is within rounding of a unit of time: a radian of the forcing, without one the longest step of a mode."""
+    return time <= ACCUMULATED * (1.0 / p.rate if p.rate > 0.0 else p.steps[mode])
+
+
+@inner
+def timely(p, outcome, mode, which, time, image, tangent, w):
     """The outcome of a return that has ended, or GOES_ON as `stalled`; one that took no time has no image."""
     lasting = stalled(which, time, w)
     if outcome == GOES_ON:
         return lasting
-    if outcome != RETURNED or time > 0.0:
+    if outcome != RETURNED or not (time <= 0.0 or ever_faster(p, mode, which, time, w)):
         return outcome
+    if time > 0.0:
+        w.idle[1], w.idle[2] = which, NO_FUNCTION
     for c in range(len(image)):
         image[c] = math.nan
         for j in range(w.dz.shape[1]):

@@ -52,6 +52,7 @@ def mark_of(p, k, j, mode, before, w):
     """
     after, size = dot(p.begins[j, 0], w.z)
     press, sizes = dot(p.begins[j, 1], w.z)
+    w.lapse[3] = 0.0
     if after <= ROUNDING * size:
         return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
     if not (press > 0.0 and after < before):
@@ -61,7 +62,10 @@ def mark_of(p, k, j, mode, before, w):
     velocity(p, mode, w.z, w.field)
     steady = x * abs(dot(p.begins[j, 1], w.field)[0]) <= STEADY * press * p.steps[mode]
     slow = before <= BASE_SUMMED * press * unit if p.is_section[k] and not p.after else x <= SUMMED * unit
-    return CHATTER if steady and slow else 0
+    if not (steady and slow):
+        return 0
+    w.lapse[3] = x
+    return CHATTER
 
 
 @inner

@@ -18,7 +18,7 @@ from nsmaps.exact.engine.returns import (
     UNDECIDED,
     spell,
 )
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, fall_of, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
 from nsmaps.exact.modes.march.section import picked, starting
@@ -59,7 +59,7 @@ def cleared(p, k, image, tangent, w):
             tangent[c, j] = math.nan
     margins = not math.isnan(w.near[0])
     w.held[1], w.row[0] = 0.0, 0
-    w.lapse[1], w.doubt[0], w.both[0] = 0.0, -1.0, NO_FUNCTION
+    w.lapse[1], w.lapse[2], w.lapse[3], w.doubt[0], w.both[0] = 0.0, math.inf, 0.0, -1.0, NO_FUNCTION
     w.scales[:] = 0.0
     w.idle[0], w.idle[1], w.idle[2], w.idle[3] = 0, NO_FUNCTION, NO_FUNCTION, 0
     if margins:
@@ -172,15 +172,15 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         return settled(outcome, code, time, turns, False)
     for _ in range(MOST_EVENTS):
         which, flight, phi, more, unsure = fly(p, mode, phi, math.inf, w)
-        time, turns, doubts = time + flight, turns + more, doubts + (1 if unsure else 0)
+        since, time, turns, doubts = time, time + flight, turns + more, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
             ended = RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST
-            return ended, marked(p, code, power, w)[0], math.nan, 0
+            return ended, marked(p, code, power, w)[0], since + w.lapse[3] if ended == RESTS else math.nan, 0
         outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
         doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
         w.doubt[1] = time if doubts == 1 and unsure else w.doubt[1]
-        outcome = timely(outcome, which, time, image, tangent, w)
+        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
         if outcome != GOES_ON:
             return settled(outcome, code, time, turns, doubts > 0)
         if doubts > MOST_DOUBTS:
@@ -195,6 +195,8 @@ def first_return(p, row, image, tangent, w):
     code, power = cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, 0, math.nan, 0
+    if not p.after and len(p.starts) == 1 and p.bounces[k] < 0 and p.impacts[k] < 0:  # no event that may follow itself
+        w.lapse[2] = fall_of(p, p.mode[k], p.function[k], w)
     return onward(p, entered(p, k, not p.after, phi, w), phi, code, power, image, tangent, w)
 
 
