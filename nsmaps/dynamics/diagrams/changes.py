@@ -13,6 +13,7 @@ from nsmaps.dynamics.motion import UNRESOLVED, kind_of
 
 CHANGED = 1e-5  #: share of the range to which a change of motion is bisected by orbits
 LASTING = 16  #: times as many returns, for which a motion must last that orbits have shown
+ASIDE = 4, 16, 64  #: distances, in this share, beyond the first value of a run at which its motion is seen to be there too
 NEAR, NEARER = 16, 6  #: the distance from the end of a cycle is divided by this up to so many times, to see where orbits go
 
 Pair = tuple[Border, Border]  #: where the first run ends, and where the second begins
@@ -147,10 +148,15 @@ class Change:
 
     def _by_orbits(self) -> Pair:
         """By orbits that start from the last states of the first run; in chaos there are windows of other motions."""
-        one, other = (self.runs.cycle(run, way) is not None for run, way in ((self.one, 1), (self.other, -1)))
-        begins = self._bracket(self.inner, self._not_yet) if other else None
-        ends = self._bracket(self.inner, self._still) if one or begins is None else begins
-        return ends, begins or ends
+        into = self.runs.cycle(self.other, -1) is not None
+        first = self._bracket(self.inner, self._not_yet if into else self._still)
+        way = -np.sign(self.outer - self.inner) if into else np.sign(self.outer - self.inner)
+        there = "" if np.isnan(first.value) else self.runs.motion_at(first.value + way * first.precision, self.state)[0]
+        if self._still(there) if into else not self._not_yet(there):
+            return first, first
+        wanted = self.wide[0] if into else self.wide[1]
+        second = self._bracket(self.inner, self._still if into else self._not_yet) if wanted else NOT_LOCATED
+        return (second, first) if into else (first, second)
 
     def _still(self, motion: str) -> bool:
         return motion == self.runs.motion(self.one)
@@ -161,10 +167,13 @@ class Change:
     def _bracket(self, low: float, holds: Callable[[str], bool]) -> Border:
         """Where a statement on the motion ceases to hold, from where it is shown to where the contrary is.
 
-        Where more returns move this, the bracket has both places.
+        Where more returns move this, the bracket has both places. Where it is so at the first value of the second run alone, as
+        where basins are intertwined, the change is somewhere between the runs.
         """
         limits = low if low != self.inner else self.runs.value(sum(self.runs.runs[self.one]) // 2), self._well_outside
         low, high, state, beyond = self._bisected(low, self.state, lambda motion: not self._is_open(motion) and holds(motion))
+        if high == self.outer and self._holds_beside(high, state, holds):
+            return self._stepped()
         if self._is_open(beyond):
             _, high, *_ = self._bisected(high, state, lambda motion: self._is_open(motion) or holds(motion))
         while self._is_open(motion := self.runs.motion_at(low, self.state, LASTING)[0]) or not holds(motion):
@@ -176,6 +185,12 @@ class Change:
                 return NOT_LOCATED
             high = self._farther(high, low, limits[1])
         return Border((low + high) / 2, 2 * abs(high - low), LABEL)
+
+    def _holds_beside(self, value: float, state: Floats, holds: Callable[[str], bool]) -> bool:
+        """True if a statement that does not hold at the first value of the second run does a little beyond."""
+        way = CHANGED * self.runs.unit * float(np.sign(self.outer - self.inner))
+        beside = (self.runs.motion_at(value + aside * way, state)[0] for aside in ASIDE)
+        return self.runs.is_wide(self.other) and any(holds(motion) for motion in beside)
 
     def _bisected(self, low: float, state: Floats, holds: Callable[[str], bool]) -> tuple[float, float, Floats, str]:
         """Values between which a statement ceases to hold, the state of an orbit at the first, and the motion at the second."""

@@ -10,9 +10,13 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, continued_diagram
 from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
-from nsmaps.dynamics.motion import UNRESOLVED, kind_of, without_turns
+from nsmaps.dynamics.limits.limit import Limit
+from nsmaps.dynamics.limits.path import Path
+from nsmaps.dynamics.motion import CHAOS, UNRESOLVED, kind_of, without_turns
+from nsmaps.dynamics.orbit import returns_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.returns import Returns
 
 NARROWEST = 0.02  #: share of the range of the parameter: narrower windows have no borders
 FEWEST = 4  #: values in a window; beside a doubling, motions that have not converged pass for chaos
@@ -127,7 +131,11 @@ class Runs:
             found = continued_diagram(self.map_of, value, state[None], self.start[None], *how)
         except NsmapsError:  # no map
             return "", np.full((1, self.start.size), np.nan)
-        return str(found.labels[0, 0]), found.states[0, 0]
+        name, states = str(found.labels[0, 0]), found.states[0, 0]
+        if longer > 1 and kind_of(name) == CHAOS != name:  # of rare events its short sample may have none
+            path = Path.of(Returns.concatenated([*returns_of(self.map_of(value), states[-1:], longer * self.discard)]), 1)
+            name = Limit(CHAOS, path).label
+        return name, states
 
     def arrives(self, place: int, run: int, cycle: Located) -> bool:
         """True if the orbit of a place, which has not converged there, goes to the motion of a run, which is such a cycle.
