@@ -1,0 +1,90 @@
+"""Studies of maps given by formulas, and of maps in Python: what they have, and what is refused at its line."""
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import StudyError
+from nsmaps.study.binding import prepare
+
+CLASSES = """
+import numpy as np
+import nsmaps
+
+class Formula(nsmaps.PiecewiseMap):
+    a: float = 1.0
+    b: float = 0.3
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {"L": (x.x < 0, {"x": 1 + self.a * x.x + x.y, "y": self.b * x.x}),
+                "R": (True, {"x": 1 - self.a * x.x + x.y, "y": self.b * x.x})}
+
+class Program(nsmaps.System):
+    a: float = 1.0
+    b: float = 0.3
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        x, y = states.T
+        slopes = np.zeros((len(x), 2, 2))
+        slopes[:, 0, 0], slopes[:, 0, 1], slopes[:, 1, 0] = -self.a * np.sign(x), 1, self.b
+        words = np.where(x < 0, "L", "R").tolist()
+        return nsmaps.Returns.of_map(
+            self.coordinates, states, np.stack([1 - self.a * np.abs(x) + y, self.b * x], axis=1), slopes, words, ("L", "R")
+        )
+"""
+GRID = "{x: {from: -1.0, to: 1.5, points: 21}, y: {from: -0.5, to: 0.5, points: 21}}"
+
+
+@pytest.fixture
+def study(tmp_path):
+    (tmp_path / "lozi.py").write_text(CLASSES)
+
+    def made(kind, sections):
+        file = tmp_path / "study.yaml"
+        file.write_text(f"system: lozi.py:{kind}\ngrid: {GRID}\n{sections}\n")
+        return nsmaps.load_study(file)
+
+    return made
+
+
+@pytest.mark.parametrize("kind", ["Formula", "Program"])
+def test_a_study_of_a_map(study, kind):
+    """The fixed point 1 / (1 + a - b) doubles at a = 1 - b; the pieces are affine, so that fits of order one are the map."""
+    fits = [
+        f"{{name: {n}, family: {n}, box: {{x: {x}, y: [-0.5, 0.5]}}, fit: {{full: {{x: 1, y: 1}}}}}}"
+        for n, x in (("left", "[-1, 0]"), ("right", "[0, 1.5]"))
+    ]
+    found = nsmaps.run(
+        study(
+            kind,
+            f"""
+families: {{left: [L], right: [R]}}
+composite: [{", ".join(fits)}]
+orbits: [{{start: {{x: 0.1, y: 0.1}}, returns: 60}}]
+branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x: 0.8, y: 0.2}}}}]
+""",
+        )
+    )
+    states = np.random.default_rng(0).uniform([-1, -0.5], [1.5, 0.5], (50, 2))
+    assert np.abs(found.composite.first_return(states).image - found.system.first_return(states).image).max() < 1e-12
+    (event,) = found.branches["fixed"][0].events
+    assert (event.kind, event.parameter) == ("period doubling", pytest.approx(0.7, abs=1e-12))
+    cycle = found.orbits[0].exact.states[-2:]
+    assert sorted(found.orbits[0].exact.words[-2:]) == ["L", "R"]
+    assert np.abs(found.system.first_return(cycle).image - cycle[::-1]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("sections", "line"),
+    [
+        ("noise: {sigma: [0.1], tau: 0.1, start: {x: 0.1, y: 0.1}, returns: 10, realisations: 2, modes: {a: [L]}}", "noise of a"),
+        ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5, track: 5}]", "a trajectory of a"),
+        ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}", "observables of a"),
+        ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "no proofs are made of such"),
+    ],
+)
+def test_what_a_map_lacks_is_refused_at_its_line(study, sections, line):
+    with pytest.raises(StudyError, match=rf"study.yaml:[34]:\d+: .*{line}"):
+        prepare(study("Formula", sections))
