@@ -86,6 +86,30 @@ class Shifted(Pitchfork):
 
 
 @dataclass(frozen=True)
+class Coupled(ReturnMap):
+    """x' = a x - x^3 + k (y - x), and so y': x = y = (a - 1)^(1/2) loses its symmetry at a = 1 - k."""
+
+    a: float
+    coordinates = ("x", "y")
+
+    def first_return(self, states, derivative=False):
+        start, k = np.asarray(states, float), -0.3
+        slopes = (self.a - k - 3 * start**2)[:, :, None] * np.eye(2) + k * np.array([[0, 1], [1, 0]])
+        image = (self.a - k) * start - start**3 + k * start[:, ::-1]
+        return plain_returns(self.coordinates, start, image, slopes if derivative else None)
+
+
+def test_two_equal_maps_lose_their_symmetry_at_one_place_seen_from_either_branch():
+    first = continue_branch(Coupled, nsmaps.periodic_orbit(Coupled(2.0), [1.0, 1.0]), 2.0, (1.1, 3.0), "down").events[0]
+    half = switched_branch(Coupled, first, (1.1, 3.0))
+    middle = len(half.orbits) // 2
+    back = continue_branch(Coupled, half.orbits[middle], half.parameter[middle], (1.1, 3.0), "down", until=("branch point",))
+    for event in (first, back.events[-1]):
+        assert event.kind == "branch point"
+        assert abs(event.parameter - 1.3) < event.precision < 1e-12
+
+
+@dataclass(frozen=True)
 class Delayed(ReturnMap):
     """The delayed logistic map: x' = a x (1 - y), y' = x."""
 

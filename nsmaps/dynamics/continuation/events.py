@@ -19,7 +19,7 @@ GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domai
 CHATTER_ENDS, DETACHMENT, HOMOCLINIC = "end of complete chatter", "detachment", "homoclinic bifurcation"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
-DEFICIENT = 1e-5  #: share of the least singular value beside a point, below which its equations are not independent
+DEFICIENT = 0.01  #: share of the least singular value beside a point, below which its equations may be dependent next to it
 TURNS = "the branch turns back, as the two halves of a pitchfork do"
 ASIDE = 1e-2  #: share of the distance of two neighbours, within which halves of a cycle coincide
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
@@ -108,7 +108,7 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
             known = step.length, step.end, float(PRECISION * curve.unit + np.spacing(abs(step.end.value)))
         else:
             known = located(curve, step.start, step.direction, step.length, TESTS[kind])
-            if kind == FOLD and (known is None or crosses(step, known[1])):
+            if kind == FOLD and (known is None or may_cross(step, known[1])):
                 crossing = crossing_within(curve, step)
                 known, turns = crossing or known, crossing is not None
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
@@ -123,8 +123,8 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
 
 
-def crosses(step: Step[OrbitPoint], point: OrbitPoint) -> bool:
-    """True if another branch passes through a point within a step: the equations have rank less than their number there."""
+def may_cross(step: Step[OrbitPoint], point: OrbitPoint) -> bool:
+    """True if another branch may pass next to a point within a step: the equations there are nearly dependent."""
     at, *ends = (np.linalg.svd(each.jacobian, compute_uv=False)[-1] for each in (point, step.start, step.end))
     return bool(at <= DEFICIENT * max(ends))
 
