@@ -79,7 +79,10 @@ def export_iterate(
     closed = iterate(result.composite, n, piece=piece)
     source = piece if piece is not None else result.composite.pieces[0].name
     (name,) = identifiers([f"{source} iterate {n}"])
-    files = _writer(format)(closed, name, [f"The iterate {n} of the piece {source}, all coordinates.", *of_study(result)])
+    returns = result.composite.piece(source).returns
+    counted = f", of {n * returns} returns" if returns > 1 else ""
+    about = f"The iterate {n} of the piece {source}, all coordinates{counted}."
+    files = _writer(format)(closed, name, [about, *of_study(result)])
     _write(files, path)
     return files
 

@@ -29,7 +29,13 @@ from nsmaps.study.study import Study
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}"
 NAMES = sorted(folder.name for folder in STORED.iterdir())
-YOUNGER = {"agreement", "auxiliary_map", "auxiliary_exits"}  #: fields of results that no run of this format holds
+YOUNGER = {
+    "agreement",
+    "auxiliary_map",
+    "auxiliary_exits",
+    "reduced_basins",
+    "same_attractor",
+}  #: fields of results that no run of this format holds
 ABSTRACT = {"Region", "ReturnMap"}  #: of which a file holds subclasses only
 
 
