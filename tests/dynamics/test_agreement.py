@@ -80,3 +80,15 @@ def test_orbits_that_escape_agree_with_those_that_escape():
     none = diagram(2.3, 2.4, 2)
     with pytest.raises(NsmapsError, match="no attractor at any value"):
         agreement(none, none)
+
+
+def test_orbits_that_have_not_reached_their_cycle_do_not_agree():
+    """The cycle of period 3 at a = 1.76 is found of either orbit, but the first nine states from 0.3 are not on it."""
+    values = np.array([1.76])
+    early = bifurcation(quadratic, values, [[0.3]], 9, 0)
+    late = bifurcation(quadratic, values, [[0.3]], 9, 2000)
+    assert (early.period[0, 0], late.period[0, 0]) == (3, 3)
+    scale = np.array([1.0])
+    found = agreement(early, late, 1e-3, scale)
+    assert (found.holds.tolist(), np.isnan(found.distance).all()) == ([False], True)
+    assert agreement(late, late, 1e-3, scale).distance == 0

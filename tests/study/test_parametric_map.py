@@ -102,6 +102,45 @@ def test_a_piece_is_a_map_of_all_states_that_is_fitted_at_every_value():
     assert result.bifurcation["R1"].states[1, 0, -1] == pytest.approx(state, abs=1e-9)
 
 
+HENON = """
+from nsmaps import PiecewiseMap
+
+
+class Henon(PiecewiseMap):
+    a: float = 1.0
+    b: float = 0.3
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {"H": (True, {"x": 1 - self.a * x.x**2 + x.y, "y": self.b * x.x})}
+"""
+OF_HENON = """\
+system: henon.py:Henon
+parameters: {a: 0.3, b: 0.3}
+grid: {x: {from: -1.5, to: 1.5, points: 5}, y: {from: -0.5, to: 0.5, points: 5}}
+families: {H: [H]}
+composite: [{name: all, where: x**2 < 9, family: H, fit: {full: {x: 2, y: 1}}}]
+parametric:
+  {parameter: a, from: 0.2, to: 1.4, order: 0, orders: {all: {x: 1}}, compare: {start: {x: 0, y: 0}, points: 9}, require: [follows]}
+"""
+
+
+def test_a_map_whose_coefficients_are_linear_in_its_parameter_is_the_exact_one():
+    """Of the Henon map periods double at a = 3 (1 - b)^2 / 4 = 0.3675 and (1 - b)^2 + (1 + b)^2 / 4 = 0.9125."""
+    Path("henon.py").write_text(HENON)
+    result = run(write(OF_HENON))
+    (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
+    assert verdict.holds, verdict.text
+    found = result.agreement
+    assert [each.rpartition("period ")[2] for each in found.labels[:5, 0]] == ["1", "1", "2", "2", "2"]
+    assert found.labels[-1, 0].endswith("C")
+    assert max(result.parametric.report.error.max(), result.parametric.report.difference.max()) < 1e-13
+    states, a = np.random.default_rng(0).uniform(-1, 1, (20, 2)), 0.77
+    x, y = states.T
+    image = result.parametric.at(a).first_return(states).image
+    np.testing.assert_allclose(image, np.column_stack([1 - a * x**2 + y, 0.3 * x]), atol=1e-13)
+
+
 SEVERAL = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}

@@ -15,6 +15,8 @@ from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.dynamics.motion import kind_of
 from nsmaps.errors import NsmapsError
 
+SETTLED = 0.1  #: largest change of the states of a cycle in a period, in the tolerance of its distance from another
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Agreement:
@@ -23,7 +25,7 @@ class Agreement:
     values: Floats  #: shape (V,), ascending
     exact: NDArray[np.str_]  #: shape (V, S), motion of the exact map; "" where an orbit ended
     labels: NDArray[np.str_]  #: shape (V, S), motion of the other map
-    distance: Floats  #: shape (V, S), Hausdorff distance of the states kept, in the scale; NaN without both attractors
+    distance: Floats  #: shape (V, S), Hausdorff distance in the scale; NaN without both attractors, or before a cycle is reached
     holds: Bools  #: shape (V,), where the attractors agree
     tolerance: float  #: largest distance of attractors that agree, in the scale
     scale: Floats  #: shape (n,), unit of distances in each coordinate
@@ -63,7 +65,8 @@ def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, s
 
     Attractors agree if they have the same period in returns, or the same kind of motion without one, and if their Hausdorff
     distance, the largest in a coordinate, is at most the tolerance; for samples without a period, of 50 states or more, at most
-    the distance of the second half of either sample from its first, if this is larger. Orbits that end agree if both do.
+    the distance of the second half of either sample from its first, if this is larger. Orbits that end agree if both do. Orbits
+    that had not reached their cycles in the returns of the diagram do not agree.
 
     Args:
         tolerance: largest distance, in the scale.
@@ -90,11 +93,23 @@ def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, s
 
 
 def _compared(one: Bifurcation, other: Bifurcation, at: tuple[int, int], near: float, scale: Floats) -> tuple[float, bool]:
-    """The distance of two attractors, and whether they agree."""
+    """The distance of two attractors, NaN where an orbit had not reached its cycle yet, and whether they agree."""
     coordinates, (p, q) = one.coordinates, (int(one.period[at]), int(other.period[at]))
-    a, b = (of.states[at][: int(of.lengths[at]) or None] for of in (one, other))
+    a, b = (_states(of, at, near * scale) for of in (one, other))
+    if a is None or b is None:
+        return nan, False
     distance = hausdorff(a, b, coordinates, scale, np.inf)
     if p or q:
         return distance, p == q and distance <= near
     own = [reach for reach in (own_reach(states, coordinates, scale) for states in (a, b)) if np.isfinite(reach)]
     return distance, kind_of(str(one.labels[at])) == kind_of(str(other.labels[at])) and distance <= max([near, *own])
+
+
+def _states(diagram: Bifurcation, at: tuple[int, int], near: Floats) -> Floats | None:
+    """The last states of a period, or a sample of motion without one; None where the states do not repeat yet."""
+    states, count = diagram.states[at], int(diagram.lengths[at])
+    if not count:
+        return states
+    last, before = states[-count:], states[-2 * count : -count]
+    settled = len(before) == count and (np.abs(diagram.coordinates.difference(last, before)) <= SETTLED * near).all()
+    return last if settled else None
