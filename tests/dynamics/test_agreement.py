@@ -92,3 +92,10 @@ def test_orbits_that_have_not_reached_their_cycle_do_not_agree():
     found = agreement(early, late, 1e-3, scale)
     assert (found.holds.tolist(), np.isnan(found.distance).all()) == ([False], True)
     assert agreement(late, late, 1e-3, scale).distance == 0
+
+
+def test_samples_of_one_chaotic_attractor_agree():
+    """At a = 2, from 40 starts, whose orbits have nothing in common but the attractor [-1, 1]."""
+    starts = np.random.default_rng(0).uniform(-0.9, 0.9, (40, 1))
+    one, other = (bifurcation(quadratic, [2.0], some, 100, 100) for some in (starts, starts[::-1] + 0.01))
+    assert agreement(one, other, 1e-3).holds.all()

@@ -121,7 +121,7 @@ grid: {x: {from: -1.5, to: 1.5, points: 5}, y: {from: -0.5, to: 0.5, points: 5}}
 families: {H: [H]}
 composite: [{name: all, where: x**2 < 9, family: H, fit: {full: {x: 2, y: 1}}}]
 parametric:
-  {parameter: a, from: 0.2, to: 1.4, order: 0, orders: {all: {x: 1}}, compare: {start: {x: 0, y: 0}, points: 9}, require: [follows]}
+  {parameter: a, from: 0.2, to: 1.4, orders: {all: 1}, compare: {start: {x: 0, y: 0}, points: 9}, require: [follows]}
 """
 
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.dynamics.attractors.attractor import own_reach
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.dynamics.motion import kind_of
 from nsmaps.errors import NsmapsError
 
+SAMPLE = 50  #: fewest states without a period whose halves are compared
 SETTLED = 0.1  #: largest change of the states of a cycle in a period, in the tolerance of its distance from another
 
 
@@ -65,7 +65,7 @@ def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, s
 
     Attractors agree if they have the same period in returns, or the same kind of motion without one, and if their Hausdorff
     distance, the largest in a coordinate, is at most the tolerance; for samples without a period, of 50 states or more, at most
-    the distance of the second half of either sample from its first, if this is larger. Orbits that end agree if both do. Orbits
+    twice that of the two halves of either sample, if this is larger. Orbits that end agree if both do. Orbits
     that had not reached their cycles in the returns of the diagram do not agree.
 
     Args:
@@ -101,7 +101,8 @@ def _compared(one: Bifurcation, other: Bifurcation, at: tuple[int, int], near: f
     distance = hausdorff(a, b, coordinates, scale, np.inf)
     if p or q:
         return distance, p == q and distance <= near
-    own = [reach for reach in (own_reach(states, coordinates, scale) for states in (a, b)) if np.isfinite(reach)]
+    halves = [np.array_split(states, 2) for states in (a, b) if len(states) >= SAMPLE]
+    own = [2 * hausdorff(first, second, coordinates, scale, np.inf) for first, second in halves]
     return distance, kind_of(str(one.labels[at])) == kind_of(str(other.labels[at])) and distance <= max([near, *own])
 
 
