@@ -97,6 +97,18 @@ def test_the_inelastic_ball_lands_at_its_release():
     assert abs(end.parameter - border) < 2 * end.precision < 1e-11
 
 
+def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
+    """Gamma = 1, whatever r: seen once a period it grazes its release, and no state beside it is in contact."""
+    held = nsmaps.periodic_orbit(Table(Gamma=0.9, r=0.5), [0.0, 0.0])
+    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), held, 0.9, (0.5, 1.5), step=0.3)
+    assert (held.words, branch.ended) == (("cc",), "grazing")
+    curve = nsmaps.bifurcation_curve(
+        lambda gamma, r: Table(Gamma=gamma, r=r), branch.events[0], 0.5, ((0.5, 1.5), (0.4, 0.6)), step=0.5
+    )
+    assert np.abs(curve.parameters[:, 0] - 1).max() < 1e-12
+    assert curve.parameters[[0, -1], 1].tolist() == [0.4, 0.6]
+
+
 def test_means_and_their_derivatives_are_those_of_the_summed_impacts():
     """The contact takes what is left of the speed below the resolution of flights, where impacts by number still have some."""
     chosen = [
