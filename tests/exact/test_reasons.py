@@ -6,7 +6,7 @@ import re
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, ImpactSystem, Outcome, Section, Wall
 
 
 class Shaft(HybridSystem):
@@ -79,3 +79,30 @@ def test_of_motions_without_an_end():
 
     (reason,) = Free().arrival_reasons([[1.0, 0.0, 0.0, 0.0]])
     assert reason.startswith("From the start on, no guard of the mode 'fly' is met: within the horizon of 6283.19")
+
+
+class Soft(ImpactSystem):
+    """x'' = 4 (1 - x) over a wall at zero, left with half of the square of the speed, which lasts until the next impact."""
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def rebound(self, speed, wall):
+        return speed**2 / 2
+
+    def displacement(self, t, hit):
+        s = 2 * (t - hit.t)
+        return 1 + (hit.z - 1) * sp.cos(s) + hit.w / 2 * sp.sin(s)
+
+
+def test_what_is_undecided_may_have_bounds():
+    system, v = Soft(), 8e-6
+    (reason,) = system.reasons([[v, 1.0]])
+    assert system.first_return([[v, 1.0]]).outcome.tolist() == [Outcome.undecided]
+    assert "`image_boxes` of the state, as a box without width" in reason
+    found = system.image_boxes([[[v, v], [1.0, 1.0]]])
+    assert found.bounded.all()
+    assert found.images[0, 0, 0] < v**2 / 2 < found.images[0, 0, 1] < 1.1 * v**2 / 2
