@@ -47,6 +47,10 @@ class Polynomial:
         found = _worst(self.hulls, self.box, intervals, FINE, known)
         return replace(found, bounds=found.bounds + self.shift[:, None] + self.error[:, None] * [-1.0, 1.0])
 
+    def places(self, intervals: Floats, known: Floats) -> Floats:
+        """See AuxiliaryMaps: those known."""
+        return known
+
     @classmethod
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
@@ -126,7 +130,11 @@ class Enclosed:
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
         hulls = partial(_box_hulls, self.map, self.drawn.function, self.box)
-        return replace(_worst(hulls, self.box, intervals, COARSE, known), at=self.drawn.worst(intervals).at)
+        return _worst(hulls, self.box, intervals, COARSE, known)
+
+    def places(self, intervals: Floats, known: Floats) -> Floats:
+        """See AuxiliaryMaps: bounds hold them in wide intervals only, samples show one."""
+        return np.repeat(self.drawn.found(intervals)[..., 1, None], 2, axis=3)
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""

@@ -95,6 +95,9 @@ class AuxiliaryMaps(Protocol):
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """The worst case over an interval of each coordinate, shape (n, 2), with that known over some that hold these."""
 
+    def places(self, intervals: Floats, known: Floats) -> Floats:
+        """Where over K intervals, shape (K, n, 2), each is extreme, with what `worst` gave as `at`: both (K, n, 2, 2)."""
+
     def envelopes(self) -> tuple[Envelope, ...]:
         """The curves of every coordinate at equidistant values."""
 

@@ -13,6 +13,7 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 Function = Callable[[Floats], Floats]
 
 ZOOMS, FINER = 5, 17  #: how often the best of samples is sought on a finer grid between its neighbours, and the points of that
+SHARES = np.linspace(0, 1, FINER)
 SIGNS = np.array([-1.0, 1.0])  #: by which images are multiplied, so that the lower map is a maximum too
 
 
@@ -54,12 +55,26 @@ class Sampled(WithCoordinates):
         return _extremes(first.function, boxes, index, states.ravel(), first.samples, (side,)).reshape(states.shape)
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
-        """See AuxiliaryMaps: an interval's own ends are evaluated, and the best of the grid between them is refined."""
-        n = len(intervals)
-        boxes, index = np.tile(self.box, (2 * n, 1, 1)), np.repeat(np.arange(n), 2)
-        ends = _extremes(self.function, boxes, index, intervals.ravel(), self.samples).reshape(2, n, 2)
-        found = np.array([[self._peak(i, side, intervals[i], ends[side, i]) for side in (0, 1)] for i in range(n)])
+        """See AuxiliaryMaps."""
+        found = self.found(intervals[None])[0]
         return Extremes(found[..., 0], np.repeat(found[..., 1, None], 2, axis=2))
+
+    def places(self, intervals: Floats, known: Floats) -> Floats:
+        """See AuxiliaryMaps: those known."""
+        return known
+
+    def found(self, intervals: Floats) -> Floats:
+        """The extreme and its place over each of the intervals (K, n, 2), by side: shape (K, n, 2, 2).
+
+        An interval's own ends are evaluated, and the best of the grid between them is refined.
+        """
+        count, n = intervals.shape[:2]
+        boxes, index = np.tile(self.box, (2 * n * count, 1, 1)), np.tile(np.repeat(np.arange(n), 2), count)
+        ends = _extremes(self.function, boxes, index, intervals.ravel(), self.samples).reshape(2, count, n, 2)
+        found = np.empty((count, n, 2, 2))
+        for k, i, side in np.ndindex(count, n, 2):
+            found[k, i, side] = self._peak(i, side, intervals[k, i], ends[side, k, i])
+        return found
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
@@ -109,22 +124,40 @@ def extremes(function: Function, index: int, x: ArrayLike, box: Floats, samples:
 def zoomed(values: Function, at: Floats, top: Floats, around: Floats) -> tuple[Floats, Floats]:
     """Where a function of one number is largest between the ends `around`, shape (R, 2), and its value there, row by row.
 
+    Most extremes are at an end: where all are, and stay there, one call of `values` shows it.
+
     Args:
         values: takes numbers of shape (R, m) to their values; those without a value are passed over.
         at: shape (R,), the best number known.
         top: shape (R,), its value, which is kept if it is NaN or if none exceeds it.
     """
     low, high, row = *around.T, np.arange(len(at))
-    shares = np.linspace(0, 1, FINER)
+    if ((at == low) | (at == high)).all() and not _exceeded(values, at, top, around):
+        return at, top
     for _ in range(ZOOMS):
-        x = low[:, None] * (1 - shares) + high[:, None] * shares
+        x = low[:, None] * (1 - SHARES) + high[:, None] * SHARES
         found = values(x)
         best = np.argmax(np.where(np.isfinite(found), found, -np.inf), axis=1)
         better = found[row, best] > top
         at, top = np.where(better, x[row, best], at), np.where(better, found[row, best], top)
-        step = (high - low) / (FINER - 1)
-        low, high = np.maximum(low, at - step), np.minimum(high, at + step)
+        low, high = _narrowed(at, low, high)
     return at, top
+
+
+def _exceeded(values: Function, at: Floats, top: Floats, around: Floats) -> bool:
+    """Whether any of the values `top` is exceeded on the grids that follow one another while none is: all in one call."""
+    grids, (low, high) = [], around.T
+    for _ in range(ZOOMS):
+        grids.append(low[:, None] * (1 - SHARES) + high[:, None] * SHARES)
+        low, high = _narrowed(at, low, high)
+    found = values(np.concatenate(grids, axis=1))
+    return bool(((found > top[:, None]) & np.isfinite(found)).any())
+
+
+def _narrowed(at: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """The ends of the next finer grid, about the best number known."""
+    step = (high - low) / (FINER - 1)
+    return np.maximum(low, at - step), np.minimum(high, at + step)
 
 
 def _extremes(function: Function, boxes: Floats, index: Ints, x: Floats, samples: int, sides: Sequence[int] = (0, 1)) -> Floats:

@@ -63,7 +63,8 @@ def update(maps: AuxiliaryMaps, number: int, box: Floats) -> Update:
         if np.all(np.abs(worst[-1] - worst[-2]) <= maps.same * size):
             converged = True
             break
-    at, intervals = np.array(places), np.array(worst)
+    intervals = np.array(worst)
+    at = maps.places(intervals[:-1], np.array(places))
     conditions = left(at, intervals[1:], maps.same * size)
     generic = box.mean(axis=1)[None, :].repeat(2, axis=0)
     return Update(number, box, maps.envelopes(), intervals, at, conditions, generic, forward_invariant, converged)

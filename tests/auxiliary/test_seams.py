@@ -7,6 +7,7 @@ import pytest
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.bounds import envelopes
+from nsmaps.auxiliary.sampled import zoomed
 from nsmaps.coordinates import Coordinates
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Where
@@ -103,3 +104,19 @@ def test_states_without_an_image_between_samples_are_passed_over():
     x_map, _ = envelopes(map, [[-1, 1], [-1, 1]])
     assert x_map.upper == pytest.approx(0, abs=1e-5)
     assert x_map.lower == pytest.approx(-1.1234, abs=1e-12)
+
+
+@pytest.mark.parametrize("place", [0.0, 1.0, 1e-7, 0.003, 0.4])
+def test_an_extreme_beside_an_end_is_found_and_one_at_an_end_takes_one_call(place):
+    """A kink at a place of [0, 1] of which one end is the best of two samples."""
+    calls = []
+
+    def kink(x):
+        calls.append(x.size)
+        return -np.abs(x - place)
+
+    end = np.array([round(place)], float)
+    at, top = zoomed(kink, end, -np.abs(end - place), np.array([[0.0, 1.0]]))
+    assert at == pytest.approx(place, abs=8.0**-5)
+    assert top == -np.abs(at - place)
+    assert (len(calls) == 1) == (place in (0.0, 1.0))

@@ -48,7 +48,7 @@ def test_the_domain_of_fp_takes_hundreds_of_calls_of_the_enclosure_not_thousands
     assert len(map.asked) < 4 * steps
     assert len(map.asked) < 600
     assert sum(map.asked) < 40_000
-    assert len(map.returns) < 1000  # one for all ends of the intervals of a step, and one for all states in its boxes
+    assert len(map.returns) < 1000  # one for all states in the boxes of a round; places are sampled once an update
 
 
 def test_the_fitted_domain_takes_hundreds_of_calls_of_bernstein_hulls(monkeypatch):
