@@ -106,7 +106,7 @@ def test_states_without_an_image_between_samples_are_passed_over():
     assert x_map.lower == pytest.approx(-1.1234, abs=1e-12)
 
 
-@pytest.mark.parametrize("place", [0.0, 1.0, 1e-7, 0.003, 0.4])
+@pytest.mark.parametrize("place", [0.0, 1.0, 1e-4, 0.003, 0.4])
 def test_an_extreme_beside_an_end_is_found_and_one_at_an_end_takes_one_call(place):
     """A kink at a place of [0, 1] of which one end is the best of two samples."""
     calls = []
