@@ -6,7 +6,9 @@ Text is never evaluated: a node that is not on the list is a ConditionError that
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable, Mapping
+from keyword import kwlist
 from typing import NoReturn
 from unicodedata import normalize
 
@@ -32,7 +34,15 @@ ARITHMETIC: dict[type[ast.AST], Callable[..., float]] = {
     ast.USub: operator.neg,
 }
 COMPARISONS = (ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq)
+OPERATORS = ("and", "or", "not")
+WORDS = frozenset(kwlist).difference(OPERATORS)  #: of Python, which may be names here
+WIDE = 0xFF00 - 0x20  #: from a letter to its full-width form, which Python reads as the same letter, though not in its own words
 HINTS = {"^": "a power is written **", "&": "write and", "|": "write or", "!": "write not", "=": "equality is =="}
+
+
+def as_name(word: str) -> str:
+    """A word as Python takes it for a name, also where it is one of its own."""
+    return chr(ord(word[0]) + WIDE) + word[1:] if word in WORDS else word
 
 
 class Reader:
@@ -46,12 +56,18 @@ class Reader:
             raise ConditionError(f"{text!r} is a {type(text).__name__}; expected: a {kind} as text")
         self.text = "".join(" " if character.isspace() else character for character in text)
         self.column = {normalize("NFKC", name): k for k, name in enumerate(names)}  # as Python normalises names
+        self.plain = re.sub(
+            r"\w+", lambda word: as_name(word[0]) if word[0] in self.column else word[0], self.text
+        )  #: for Python
+
+    def _plain(self, found: re.Match[str]) -> str:
+        return as_name(found[0]) if found[0] in self.column else found[0]
 
     def fail(self, at: ast.expr | int, what: str) -> NoReturn:
         """Raise the ConditionError for a node, or for a column that counts from one."""
         if not isinstance(at, int):
             lead = len(self.text) - len(self.text.lstrip())
-            before = self.text.lstrip().encode()[: at.col_offset]
+            before = self.plain.lstrip().encode()[: at.col_offset]
             at = lead + len(before.decode(errors="replace")) + 1
         start = max(0, at - 40)
         shown = ("..." if start else "") + self.text[start : at + 40] + ("..." if len(self.text) > at + 40 else "")
@@ -70,10 +86,11 @@ class Reader:
         if "#" in self.text or "\\" in self.text:  # Python would drop a comment silently
             self.fail(min(k for k, c in enumerate(self.text, 1) if c in "#\\"), "this character is not allowed")
         try:
-            return ast.parse(text, mode="eval").body
+            return ast.parse(self.plain.strip(), mode="eval").body
         except SyntaxError as error:
             at = max(1, min(error.offset or len(text), len(text)))  # zero: the text ended too early
-            hint = HINTS.get(text[at - 1], "")
+            operators = ", ".join(name for name in OPERATORS if name in self.column)
+            hint = f"where {operators} is an operator, no name: rename it" if operators else HINTS.get(text[at - 1], "")
             lead = len(self.text) - len(self.text.lstrip())
             self.fail(lead + at, f"cannot be read ({error.msg})" + (f", {hint}" if hint else ""))
         except (ValueError, RecursionError, MemoryError, OverflowError):
@@ -183,5 +200,5 @@ class Reader:
 
     def source(self, node: ast.expr) -> str:
         """The text of a node, shortened."""
-        text = ast.get_source_segment(self.text.strip(), node) or ""
+        text = normalize("NFKC", ast.get_source_segment(self.plain.strip(), node) or "")
         return repr(text if len(text) <= 40 else text[:37] + "...")

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps import Guard, HybridSystem, Section
+from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.observables.totals import plan_of, slopes_of
 from nsmaps.exact.systems.system import ImpactSystem
 
 STEADY = {"d": 0.35, "M": 0.1245, "g": 9.8, "beta": pi / 3, "F": 5}
@@ -128,3 +131,52 @@ def test_orbits_and_parameters_that_are_not_there_are_refused(pair: ImpactSystem
         nsmaps.observe_orbit(pair, orbit, ["loss"], {"q": 1.0})
     with pytest.raises(nsmaps.NsmapsError, match="the orbit does not exist"):
         nsmaps.observe_orbit(pair, nsmaps.periodic_orbit(pair, [np.nan, 1.0]), ["loss"])
+
+
+class Racket(HybridSystem):
+    """A ball on a racket that adds 1 to half of its speed, without parameters; its height has a word of Python as name."""
+
+    states = ("lambda", "v")
+
+    def modes(self, t, y):
+        return {"flight": {"lambda": y.v, "v": -1}}
+
+    def guards(self, t, y):
+        return {"R": Guard("flight", getattr(y, "lambda"), reset={"v": 1 - y.v / 2})}
+
+    def section(self, t, y):
+        return Section("R", ("v",))
+
+
+def test_a_system_without_parameters_has_derivatives_by_states() -> None:
+    """The integral of the height's square after an impact of speed v is 4/15 (1 - v/2)^5, that of the speed is zero."""
+    racket, chosen = Racket(), (Observable(name="square", formula="lambda**2 + v", of="flights"),)
+    v = np.array([[-1.0], [-0.2], [-3.0]])
+    slopes = slopes_of(racket, plan_of(racket, chosen), v, np.zeros(0))
+    assert slopes[:, 0, 0] == pytest.approx(-2 / 3 * (1 - v[:, 0] / 2) ** 4, rel=1e-12)
+    assert (slopes[:, 0, 1] == 0).all()
+    orbit = nsmaps.periodic_orbit(racket, [-1.9])
+    found = nsmaps.observe_orbit(racket, orbit, chosen).per_return
+    assert orbit.states[0, 0] == pytest.approx(-2)
+    assert found.value == pytest.approx(4 / 15 * 2**5)
+    assert found.derivative == pytest.approx(0, abs=0)
+
+
+class Served(Racket):
+    """The same ball with its weight as a parameter."""
+
+    g: float = 1.0
+
+    def modes(self, t, y):
+        return {"flight": {"lambda": y.v, "v": -self.g}}
+
+
+def test_derivatives_along_no_parameter_are_zero(pair: ImpactSystem) -> None:
+    """Of a system with walls and of one with modes, whose derivative by its parameter is not."""
+    for system, state, speed in ((pair, [0.8, 0.4], "velocity"), (Served(), [-1.0], "v")):
+        plan = plan_of(system, (Observable(name="square", formula=f"{speed}**2", of="flights"),))
+        rates = np.zeros(len(system.parameters))
+        slopes = slopes_of(system, plan, np.array([state]), rates)
+        assert np.isfinite(slopes).all()
+        assert (slopes[..., -1] == 0).all()
+        assert (slopes_of(system, plan, np.array([state]), rates + 1)[..., -1] != 0).all()

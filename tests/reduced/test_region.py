@@ -187,3 +187,26 @@ def test_a_condition_at_values_of_parameters_is_one_on_the_other_names():
     assert there.at({"r": 0.5}) is there
     with pytest.raises(ValueError, match=r"'1 / 0\.0' has no finite real value"):
         Where(text="v > 1/d", coordinates=("v", "d")).at({"d": 0.0})
+
+
+@pytest.mark.parametrize("word", ["lambda", "in", "is", "if", "None", "async"])
+def test_words_of_python_may_be_names(word):
+    """The region of a condition with a word is that of the same condition with a plain name, also in symbols and at values."""
+    text = "2*{0}**2 - x/3 < 0.2 and not ({0} > 0.3 or x <= -{0})"
+    states = np.random.default_rng(7).uniform(-1, 1, (500, 2))
+    region, plain = (Where(text=text.format(name), coordinates=(name, "x")) for name in (word, "a"))
+    expected = [2 * a * a - x / 3 < 0.2 and not (a > 0.3 or x <= -a) for a, x in states]
+    assert region.contains(states).tolist() == plain.contains(states).tolist() == expected
+    assert Where(**region.model_dump(mode="json")) == region
+    assert region.condition().subs(sp.Symbol(word, real=True), sp.Symbol("a", real=True)) == plain.condition()
+    assert region.at({"x": 0.25}).contains(states[:, :1]).tolist() == plain.at({"x": 0.25}).contains(states[:, :1]).tolist()
+    assert region.at({word: 0.25}).contains(states[:, 1:]).tolist() == [x > -0.225 and x > -0.25 for x in states[:, 1]]
+
+
+def test_errors_count_columns_of_the_text_with_words_of_python():
+    with pytest.raises(ValidationError, match=r"column 17: unknown name 'w'"):
+        Where(text="lambda > 0 and (w > lambda)", coordinates=("lambda", "x"))
+    with pytest.raises(ValidationError, match=r"'lambda \+ x' is a number where a condition is needed"):
+        Where(text="lambda + x", coordinates=("lambda", "x"))
+    with pytest.raises(ValidationError, match="where or is an operator, no name: rename it"):
+        Where(text="or > 0", coordinates=("or", "x"))

@@ -17,7 +17,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.files.expressions import FUNCTIONS, Reader
+from nsmaps.files.expressions import FUNCTIONS, Reader, as_name
 
 AFTER = "_after"  #: behind the name of a state, just after an event
 FURTHER = "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh", "atanh", "erf"
@@ -91,7 +91,8 @@ def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
     names = {normalize("NFKC", name): symbol for name, symbol in vocabulary.names(of).items()}
     reader = Reader("formula", text, tuple(names), READ)
     reader.check_value(reader.tree())
-    return sp.parse_expr(reader.text.strip(), local_dict={**WRITTEN, **names}, global_dict=dict(NUMBERS))
+    known = {**WRITTEN, **names, **{as_name(name): symbol for name, symbol in names.items()}}
+    return sp.parse_expr(reader.plain.strip(), local_dict=known, global_dict=dict(NUMBERS))
 
 
 def vocabulary_of(system: System) -> Vocabulary:

@@ -73,13 +73,13 @@ class _Numbers(ast.NodeTransformer):
         return ast.UnaryOp(ast.USub(), size) if value < 0 else size
 
 
-def with_numbers(text: str, values: Mapping[str, float]) -> str:
-    """A condition in text at finite values of some of its names, which are written in their place.
+def with_numbers(text: str, values: Mapping[str, float], names: Sequence[str]) -> str:
+    """A condition in text at finite values of some of its `names`, which are written in their place.
 
-    >>> with_numbers("v >= 0.65 + d**2", {"d": -0.3})
+    >>> with_numbers("v >= 0.65 + d**2", {"d": -0.3}, ("v", "d"))
     'v >= 0.65 + (-0.3) ** 2'
     """
-    return ast.unparse(_Numbers(values).visit(Reader("condition", text, tuple(values)).tree()))
+    return ast.unparse(_Numbers(values).visit(Reader("condition", text, tuple(names)).tree()))
 
 
 def read_number(text: str) -> float:

@@ -141,7 +141,7 @@ class Where(Region):
         """The condition at values of some of its names, such as parameters, over the others."""
         own = {name: values[name] for name in self.coordinates if name in values}
         others = [name for name in self.coordinates if name not in own]
-        return Where(text=with_numbers(self.text, own), coordinates=Coordinates(others)) if own else self
+        return Where(text=with_numbers(self.text, own, self.coordinates), coordinates=Coordinates(others)) if own else self
 
     def condition(self) -> "sp.Basic":
         """The condition as a sympy Boolean."""

@@ -181,6 +181,8 @@ def bounced(definition: Definition, functions: Floats, modes: Ints, on: Ints, k:
 
 def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:
     """The derivative of a table by the parameters, which change at these rates."""
+    if not rates.any():
+        return Moved(True, 0.0, 0.0, rates, *map(np.zeros_like, (table.growth, table.functions, table.resets, table.states)))
     n, width = table.resets.shape[1:]
     harmonics, total, turn = (width - n - 1) // 2, None, 0.0
     slopes = definition.scalars.at(values)[1:]
@@ -190,7 +192,7 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
             parts = [rate * part for part in (rows.rates, rows.functions, rows.resets, rows.starts)]
             total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
             turn += rate * float(slopes[k][0][0])
-    assert total is not None, "asked for along a direction"
+    assert total is not None
     leads = table.chosen[table.choices[:-1]]
     later = 0.0
     if definition.clock >= 0:
