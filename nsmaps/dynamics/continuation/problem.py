@@ -87,6 +87,8 @@ class OrbitCurve(WithCoordinates):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
         map = self.map_of(value)
         states = self.begun(map, nearest_starts(map, self.coordinates.wrap(self.states(y))))
+        if states is None:
+            return None
         returns = map.first_return(states, derivative=True)
         if not returns.valid.all() or returns.derivative is None:
             return None
@@ -100,14 +102,18 @@ class OrbitCurve(WithCoordinates):
         residual = (orbit.gaps / self.scale).ravel()
         return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian)
 
-    def begun(self, map: ReturnMap, states: Floats) -> Floats:
+    def begun(self, map: ReturnMap, states: Floats) -> Floats | None:
         """States of which those that follow a rest are the images of those before it, as these do not depend on them.
 
         The instant of a release is the border of the states that are at rest: one before it, as predicted, is released later.
+        None where one before it comes to no rest: its image depends on it, and would lead away from the states predicted.
         """
         before = list(self.resting)
         if before:
-            states[[(k + 1) % self.period for k in before]] = map.first_return(states[before]).image
+            rested = map.first_return(states[before])
+            if not all(has_rest(word) for word in rested.words):
+                return None
+            states[[(k + 1) % self.period for k in before]] = rested.image
         return states
 
     def exists(self, point: OrbitPoint) -> bool:
@@ -138,19 +144,19 @@ class OrbitCurve(WithCoordinates):
         """The derivative of the gaps by the parameter, shape (q n,), in the curve's units; of exact maps through impacts."""
 
         def images(value: float) -> Floats | None:
-            there = self.map_of(value).first_return(returns.start)
-            if not (there.valid.all() and np.array_equal(there.codes, returns.codes)):
+            there = self.map_of(value).first_return(unknown.start)
+            if not (there.valid.all() and np.array_equal(there.codes, unknown.codes)):
                 return None
-            return returns.coordinates.difference(there.image, returns.image)
+            return unknown.coordinates.difference(there.image, unknown.image)
 
-        slopes = np.full(1, np.nan)
+        slopes = np.full_like(returns.start, np.nan)
         if isinstance(map, ExactMap):
             slopes = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit, map))
-        if not np.isfinite(slopes).all():
-            slopes = derivative_of(images, value, self.unit, self.scale)
-        found = np.empty_like(returns.start)
-        found[:] = slopes / self.scale * self.unit
-        return found.ravel()
+        rows = np.flatnonzero(~np.isfinite(slopes).all(axis=1))
+        if rows.size:
+            unknown = returns.select(rows)
+            slopes[rows] = derivative_of(images, value, self.unit, self.scale)
+        return (slopes / self.scale * self.unit).ravel()
 
     def missing(self, value: float) -> str:
         """The reason why there is no map at a value of the parameter, or an empty string."""
