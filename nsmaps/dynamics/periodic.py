@@ -99,8 +99,7 @@ class PeriodicOrbit:
 
         Chatter at speeds below the tolerance returns at once, next to where it started, and would pass for an orbit.
         """
-        at_once = self.least_time > 0 and float(self.returns.time.sum()) <= self.least_time
-        return bool(self.returns.decided.all()) and not at_once
+        return bool(self.returns.decided.all()) and not within(self.least_time, self.returns)
 
     @cached_property
     def derivative(self) -> Floats:
@@ -168,11 +167,10 @@ def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Float
     coordinates, states, least = Coordinates(map.coordinates), now.start, least_time(map, now)
     size = scale_of(map, states) if scale is None else scale
     for _ in range(MOST_STEPS):
-        step = newton_step(now, size)
-        nearer = _nearer(map, now, step, size)
-        if nearer is None:
+        nearer = _nearer(map, now, newton_step(now, size), size)
+        now = now if nearer is None else nearer
+        if nearer is None or within(least, now):  # in no time states agree with their images, but no motion closes
             break
-        now = nearer
     start = coordinates.wrap(now.start)
     returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
     return PeriodicOrbit(returns, tolerance, scale_of(map, returns.start, beside=states) if scale is None else size, least)
@@ -183,6 +181,11 @@ def least_time(map: ReturnMap, guess: Returns) -> float:
     rate = map.phase_rate() if isinstance(map, ExactMap) else 0.0
     times = np.append(guess.time[np.isfinite(guess.time)].sum(), 2 * np.pi / rate if rate else 0.0)
     return INSTANT * float(times.max())
+
+
+def within(least: float, returns: Returns) -> bool:
+    """True if returns together take no more than this time; False if it is 0, that of maps whose times are unknown."""
+    return least > 0 and float(returns.time.sum()) <= least
 
 
 def _gaps(returns: Returns) -> Floats:

@@ -165,6 +165,35 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert abs(above.parameter - float(mp.findroot(landing, above.parameter))) < 2 * above.precision < 1e-11
 
 
+def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_its_rest():
+    """Two flights from the release take two periods, with no rest; or the first one meets the table with speed zero."""
+    k = 0.1
+    system = DraggedBall(a=4.9, r=0.0, drag=k)
+    start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 1.0], 60).final, 3)
+    assert sorted(start.words) == ["BB", "BB", "B_"]
+    branches = [continue_branch(lambda a: system.at(a=a), start, 4.9, (4.0, 6.0), way, step=0.1) for way in ("up", "down")]
+    (above,), (below,) = (branch.events for branch in branches)
+    assert max(len(branch.orbits) for branch in branches) < 40
+    assert (above.kind, below.kind) == ("grazing", ENDS)
+
+    def released(a):
+        return mp.asin(1 / (a * mp.sqrt(1 + k**2))) + mp.atan(k)
+
+    def height(a, phase, s):
+        return (a * mp.cos(phase) + 1 / k) * (1 - mp.exp(-k * s)) / k - s / k - a * (mp.sin(phase + s) - mp.sin(phase))
+
+    def landings(a, s):
+        return height(a, released(a), s), height(a, released(a) + s, 4 * mp.pi - s)
+
+    def graze(a, s):
+        return height(a, released(a), s), mp.diff(lambda t: height(a, released(a), t), s)
+
+    for event, equations in ((below, landings), (above, graze)):
+        time = event.orbit.returns.time[[word == "BB" for word in event.orbit.words]][0]
+        exact = mp.findroot(equations, (event.parameter, time))[0]
+        assert abs(event.parameter - float(exact)) < 2 * event.precision < 1e-8
+
+
 def test_where_another_impact_is_the_last_before_the_sum_no_border_of_the_motion_is_stated():
     system = BouncingBall(Gamma=1.3, r=0.1)
     passed = nsmaps.orbit(system, [1.0, 1.0], 60)

@@ -39,6 +39,24 @@ def test_words_count_from_any_state_on(pair, words):
     assert found.word in ("BBTB", "BTBB")
 
 
+class Counted(BouncingBall):
+    """A ball whose returns are counted."""
+
+    def first_return(self, states, *args, **options):
+        COUNT[0] += len(states)
+        return super().first_return(states, *args, **options)
+
+
+COUNT = [0]
+
+
+def test_a_search_ends_where_impacts_follow_one_another_at_once():
+    """It halves the speed with each return: from 1e-6 to the least speed that is resolved it would take 20 steps and more."""
+    COUNT[0], starts = 0, grid([0.1, 0.0], [5.0, 6.0], 6)
+    assert periodic_orbits(Counted(a=0.9, r=0.5), starts) == ()
+    assert COUNT[0] < 55 * len(starts)
+
+
 def test_a_ball_at_rest_is_no_orbit():
     """Below Gamma = pi (1 - e)/(1 + e) the table never throws the ball once a period; above it does so at two phases."""
     assert periodic_orbits(BouncingBall(a=0.9, r=0.5), grid([0.0, 0.0], [5.0, 6.0], 6)) == ()
