@@ -99,7 +99,7 @@ class PeriodicOrbit:
 
         Chatter at speeds below the tolerance returns at once, next to where it started, and would pass for an orbit.
         """
-        return bool(self.returns.decided.all()) and not within(self.least_time, self.returns)
+        return bool(self.returns.decided.all()) and not ends_at_once(self.returns, self.least_time)
 
     @cached_property
     def derivative(self) -> Floats:
@@ -169,7 +169,7 @@ def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Float
     for _ in range(MOST_STEPS):
         nearer = _nearer(map, now, newton_step(now, size), size)
         now = now if nearer is None else nearer
-        if nearer is None or within(least, now):  # in no time states agree with their images, but no motion closes
+        if nearer is None or ends_at_once(now, least):  # in no time states agree with their images, but no motion closes
             break
     start = coordinates.wrap(now.start)
     returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
@@ -183,8 +183,8 @@ def least_time(map: ReturnMap, guess: Returns) -> float:
     return INSTANT * float(times.max())
 
 
-def within(least: float, returns: Returns) -> bool:
-    """True if returns together take no more than this time; False if it is 0, that of maps whose times are unknown."""
+def ends_at_once(returns: Returns, least: float) -> bool:
+    """True if returns together take no more than the least time; False if it is 0, that of maps whose times are unknown."""
     return least > 0 and float(returns.time.sum()) <= least
 
 
