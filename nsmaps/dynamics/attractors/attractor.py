@@ -13,6 +13,7 @@ from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.distance import Nearest, distances, extents
 from nsmaps.dynamics.limits.limit import Limit, cycle_in, limits
 from nsmaps.dynamics.limits.path import Path, followed, vast
+from nsmaps.dynamics.limits.releases import beside_release
 from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.orbit import orbit, returns_of
 from nsmaps.dynamics.scale import scale_of
@@ -113,7 +114,8 @@ def find_attractors(
     as a share of the extent of the motions from the last states, see `scale_of`), which is their reach too. They are sought in
     `2 max_period` returns; orbits that do not repeat there are followed on, and what they end on is decided by `limits`. Chaotic
     and quasi-periodic attractors are the states that one orbit visits, and their reach is the largest distance of their second
-    half from the first, in shares of their extents. Orbits that end or escape reach none, and orbits of which neither a period
+    half from the first, in shares of their extents; so are those that come back to a release from rest after a period that
+    rounding decides, which are named `?`. Orbits that end or escape reach none, and orbits of which neither a period
     nor chaos was shown make no attractor.
     """
     last = np.array(starts, float)
@@ -147,7 +149,7 @@ def _followed_on(
         open_ = [k for k in open_ if not _is_of(path, k, (*known, *found))]
         here, open_, count = open_[:count], open_[count:], 4 * count
         for one in limits(map, path.states[-1, here], scale, tolerance):
-            if one.held and one.kind != UNRESOLVED:
+            if one.held and (one.kind != UNRESOLVED or one.rests):
                 attractor = _cycle(one, tolerance, scale) if one.period else _visited(map, one, scale)
                 found += _new(attractor, (*known, *found))
     return found
@@ -170,10 +172,15 @@ def _cycle(one: Limit, tolerance: float, scale: Floats) -> Attractor:
 
 
 def _visited(map: ReturnMap, one: Limit, unit: Floats) -> Attractor | None:
-    """The attractor of an orbit without a period, as the states that it visits; None if it ends."""
-    path = orbit(map, one.path.states[-1], VISITED)
-    if not np.isfinite(path.final).all():
+    """The attractor of an orbit without a period, as the states that it visits; None if it ends.
+
+    Where rounding decides when it rests again, the states are those that orbits visit from states up to rounding beside one.
+    """
+    starts = beside_release(one.path, unit) if one.rests else one.path.states[-1]
+    path = orbit(map, starts, VISITED // len(starts))
+    held = np.isfinite(path.final).all(axis=1)
+    if not held.any():
         return None
-    coordinates, states = path.coordinates, path.coordinates.wrap(path.states[1:, 0])
-    scale, words = extents(states, coordinates, unit), tuple(sorted(set(path.words[:, 0].tolist())))
+    coordinates, states = path.coordinates, np.concatenate(np.swapaxes(path.coordinates.wrap(path.states[1:, held]), 0, 1))
+    scale, words = extents(states, coordinates, unit), tuple(np.unique(path.words[:, held]).tolist())
     return Attractor(coordinates, states, 0, one.label, words, own_reach(states, coordinates, scale), scale)

@@ -10,7 +10,8 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.charts.motions import Motion, Motions, attractors, motion_of
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
-from nsmaps.dynamics.limits.limit import ROUNDED, Limit
+from nsmaps.dynamics.limits.limit import Limit
+from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import periods
 from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.returnmap import followed

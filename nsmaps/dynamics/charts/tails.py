@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, finite_rows
-from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limit_of, limits, unless_resting
+from nsmaps.dynamics.limits.limit import Limit, limit_of, limits, unless_resting
 from nsmaps.dynamics.limits.path import ALIGN, Path
+from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
@@ -95,7 +96,7 @@ def _limit(map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: fl
     if not np.isfinite(path.states[-1]).all() or path.last(window).repeats(ROUNDED * scale)[0]:
         return None
     found = unless_resting(map, limit_of(map, path, scale, tolerance), scale, tolerance)
-    if found.kind == UNRESOLVED:
+    if found.kind == UNRESOLVED and not found.rests:
         found = limits(map, path.states[-1], scale, tolerance)[0]
     return found
 

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.limits.limit import ROUNDED, Limit, limits
+from nsmaps.dynamics.limits.limit import Limit, limits
+from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import label
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, decoded

@@ -10,6 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.distance import distances, extents
 from nsmaps.dynamics.limits.path import Path, escapes, exponent_of, followed, growth_on
+from nsmaps.dynamics.limits.releases import ROUNDED, between_releases, is_determined, until_release
 from nsmaps.dynamics.motion import CHAOS, ESCAPE, QUASI_PERIODIC, UNRESOLVED, label
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.exact.outcome import Outcome
@@ -21,7 +22,6 @@ SHORT = 64  #: last returns in which a period is sought first
 ERRORS = 4.0  #: standard errors by which the exponent of chaos exceeds zero
 BOUNDED, STEADY = 12.0, 1.0  #: largest changes of the logarithm of growth of a quasi-periodic orbit, and of its mean by quarters
 RECURS = 0.05  #: share of the extents within which a quasi-periodic orbit comes back to where it was
-ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cycle
 NEARLY = 1e3  #: tolerances within which an orbit nearly repeats
 SINGULAR = 1e-4  #: least distance from one of a multiplier of a cycle that Newton's method locates
 LEAVES = 40.0  #: largest growth of a difference, as a logarithm, on the way from rounding to the extent of the motion
@@ -46,6 +46,7 @@ class Limit:
     exponent: float = np.nan  #: largest Lyapunov exponent per return
     error: float = np.nan  #: its standard error
     more: int = 0  #: returns over which the orbit was followed for it
+    rests: bool = False  #: True of an orbit that comes back to one release from rest, after a period that floats do not determine
 
     @cached_property
     def period(self) -> int:
@@ -96,8 +97,9 @@ def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-
     """What the orbits of states (M, n) end on, which are followed for up to 5000 returns.
 
     A cycle is one to which Newton's method leads, or one that is seen to repeat where the map has no derivative, as in chatter.
-    Chaos is shown by a largest Lyapunov exponent above four times its standard error, quasi-periodic motion by growth that stays
-    within bounds and has no trend, of an orbit that comes back to where it was, an escape by coordinates that grow without end.
+    Chaos is shown by a largest Lyapunov exponent above four times its standard error and growth by more than a factor of e^12,
+    quasi-periodic motion by growth that stays within this factor and has no trend, of an orbit that comes back to where it was,
+    an escape by coordinates that grow without end.
 
     Args:
         scale: shape (n,), of each coordinate, such as the magnitudes of the starts and the states known.
@@ -112,7 +114,7 @@ def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-
         for place, k in enumerate(open_.tolist()):
             one = unless_resting(map, limit_of(map, path.of_one(place), scale, tolerance), scale, tolerance)
             found[k] = replace(one, more=done)
-        left = [place for place, k in enumerate(open_.tolist()) if found[k].kind == UNRESOLVED]
+        left = [place for place, k in enumerate(open_.tolist()) if found[k].kind == UNRESOLVED and not found[k].rests]
         open_, now = open_[left], path.states[-1, left]
     return [found[k] for k in range(len(states))]
 
@@ -120,15 +122,24 @@ def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-
 def unless_resting(map: ReturnMap, found: Limit, scale: Floats, tolerance: float) -> Limit:
     """A limit; of chaos the cycle from release to release instead, where an orbit of compiled returns rests within 4096 more.
 
-    Rare rests make an orbit periodic, however chaotic it is between them; unresolved if it rests at different phases.
+    Rare rests make an orbit periodic, however chaotic it is between them; unresolved if it rests at different phases, or if
+    rounding decides when it rests again.
     """
-    if found.kind != CHAOS or not map.has_orbits:
+    path = found.path
+    if found.kind == CHAOS and map.has_orbits and not _has_rest(path):
+        path = Path.of(map.orbits(path.states[-1], FOLLOWED[-1]), 1)
+    if found.kind not in (CHAOS, UNRESOLVED) or not _has_rest(path):
         return found
-    path = Path.of(map.orbits(found.path.states[-1], FOLLOWED[-1]), 1)
-    if not (path.outcome == Outcome.stuck).any():
-        return found
-    period = _between_releases(path, tolerance * scale)
-    return Limit("" if period else UNRESOLVED, path, period)
+    path = until_release(path)
+    period = between_releases(path, tolerance * scale)
+    if period and is_determined(map, path, period, scale):
+        return Limit("", path, period)
+    return Limit(UNRESOLVED, path, rests=period > 0)
+
+
+def _has_rest(path: Path) -> bool:
+    """True if the orbit of one path rests on the way."""
+    return bool((path.outcome == Outcome.stuck).any())
 
 
 def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit:
@@ -138,30 +149,32 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
         return Limit(ESCAPE if gone else "", path)
     if escapes(path, scale):
         return Limit(ESCAPE, path)
-    cycle = cycle_in(map, path.last(min(SHORT, len(path.codes))), scale, tolerance)
+    short = path.last(min(SHORT, len(path.codes)))
+    cycle = cycle_in(map, short, scale, tolerance)
     if cycle is not None:
-        return replace(cycle, path=path)
+        return replace(cycle, path=path.first(len(path.codes) - len(short.codes) + len(cycle.path.codes)))
     growth = growth_on(map, path, scale)
     exponent, error = exponent_of(growth, float(path.numbers[:, 0].mean()))
     about: Any = {"exponent": exponent, "error": error}
     grows = bool(np.isfinite(exponent) and exponent > ERRORS * error)
-    if grows and growth.sum() > LEAVES and not path.last(min(SHORT, len(path.codes))).repeats(tolerance * scale)[0]:
+    if grows and growth.sum() > LEAVES and not short.repeats(tolerance * scale)[0]:
         return Limit(CHAOS, path, **about)
     cycle = cycle_in(map, path, scale, tolerance) or approached(map, path, scale)
     if cycle is not None:
         return cycle
     if grows:
-        return Limit(UNRESOLVED if _departs(path, scale) else CHAOS, path, **about)
+        return Limit(UNRESOLVED if growth.sum() <= BOUNDED or _departs(path, scale) else CHAOS, path, **about)
     return Limit(QUASI_PERIODIC if _is_quasi_periodic(path, growth, scale) else UNRESOLVED, path, **about)
 
 
 def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
     """The cycle on which the orbit of one path repeats within a tolerance, in its last half or in all of it; None without one."""
     near = tolerance * scale
-    length = 0
-    for part in (path.last(-(-len(path.codes) // 2)), path):
-        length = length or int(part.repeats(near)[0]) or _between_releases(part, near)
+    length = int(path.last(-(-len(path.codes) // 2)).repeats(near)[0] or path.repeats(near)[0])
     if not length:
+        path = until_release(path)
+        length = between_releases(path, near)
+    if not length or not is_determined(map, path, length, scale):
         return None
     seen = Limit("", path, length)
     off = np.abs(path.coordinates.difference(path.states[-1, 0], path.states[-1 - length, 0]) / scale).max()
@@ -205,14 +218,6 @@ def _has_slopes(map: ReturnMap, states: Floats) -> bool:
     return slopes is not None and bool(np.isfinite(slopes).all())
 
 
-def _between_releases(path: Path, near: Floats) -> int:
-    """The number of returns between two releases from rest at one phase, after which everything repeats; 0 without such two."""
-    rests = np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)
-    states = path.states[1:, 0][rests]
-    same = np.flatnonzero(path.coordinates.near(states[:-1], states[-1:], near)) if len(rests) > 1 else rests[:0]
-    return int(rests[-1] - rests[same[-1]]) if len(same) else 0
-
-
 def least(map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
     """The same cycle with its least period: an orbit that approaches it from alternating sides repeats sooner at twice its
     period.
@@ -230,6 +235,8 @@ def approached(map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
     """The stable cycle that the orbit of one path comes nearer and nearer to; None without one, or without derivatives."""
     periods = [period for period in _nearly(path, scale) if _settles(path, period, scale)]
     for period in periods if _has_slopes(map, path.states[-1:, 0]) else ():
+        if not is_determined(map, path, period, scale):
+            continue
         found = least(map, periodic_orbit(map, path.states[-period:, 0], period, scale=scale), scale)
         if _is_located(found) and found.stable and _comes_nearer(path, found.states, scale):
             return Limit("", path, len(found.states), found)

@@ -53,13 +53,17 @@ class Path:
         rows = {name: getattr(self, name)[:, k : k + 1] for name in names}
         return replace(self, **rows, slopes=None if self.slopes is None else self.slopes[:, k : k + 1])
 
+    def first(self, count: int) -> "Path":
+        """The first returns."""
+        return self._cut(slice(None, count), slice(None, count + 1))
+
     def last(self, count: int) -> "Path":
         """The last returns."""
-        names = "codes", "turns", "time", "outcome", "numbers"
-        rows = {name: getattr(self, name)[-count:] for name in names}
-        return replace(
-            self, states=self.states[-count - 1 :], **rows, slopes=None if self.slopes is None else self.slopes[-count:]
-        )
+        return self._cut(slice(-count, None), slice(-count - 1, None))
+
+    def _cut(self, returns: slice, states: slice) -> "Path":
+        rows = {name: getattr(self, name)[returns] for name in ("codes", "turns", "time", "outcome", "numbers")}
+        return replace(self, states=self.states[states], **rows, slopes=None if self.slopes is None else self.slopes[returns])
 
     def repeats(self, near: Floats) -> Ints:
         """The number of states after which each orbit repeats within a tolerance (n,), see `periods`, shape (M,)."""

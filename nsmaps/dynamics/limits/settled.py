@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.limits.limit import ROUNDED
+from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.orbit import Orbit, orbit_after
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap

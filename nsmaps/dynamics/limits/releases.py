@@ -1,0 +1,56 @@
+"""Cycles between releases from rest, after which everything repeats: their periods, and whether floats determine them."""
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.dynamics.limits.path import Path
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
+
+ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cycle
+BESIDE = 16  #: states up to rounding beside another one
+
+
+def until_release(path: Path) -> Path:
+    """A path up to its last release from rest; all of it without one."""
+    released = np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)
+    return path.first(int(released[-1]) + 1) if len(released) else path
+
+
+def between_releases(path: Path, near: Floats) -> int:
+    """The number of returns between the last two releases at one phase of a path that ends with one; 0 without such two."""
+    released = np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)
+    states = path.states[1:, 0][released]
+    same = np.flatnonzero(path.coordinates.near(states[:-1], states[-1:], near)) if len(released) > 1 else released[:0]
+    return int(released[-1] - released[same[-1]]) if len(same) else 0
+
+
+def is_determined(map: ReturnMap, path: Path, period: int, scale: Floats) -> bool:
+    """True unless rounding decides when a cycle of one path comes back to a release from rest.
+
+    A rest makes all multipliers of such a cycle zero. But where orbits are chaotic between rare rests, differences grow from one
+    release to the next beyond all bounds: orbits that begin up to rounding beside the first state after a release then have other
+    words than the cycle, and no cycle of floats is one of the map. True of a cycle without rest.
+    """
+    codes, outcome = path.codes[-period:, 0], path.outcome[-period:, 0]
+    states = path.states[-period:, 0]
+    for release in np.flatnonzero(outcome == Outcome.stuck).tolist() if period > 1 else ():
+        beside = orbit(map, _beside(path, states[(release + 1) % period], scale), period - 1)
+        begun = np.isfinite(beside.states[1]).all(axis=1)
+        same = beside.codes[:, begun] == np.roll(codes, -release - 2)[:-1, None]
+        same &= beside.outcome[:, begun] == np.roll(outcome, -release - 2)[:-1, None]
+        if not same.all():
+            return False
+    return True
+
+
+def beside_release(path: Path, scale: Floats) -> Floats:
+    """States up to rounding beside the first one after the last release but one of a path, shape (16, n)."""
+    return _beside(path, path.states[np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)[-2] + 2, 0], scale)
+
+
+def _beside(path: Path, state: Floats, scale: Floats) -> Floats:
+    """States up to rounding beside another one, shape (16, n)."""
+    steps = np.random.default_rng(0).uniform(-ROUNDED, ROUNDED, (BESIDE, len(state)))
+    return path.coordinates.wrap(state + steps * scale)
