@@ -342,3 +342,37 @@ def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit(
     (event,) = branch.of_kind("grazing")
     assert event.parameter == pytest.approx(touching, rel=1e-12)
     assert event.border == ""
+
+
+class Stop(HybridSystem):
+    """A forced oscillator that is stiffer above x = place, seen where it rises through x = 0."""
+
+    place: float
+
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        force = sp.cos(t) - y.x - y.v / 2
+        return {"soft": {"x": y.v, "v": force}, "stiff": {"x": y.v, "v": force - 3 * (y.x - self.place)}}
+
+    def guards(self, t, y):
+        up, down = Guard("soft", self.place - y.x, to="stiff"), Guard("stiff", y.x - self.place, to="soft")
+        return {"U": up, "D": down, "S": Guard(("soft", "stiff"), -y.x)}
+
+    def section(self, t, y):
+        return Section("S", ("v", "phi"))
+
+
+@pytest.mark.parametrize(("value", "way", "word"), [(0.2, "down", "SUDS"), (-0.2, "up", "SDUS")])
+def test_a_threshold_that_passes_the_section_is_a_border_of_all_states_at_once(value, way, word):
+    """At place = 0 the threshold is the section: states at one value of the parameter all have the same words."""
+    system = Stop(place=value)
+    start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 0.5], 60).final)
+    assert start.words == (word,)
+    branch = continue_branch(lambda place: Stop(place=place), start, value, (-0.3, 0.3), way, step=0.1)
+    (event,) = branch.events
+    assert (event.kind, event.detail, event.border) == ("border collision", "the words change", PERSISTENCE)
+    assert abs(event.parameter) <= event.precision < 1e-8

@@ -56,13 +56,18 @@ class Border:
         return self.jumps or bool(self.pieces)
 
 
-def border_beside(curve: OrbitCurve, point: OrbitPoint, graze: bool) -> Border:
+def border_beside(curve: OrbitCurve, point: OrbitPoint, graze: bool, beyond: float = 0.0) -> Border:
     """The border next to an orbit, by states at the first of some distances at which there is another piece.
 
     At a graze pieces are known by words alone: the derivative of the own one is not bounded.
+
+    Args:
+        beyond: 1 or -1, to try states at values of the parameter at these distances in this direction: there is the border of all
+            states at once, as where a threshold passes the section; 0 for the value of the orbit alone.
     """
-    there = curve.map_of(point.value)
-    return next(filter(None, (beside(curve, point, there, distance, kinks=not graze) for distance in BESIDE)), Border())
+    maps = ((distance, map_or_reason(curve.map_of, point.value + beyond * distance * curve.unit)[0]) for distance in BESIDE)
+    found = (beside(curve, point, there, distance, kinks=not graze) for distance, there in maps if there is not None)
+    return next(filter(None, found), Border())
 
 
 def border_type(curve: OrbitCurve, found: Border, point: OrbitPoint, value: float, beyond: float, graze: bool) -> str:

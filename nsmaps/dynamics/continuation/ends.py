@@ -189,6 +189,8 @@ def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
     """A border next to the last point, where the map is not smooth, or jumps."""
     last, unit = grown.points[-1], grown.curve.unit
     found = border_beside(grown.curve, last, graze=False)
+    if not found and (passed := border_beside(grown.curve, last, graze=False, beyond=beyond)).words:
+        found = passed
     border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
     detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
     return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None

@@ -243,7 +243,10 @@ def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
     sides = [side for k in range(len(states)) for step in steps for side in _sides(map, states, Side(k, step, scale))]
     distances = [side.distance(map, states[None])[0] for side in sides]
     if not sides or not min(distances) < LEAST:
-        raise NsmapsError(f"the map has no border within {LEAST:g} of the orbit; expected: an orbit at the border")
+        raise NsmapsError(
+            f"the map has no border within {LEAST:g} of the orbit; expected: an orbit at the border (one that all states meet at "
+            "one value of the parameter has no curve here; its value is that of `continue_branch` for each value of the other)"
+        )
     return sides[int(np.argmin(distances))]
 
 
