@@ -192,6 +192,13 @@ def test_cycles_between_rests_are_those_of_the_map_or_unresolved(release):
     assert long.exact_period() > 25 > short.exact_period()
 
 
+def test_a_diagram_that_stores_a_whole_cycle_of_floats_names_it_only_if_it_is_determined():
+    systems = {value: nsmaps.load_system("bouncing_ball", Gamma=value, r=0.72208) for value in (1.3, 3.13131)}
+    diagram = nsmaps.bifurcation(systems.__getitem__, list(systems), [1.0, 1.0], returns=700)
+    assert diagram.labels.tolist() == [["B~B/T"], ["?"]]
+    assert (diagram.period > 0).tolist() == [[True], [False]]
+
+
 @pytest.mark.parametrize(("Gamma", "r", "turns"), [(1.82437, 0.44679, 11), (2.64206, 0.35934, 7)])
 def test_a_ball_that_rests_is_on_a_cycle_from_release_to_release(Gamma, r, turns):
     """The turns are those of 160 digits."""

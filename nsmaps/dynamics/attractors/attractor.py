@@ -176,7 +176,7 @@ def _visited(map: ReturnMap, one: Limit, unit: Floats) -> Attractor | None:
 
     Where rounding decides when it rests again, the states are those that orbits visit from states up to rounding beside one.
     """
-    starts = beside_release(one.path, unit) if one.rests else one.path.states[-1]
+    starts = beside_release(map, one.path, unit) if one.rests else one.path.states[-1]
     path = orbit(map, starts, VISITED // len(starts))
     held = np.isfinite(path.final).all(axis=1)
     if not held.any():

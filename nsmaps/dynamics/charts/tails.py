@@ -92,8 +92,10 @@ def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6
 
 
 def _limit(map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
-    """What the orbit of one path ends on; None where it repeats up to rounding in the last returns, or ended."""
-    if not np.isfinite(path.states[-1]).all() or path.last(window).repeats(ROUNDED * scale)[0]:
+    """What the orbit of one path ends on; None where it repeats up to rounding in the last returns without rest, or ended."""
+    last = path.last(window)
+    rests = (last.outcome == Outcome.stuck).any()
+    if not np.isfinite(path.states[-1]).all() or (not rests and last.repeats(ROUNDED * scale)[0]):
         return None
     found = unless_resting(map, limit_of(map, path, scale, tolerance), scale, tolerance)
     if found.kind == UNRESOLVED and not found.rests:

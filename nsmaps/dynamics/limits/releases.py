@@ -1,8 +1,10 @@
 """Cycles between releases from rest, after which everything repeats: their periods, and whether floats determine them."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.outcome import Outcome
@@ -27,16 +29,23 @@ def between_releases(path: Path, near: Floats) -> int:
 
 
 def is_determined(map: ReturnMap, path: Path, period: int, scale: Floats) -> bool:
-    """True unless rounding decides when a cycle of one path comes back to a release from rest.
+    """`have_words_beside` of the last period of one path."""
+    last = path.last(period)
+    return have_words_beside(map, last.states[1:, 0], last.codes[:, 0], last.outcome[:, 0], scale)
+
+
+def have_words_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDArray[np.signedinteger], scale: Floats) -> bool:
+    """True unless rounding decides when a cycle comes back to a release from rest.
 
     A rest makes all multipliers of such a cycle zero. But where orbits are chaotic between rare rests, differences grow from one
     release to the next beyond all bounds: orbits that begin up to rounding beside the first state after a release then have other
     words than the cycle, and no cycle of floats is one of the map. True of a cycle without rest.
+
+    Args:
+        states: shape (K, n), the images of the returns of a period, whose words are `codes`, shape (K,); `outcome` likewise.
     """
-    codes, outcome = path.codes[-period:, 0], path.outcome[-period:, 0]
-    states = path.states[-period:, 0]
-    for release in np.flatnonzero(outcome == Outcome.stuck).tolist() if period > 1 else ():
-        beside = orbit(map, _beside(path, states[(release + 1) % period], scale), period - 1)
+    for release in np.flatnonzero(outcome == Outcome.stuck).tolist() if len(states) > 1 else ():
+        beside = orbit(map, _beside(map, states[(release + 1) % len(states)], scale), len(states) - 1)
         begun = np.isfinite(beside.states[1]).all(axis=1)
         same = beside.codes[:, begun] == np.roll(codes, -release - 2)[:-1, None]
         same &= beside.outcome[:, begun] == np.roll(outcome, -release - 2)[:-1, None]
@@ -45,12 +54,12 @@ def is_determined(map: ReturnMap, path: Path, period: int, scale: Floats) -> boo
     return True
 
 
-def beside_release(path: Path, scale: Floats) -> Floats:
+def beside_release(map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """States up to rounding beside the first one after the last release but one of a path, shape (16, n)."""
-    return _beside(path, path.states[np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)[-2] + 2, 0], scale)
+    return _beside(map, path.states[np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)[-2] + 2, 0], scale)
 
 
-def _beside(path: Path, state: Floats, scale: Floats) -> Floats:
+def _beside(map: ReturnMap, state: Floats, scale: Floats) -> Floats:
     """States up to rounding beside another one, shape (16, n)."""
     steps = np.random.default_rng(0).uniform(-ROUNDED, ROUNDED, (BESIDE, len(state)))
-    return path.coordinates.wrap(state + steps * scale)
+    return Coordinates(map.coordinates).wrap(state + steps * scale)

@@ -6,9 +6,10 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.limits.releases import ROUNDED
+from nsmaps.dynamics.limits.releases import ROUNDED, have_words_beside
 from nsmaps.dynamics.orbit import Orbit, orbit_after
 from nsmaps.dynamics.scale import scale_of
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 
 ASIDE = 1e-3  #: of the scale: how far from an unstable cycle an orbit starts again
@@ -21,14 +22,14 @@ class Settled:
 
     orbit: Orbit
     scale: Floats  #: shape (S, n), of the motion of each
-    unstable: Bools  #: shape (S,), those on an unstable cycle, up to rounding
+    unstable: Bools  #: shape (S,), those on an unstable cycle, up to rounding, or one between rests that rounding decides
 
     @classmethod
     def of(cls, map: ReturnMap, orbit: Orbit, sizes: Floats) -> "Settled":
         """Orbits whose last states are known; `sizes` are states (S, n) whose magnitudes are units of maps without extents."""
         each = list(zip(np.swapaxes(orbit.states, 0, 1), sizes, strict=True))
         scale = np.array([scale_of(map, states, beside=size) for states, size in each]).reshape(sizes.shape)
-        unstable = [_is_unstable(map, states[1:], own) for (states, _), own in zip(each, scale, strict=True)]
+        unstable = [_is_unstable(map, orbit, s, own) for s, own in enumerate(scale)]
         return cls(orbit, scale, np.array(unstable, bool))
 
     @property
@@ -51,9 +52,13 @@ def settled(map: ReturnMap, states: Floats, discard: int, returns: int, sizes: F
     return Settled.of(map, orbit_after(map, beside, discard, returns), sizes)
 
 
-def _is_unstable(map: ReturnMap, states: Floats, scale: Floats) -> bool:
-    """True if the last of some states (K, n) repeats an earlier one up to rounding, and the cycle between them is unstable."""
-    same = np.flatnonzero(Coordinates(map.coordinates).near(states[:-1], states[-1], ROUNDED, scale))
+def _is_unstable(map: ReturnMap, orbit: Orbit, s: int, scale: Floats) -> bool:
+    """True if the last state of one orbit repeats an earlier one up to rounding, and the cycle between them is unstable."""
+    states, outcome = orbit.states[1:, s], orbit.outcome[:, s]
+    same = np.flatnonzero(orbit.coordinates.near(states[:-1], states[-1], ROUNDED, scale))
+    last = slice(int(same[-1]) + 1 if len(same) else len(states), None)
+    if (outcome[last] == Outcome.stuck).any():
+        return not have_words_beside(map, states[last], orbit.codes[last, s], outcome[last], scale)
     slopes = map.first_return(states[same[-1] : -1], derivative=True).derivative if len(same) else None
     if slopes is None or not np.isfinite(slopes).all():
         return False
