@@ -194,6 +194,26 @@ def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_it
         assert abs(event.parameter - float(exact)) < 2 * event.precision < 1e-8
 
 
+@pytest.mark.parametrize("value", [6.7, 6.9])
+def test_a_graze_is_found_though_rounding_lets_the_release_dip(value):
+    """The second flight from the release of a cycle of three returns comes to touch the table on its way."""
+    system = BouncingBall(Gamma=6.9, r=0.0)
+    start = nsmaps.periodic_orbit(system.at(Gamma=value), nsmaps.orbit(system.at(Gamma=value), [4.19, 0.63], 60).final, 3)
+    (event,) = continue_branch(nsmaps.Along(system, "Gamma"), start, value, (value - 1, value + 1), step=0.05).events
+    assert (event.kind, event.detail) == ("grazing", "a clearance is zero")
+
+    def height(a, phase, s):
+        return a * mp.sin(phase) + a * mp.cos(phase) * s - s**2 / 2 - a * mp.sin(phase + s)
+
+    def touching(a, first, s):
+        released = mp.asin(1 / a)
+        there = released + first
+        return height(a, released, first), height(a, there, s), mp.diff(lambda t: height(a, there, t), s)
+
+    exact = mp.findroot(touching, (7.184, 13.4597, 7.328))[0]
+    assert abs(event.parameter - float(exact)) < event.precision < 1e-8
+
+
 def test_where_another_impact_is_the_last_before_the_sum_no_border_of_the_motion_is_stated():
     system = BouncingBall(Gamma=1.3, r=0.1)
     passed = nsmaps.orbit(system, [1.0, 1.0], 60)
