@@ -170,10 +170,9 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
 def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
     """The cycle on which the orbit of one path repeats within a tolerance, in its last half or in all of it; None without one."""
     near = tolerance * scale
-    length = int(path.last(-(-len(path.codes) // 2)).repeats(near)[0] or path.repeats(near)[0])
-    if not length:
-        path = until_release(path)
-        length = between_releases(path, near)
+    length = between_releases(until_release(path), near)
+    path = until_release(path) if length else path
+    length = length or int(path.last(-(-len(path.codes) // 2)).repeats(near)[0] or path.repeats(near)[0])
     if not length or not is_determined(map, path, length, scale):
         return None
     seen = Limit("", path, length)

@@ -11,7 +11,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 
 ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cycle
-BESIDE = 16  #: states up to rounding beside another one
+BESIDE, ROUNDING = 16, 1e-14  #: states beside another one, and their distance, of the scale: some ten times what rounding moves
 
 
 def until_release(path: Path) -> Path:
@@ -61,5 +61,5 @@ def beside_release(map: ReturnMap, path: Path, scale: Floats) -> Floats:
 
 def _beside(map: ReturnMap, state: Floats, scale: Floats) -> Floats:
     """States up to rounding beside another one, shape (16, n)."""
-    steps = np.random.default_rng(0).uniform(-ROUNDED, ROUNDED, (BESIDE, len(state)))
+    steps = np.random.default_rng(0).uniform(-ROUNDING, ROUNDING, (BESIDE, len(state)))
     return Coordinates(map.coordinates).wrap(state + steps * scale)
