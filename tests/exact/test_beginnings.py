@@ -440,6 +440,68 @@ def test_steps_forth_and_back_accumulate():
     assert len(nsmaps.basins(wheel, np.linspace(0.1, 1.2, 20)[:, None], returns=200).attractors) == 0
 
 
+class RockingAfter(Rocking):
+    """The same wheel, seen after each step forth."""
+
+    def section(self, t, y):
+        return Section("F", ("w",), side="after")
+
+
+class RockingAtBoth(Rocking):
+    """The same wheel, seen at each step."""
+
+    def section(self, t, y):
+        return Section(("F", "B"), ("th", "w"))
+
+
+@pytest.mark.parametrize("wheel", [RockingAfter(), RockingAtBoth()])
+def test_steps_accumulate_on_either_side_of_events_and_at_several(wheel):
+    """As above: the speeds and times of all returns until then."""
+    after = isinstance(wheel, RockingAfter)
+    w, rate, low, high = 0.9, math.sqrt(wheel.k), wheel.a - wheel.slope, wheel.a + wheel.slope
+    orbit = wheel.orbits([[w] if after else [high, w]], 100)
+    n = int(np.argmax(orbit.outcome == Outcome.accumulates))
+    assert (orbit.outcome[:n] == Outcome.returned).all()
+    assert (orbit.outcome[n:] == Outcome.accumulates).all()
+    steps, times, speeds = (2 * n, [], []) if after else (n, [], [])
+    for step in range(steps):
+        w *= 1.0 if after else wheel.c
+        times.append(2 / rate * math.atanh(w / (rate * (high if step % 2 else low))))
+        w *= wheel.c if after else 1.0
+        speeds.append(w)
+    assert np.abs(orbit.image[:n, -1]) == pytest.approx(speeds[1::2] if after else speeds, rel=1e-9)
+    assert orbit.time[:n].sum() == pytest.approx(sum(times), rel=1e-13)
+    assert times[-1] < 4e-12
+    many = wheel.first_return(np.repeat(orbit.start[n - 1 : n + 1], 30, axis=0))
+    assert many.outcome.tolist() == [Outcome.returned] * 30 + [Outcome.accumulates] * 30
+
+
+class Brakes(HybridSystem):
+    """A car that passes two brakes one after the other; each halves its speed, and the second takes it back to the start."""
+
+    gap: float = 2e-13
+    states = ("x", "v")
+
+    def modes(self, t, y):
+        return {"drive": {"x": y.v, "v": 0}, "braked": {"x": y.v, "v": 0}}
+
+    def guards(self, t, y):
+        first = Guard("drive", -y.x, to="braked", reset={"v": y.v / 2})
+        second = Guard("braked", self.gap - y.x, to="drive", reset={"x": -1, "v": y.v / 2})
+        return {"A": first, "B": second}
+
+    def section(self, t, y):
+        return Section(("A", "B"), ("x", "v"))
+
+
+def test_two_events_within_rounding_of_a_unit_of_time_do_not_accumulate():
+    """From the first brake at speed 1 to the second one at 1/2 it takes 2 gap; the function of the second fell all the time."""
+    found = Brakes().first_return([[0.0, 1.0]] * 40)
+    assert found.outcome.tolist() == [Outcome.returned] * 40
+    assert found.image[:, 1] == pytest.approx(0.5)
+    assert found.time == pytest.approx(4e-13)
+
+
 class Dropped(HybridSystem):
     """A ball that falls on a table, and rests on it for ever."""
 

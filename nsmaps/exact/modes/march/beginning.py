@@ -131,19 +131,28 @@ def without_end(w):
 
 
 @inner
-def fall_of(p, mode, function, w):
-    """The rate at which a function falls in a mode."""
-    velocity(p, mode, w.z, w.field)
-    return -dot(p.functions[function], w.field)[0] / p.steps[mode]
+def rates(p, mode, z, field):
+    """Write dz/dt in units of time."""
+    velocity(p, mode, z, field)
+    for j in range(len(field)):
+        field[j] /= p.steps[mode]
 
 
 @inner
 def ever_faster(p, mode, which, time, w):
     """Whether a return within rounding of the mode's unit of time ended with less speed than it began with: so all that follow.
 
-    `w.lapse` has the speed at the start, infinite where it is not known.
+    The speed is that at which the function of the event changes, on the side of events on which states are. The return ends at
+    the event that it began with, that of the function `w.lapse[2]`, infinite where it may follow itself, or at one whose function
+    rose first: one that fell from the start is met once.
     """
-    return w.lapse[2] < math.inf and brief(p, mode, time) and fall_of(p, mode, which, w) < SLOWER * w.lapse[2]
+    if w.lapse[2] == math.inf or not brief(p, mode, time):
+        return False
+    if which != w.lapse[2] and dot(p.functions[which], w.start[1])[0] <= 0.0:
+        return False
+    rates(p, mode, w.z, w.field)
+    before = dot(p.functions[which], w.start[1 if p.after else 0])[0]
+    return abs(dot(p.functions[which], w.field)[0]) < SLOWER * abs(before)
 
 
 @inner

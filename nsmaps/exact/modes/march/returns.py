@@ -18,7 +18,7 @@ from nsmaps.exact.engine.returns import (
     UNDECIDED,
     spell,
 )
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, fall_of, timely
+from nsmaps.exact.modes.march.beginning import GOES_ON, begins, rates, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
 from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
 from nsmaps.exact.modes.march.section import picked, starting
@@ -195,9 +195,13 @@ def first_return(p, row, image, tangent, w):
     code, power = cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, 0, math.nan, 0
-    if not p.after and len(p.starts) == 1 and p.bounces[k] < 0 and p.impacts[k] < 0:  # no event that may follow itself
-        w.lapse[2] = fall_of(p, p.mode[k], p.function[k], w)
-    return onward(p, entered(p, k, not p.after, phi, w), phi, code, power, image, tangent, w)
+    if p.bounces[k] < 0 and p.impacts[k] < 0:  # no event that may follow itself
+        w.lapse[2] = p.function[k]
+        rates(p, p.mode[k], w.z, w.start[0])
+    mode = entered(p, k, not p.after, phi, w)
+    if w.lapse[2] < math.inf:
+        rates(p, mode, w.z, w.start[1])
+    return onward(p, mode, phi, code, power, image, tangent, w)
 
 
 @inner

@@ -39,9 +39,8 @@ class Memory(NamedTuple):
     one: Any  #: the same, after two events in one order
     two: Any  #: and in the other
     both: Any  #: shape (2,), functions that are zero at once, -1 for none
-    lapse: (
-        Any  #: shape (3,), length of the last flight, whether impacts that follow accumulate below rounding, speed at the start
-    )
+    lapse: Any  #: shape (4,), length of the last flight, whether impacts that follow accumulate below rounding, first function
+    start: Any  #: shape (2, N), rates of change of the features before and after the event at the start
     idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
     doubt: Any  #: shape (2,), function of the first event that is doubtful, -1 without one, and the time until then
     scales: Any  #: shape (n,), the largest sizes of the states at events of the return so far
@@ -106,6 +105,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         two=np.zeros(width),
         both=np.full(2, -1),
         lapse=np.zeros(4),
+        start=np.zeros((2, width)),
         idle=np.zeros(4, np.int64),
         doubt=np.array([-1.0, 0.0]),
         scales=np.zeros(n),
