@@ -66,6 +66,26 @@ def are_known(rows: list[dict[str, Any]], cycles: list[Cycle]) -> None:
         assert len(cycle.walls) == len(row["words"].replace(" ", "")) - len(row["words"].split())
 
 
+def test_cycles_from_the_other_wall_hold_the_same_forty_digits(pair: Callable[..., Any], reference: Callable[[str], Any]) -> None:
+    """The impacts of a cycle in the order of the map of the other wall: the same multipliers, its first state among them."""
+    base = pair(0.35)
+    other = base.at(base="T")
+    for row in [row for row in reference("cycles")[:40] if "T" in row["words"]][::12]:
+        walls, states = impacts_of(base, of_row(base, row))
+        phase, speed = states[walls.index(1)]
+        orbit = nsmaps.periodic_orbit(other, [speed, phase], walls.count(1))
+        equation = system_of(equation_of(other))
+        cycle = verified(equation, stated_of(json.loads(json.dumps(stated(other, equation, orbit))), 2))
+        assert sorted(cycle.walls) == sorted(1 - wall for wall in walls)
+        first = [k for k, wall in enumerate(cycle.walls) if wall == 1 and holds(cycle.states[k][0], row["state"][1])]
+        assert len(first) == 1
+        assert holds(cycle.states[first[0]][1], row["state"][0])
+        assert cycle.multipliers is not None
+        large, small = row["multipliers"]
+        assert cycle.multipliers[0].overlaps(arb(large) * (1 + arb(0, 1e-15)))
+        assert cycle.multipliers[1].overlaps(arb(small) * (1 + arb(0, 1e-15)))
+
+
 def test_cycles_of_the_pair_hold_their_forty_digits(some: Any) -> None:
     rows, _, _, cycles = some
     are_known(rows, cycles)
