@@ -84,7 +84,8 @@ def bifurcation_curve(
         second: value of the second parameter on that branch.
         bounds: least and greatest value of the first parameter, and of the second; their differences are units of the
             arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
-        step: longest step, in arclength.
+        step: longest step, in arclength; steps are shorter where the curve turns. Up to 1 saves most of the work where a mean
+            moves by many extents of the motion, as a voltage by many of its ripples.
         max_points: greatest number of orbits in either direction.
         tolerance: largest residual of an orbit, as of `continue_branch`.
 
