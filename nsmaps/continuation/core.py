@@ -104,10 +104,10 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
     The iteration ends when the remaining error is below rounding, if it decreases by the ratio of the last two steps, or when
     a step consists of rounding only, which grows where the equations are nearly singular.
     """
-    last = np.nan
+    last, plane = np.nan, y
     for _ in range(MAX_CORRECTIONS):
         here = curve.evaluate(y)
-        step = None if here is None else _newton_step(here, normal)
+        step = None if here is None else _newton_step(here, normal, normal @ curve.difference(plane, here.y))
         if here is None or step is None:
             return None
         size, y = length(step), here.y + step
@@ -149,9 +149,10 @@ def correct_beside(
     return None
 
 
-def _newton_step(point: Point, normal: Floats) -> Floats | None:
-    """Newton's step within the plane with this normal; None where the equations are singular."""
+def _newton_step(point: Point, normal: Floats, off: float) -> Floats | None:
+    """Newton's step into the plane with this normal, this far off; None where the equations are singular."""
     right, matrix = _bordered(point, normal)
+    right[-1] = off
     try:
         step = np.asarray(np.linalg.solve(matrix, right), float)
     except np.linalg.LinAlgError:
