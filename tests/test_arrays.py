@@ -51,4 +51,4 @@ def test_results_are_printed_without_their_arrays(pair):
 
 def test_what_is_no_array_is_shown():
     returns = Returns(("v",), ("B",), *np.zeros((3, 0, 1)), *np.zeros((3, 0)))
-    assert "derivative=None, margin=None, fitted=False, integrated=False, alphabet=<Alphabet>)" in brief(returns)
+    assert "derivative=None, margin=None, fitted=False, integrated=False, alphabet=<Alphabet>, number=None)" in brief(returns)

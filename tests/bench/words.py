@@ -182,7 +182,7 @@ def compare(title, made, rows, count):
 def judged(made, rows, count):
     """Random starts over the ranges of some, their returns, the words of the integrator, and the differences of images."""
     rng = np.random.default_rng(11)
-    starts = rng.uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1]))
+    starts = made.on_section(rng.uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1])))
     found, plain = made.first_return(starts), Plain(made)
     unit = 1 / made.phase_rate() if made.phase_rate() else float(made._kernel().table.steps.min())
     known = found.valid & (found.time < LONGEST * unit)

@@ -196,7 +196,15 @@ def studied():
     for name in SETTING.split():
         study = load_study(name)
         grid = {axis: ends.model_copy(update={"points": 100}) for axis, ends in study.grid.items()}
-        bare = {"grid": grid, "orbits": (), "domains": (), "diagonal": study.diagonal, "second_iterate": None, "figures": ()}
+        bare = {
+            "grid": grid,
+            "orbits": (),
+            "domains": (),
+            "diagonal": study.diagonal,
+            "second_iterate": None,
+            "auxiliary_map": None,
+            "figures": (),
+        }
         made[name] = run(study.model_copy(update=bare)).composite
     return made
 

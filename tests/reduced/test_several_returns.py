@@ -123,7 +123,7 @@ def test_basins_count_returns():
 
 def test_diagrams_count_returns_and_windows_end_where_they_do():
     """The cycle of both branches loses stability where left right = -1."""
-    values = np.linspace(-2.21, -1.4, 17)
+    values = np.linspace(-2.21, -1.4, 7)
     for map_of in (lambda right: augmented(Tent(right=right)), lambda right: Tent(right=right)):
         diagram = nsmaps.bifurcation(map_of, values, [-0.3], 32, 400)
         stable = values * LEFT > -1 + 1e-9

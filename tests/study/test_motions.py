@@ -107,7 +107,7 @@ def test_the_table_keeps_the_widest_intervals_and_counts_the_rest(once: Callable
     table = [line for line in above.splitlines() if line.startswith("  exact")]
     assert len(table) == 12
     doubling = ((np.pi / 3) ** 2 + (2 * 1.25 / 1.5**2) ** 2) ** 0.5
-    (found,) = re.findall(r"exact\s+1:0/2T\s+([\d.]+)\s+period halving", below)
+    (found,) = re.findall(r"exact\s+1:0/2T\s+([\d.]+),\s+period halving", below)
     assert float(found) == pytest.approx(doubling, abs=1e-10)
     assert all(len(line) < 100 for line in table), "motion that sticks is named by more than its words"
 

@@ -174,8 +174,8 @@ def test_a_page_to_explore_is_linked_where_it_is_there(good: str, report_of: Rep
 
 
 @pytest.mark.parametrize("study", ["fp", "pd", "cd"])
-def test_a_case_of_the_paper_shows_six_figures(study: str) -> None:
-    assert len(nsmaps.load_study(f"vi_pair/{study}").figures) == 6
+def test_a_case_of_the_paper_shows_seven_figures(study: str) -> None:
+    assert len(nsmaps.load_study(f"vi_pair/{study}").figures) == 7
 
 
 def test_a_run_without_figures_says_how_to_draw_them(good: str, report_of: Report) -> None:

@@ -184,16 +184,17 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
     ends = (f"{section.parameter} from", "to")
     yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
-    found = [(of, w.label, *_spoken(w.low), *_spoken(w.high)) for of, windows in result.windows.items() for w in windows]
+    found = [(of, w.label, _spoken(w.low), _spoken(w.high)) for of, windows in result.windows.items() for w in windows]
     if found:
-        yield Table("Windows", ("map", "motion", ends[0], "at a", ends[1], "at a"), tuple(found))
+        yield Table("Windows", ("map", "motion", *ends), tuple(found))
 
 
-def _spoken(border: "Border") -> tuple[str, str]:
+def _spoken(border: "Border") -> str:
     """The value of a border to the digits that are known, and its kind."""
     if np.isnan(border.value):
-        return "", border.kind
-    return known(border.value, border.precision) if border.precision else f"{border.value:.12g}", border.kind
+        return border.kind
+    value = known(border.value, border.precision) if border.precision else f"{border.value:.12g}"
+    return f"{value}, {border.kind}"
 
 
 BIFURCATION = Section[BifurcationSection](
