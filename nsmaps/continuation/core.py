@@ -107,7 +107,7 @@ def correct(curve: Curve[P], y: Floats, normal: Floats) -> P | None:
     last, plane = np.nan, y
     for _ in range(MAX_CORRECTIONS):
         here = curve.evaluate(y)
-        step = None if here is None else _newton_step(here, normal, normal @ curve.difference(plane, here.y))
+        step = None if here is None else _newton_step(here, normal, float(normal @ curve.difference(plane, here.y)))
         if here is None or step is None:
             return None
         size, y = length(step), here.y + step
