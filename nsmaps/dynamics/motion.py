@@ -153,7 +153,7 @@ def condensed(words: Sequence[str]) -> list[str]:
     after a single impact, without restitution, has no such impacts before it.
 
     >>> condensed(["BB", "B~", "BTB", "BB", "BB"]), condensed(["BB", "B_", "BB"])
-    (['B~TB'], ['B_B', 'BB'])
+    (['B~TB'], ['BB', 'B_B'])
     """
     count = len(words)
     begins = next((k for k in range(count) if words[k - 1][-1:] not in _MARKS), 0)
