@@ -41,7 +41,7 @@ class Orbit(WithCoordinates):
 
     @property
     def numbers(self) -> NDArray[np.int32]:
-        """The number of successive returns from each state to the next, shape (n, ...): more than one by some composite maps."""
+        """The number of successive returns from each state to the next, shape (n, ...), above one by some composite maps."""
         return np.ones(self.codes.shape, np.int32) if self.number is None else self.number
 
     @property

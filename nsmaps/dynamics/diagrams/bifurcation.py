@@ -43,10 +43,10 @@ class Bifurcation(WithCoordinates):
     codes: NDArray[np.int64]  #: shape (V, S, K), words of the returns to each state as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (V, S), values of `Outcome`: of the last return, or of the return that ended the orbit
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
-    period: NDArray[np.int64]  #: shape (V, S), least number of returns after which states and words repeat; 0: none was found
+    period: NDArray[np.int64]  #: shape (V, S), least count of returns after which states and words repeat; 0 where none was found
     scale: Floats | None = None  #: shape (n,), unit of tolerances in each coordinate, see `scale_of`; None in earlier runs
     labels: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, str))  #: shape (V, S), such as 1:1/2T; "" where it ended
-    length: NDArray[np.int64] | None = None  #: shape (V, S), number of states in a period; None: one a return
+    length: NDArray[np.int64] | None = None  #: shape (V, S), count of states in a period; None: one a return
 
     def __post_init__(self) -> None:
         """Names from the words of what is kept, where no others are given."""
@@ -62,7 +62,7 @@ class Bifurcation(WithCoordinates):
 
     @property
     def lengths(self) -> NDArray[np.int64]:
-        """The number of states in a period, shape (V, S): fewer than its returns where images are those of several returns."""
+        """The number of states in a period, shape (V, S), below its returns where images are those of several returns."""
         return self.period if self.length is None else self.length
 
     @property

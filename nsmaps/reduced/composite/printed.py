@@ -21,7 +21,7 @@ FACTOR = re.compile(r"\s*([^\W\d]\w*)\s*(?:\*\*\s*(\d{1,2})\s*)?")
 
 
 def _kind(value: object) -> str:
-    return "[powers]" if isinstance(value, list | tuple) else "[number]"
+    return "[powers]" if isinstance(value, list | tuple) else "[decimal]"
 
 
 def _monomial(text: str) -> str:
@@ -31,7 +31,7 @@ def _monomial(text: str) -> str:
 
 Monomial = Annotated[str, AfterValidator(_monomial)]  #: as `phi**2*v`, or `1`
 Coefficient = Annotated[
-    Annotated[float, Tag("[number]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")], Discriminator(_kind)
+    Annotated[float, Tag("[decimal]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")], Discriminator(_kind)
 ]  #: a number, or a polynomial of the parameter, its coefficients from power 0 on
 
 
