@@ -31,7 +31,8 @@ def _monomial(text: str) -> str:
 
 Monomial = Annotated[str, AfterValidator(_monomial)]  #: as `phi**2*v`, or `1`
 Coefficient = Annotated[
-    Annotated[float, Tag("[decimal]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")], Discriminator(_kind)
+    Annotated[float, Tag("[decimal]")] | Annotated[tuple[float, ...], Field(max_length=100), Tag("[powers]")],
+    Discriminator(_kind),
 ]  #: a number, or a polynomial of the parameter, its coefficients from power 0 on
 
 
