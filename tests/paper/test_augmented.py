@@ -2,7 +2,6 @@
 
 import json
 from functools import lru_cache
-from pathlib import Path
 
 import mpmath as mp
 import numpy as np
@@ -94,19 +93,20 @@ def chaos(returns=1500):
     return np.array(found)[100:], np.array(slow)[100:]
 
 
-@lru_cache
-def ran():
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    """The run of a part of the study."""
     whole = YAML(typ="safe").load(study_files("vi_pair")["augmented"].read_text())
     part = {name: whole[name] for name in SECTIONS}
     part["orbits"] = whole["orbits"][:2]
     part["basins"] = whole["basins"] | {"grid": {name: side | {"points": 40} for name, side in whole["basins"]["grid"].items()}}
     part["noise"] = whole["noise"] | {"sigma": [0.005], "returns": 400, "realisations": 16}
-    Path("part.yaml").write_text(json.dumps(part))
-    return nsmaps.run("part.yaml")
+    study = tmp_path_factory.mktemp("augmented") / "part.yaml"
+    study.write_text(json.dumps(part))
+    return nsmaps.run(study)
 
 
-def test_2_1_motion_is_a_fixed_point_of_the_piece_of_two_returns():
-    result = ran()
+def test_2_1_motion_is_a_fixed_point_of_the_piece_of_two_returns(result):
     pieces = {piece.name: piece for piece in result.composite.pieces}
     assert {(piece.word, piece.returns) for name, piece in pieces.items() if name.startswith("L")} == {("BBTB", 2)}
     v, phase = map(float, two_to_one()[:2])
@@ -121,22 +121,21 @@ def test_2_1_motion_is_a_fixed_point_of_the_piece_of_two_returns():
     assert "after as many returns as the pieces have" in verdicts[1].text
 
 
-def test_1_1_motion_is_chaos_of_the_composite_map():
+def test_1_1_motion_is_chaos_of_the_composite_map(result):
     """The share of returns that follow an impact on B, and the hull of the states that the composite map has."""
     states, slow = chaos()
-    path = nsmaps.orbit(ran().composite, [0.67, 0.48], 4000)
+    path = nsmaps.orbit(result.composite, [0.67, 0.48], 4000)
     ours, returns = path.states[100:], path.numbers[100:]
     share = (returns == 2).sum() / returns.sum()
     assert share == pytest.approx(slow.mean(), abs=3 * np.sqrt(slow.mean() / len(slow)))
     fast = states[~slow]
     assert ours.max(axis=0) == pytest.approx(fast.max(axis=0), abs=2e-3)
     assert ours.min(axis=0) == pytest.approx(fast.min(axis=0), abs=2e-3)
-    exact = ran().orbits[0].ends
-    assert ran().orbits[0].composite_ends.exponent == pytest.approx(exact.exponent, abs=4 * exact.exponent_error)
+    exact = result.orbits[0].ends
+    assert result.orbits[0].composite_ends.exponent == pytest.approx(exact.exponent, abs=4 * exact.exponent_error)
 
 
-def test_basins_and_noise_of_both_maps():
-    result = ran()
+def test_basins_and_noise_of_both_maps(result):
     shares = result.basins.fractions, result.reduced_basins.fractions
     assert [each.label for each in result.reduced_basins.attractors] == ["2:1, period 2", "C"]
     assert shares[1] == pytest.approx(shares[0], abs=0.02)

@@ -1,9 +1,8 @@
 """Many first returns in parallel: the flights of `march.py` in loops that a compiler turns into vector instructions.
 
-A block of returns is a table with a column each, advanced from impact to impact: launch, march, close in, land. Columns that are
-open are moved to the front between the loops. All decisions and all arithmetic are those of `march.py`, and no compiler may fuse
-or reorder them: the results are those of `first_return`, bit for bit. Exceptional returns (rest, chatter, doubt, no wall met)
-are left to `first_return`, from their start; so are flights whose bounds depend on the time.
+A block of returns is a table with a column each, advanced from impact to impact: launch, march, close in, land; columns that are
+open are moved to the front. The results are those of `first_return`, bit for bit: its arithmetic is that of `march.py`, which no
+compiler may fuse or reorder. Rest, chatter, doubt and flights whose bounds depend on the time are left to it, from their start.
 """
 
 import numpy as np
