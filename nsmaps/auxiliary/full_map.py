@@ -30,9 +30,7 @@ class FullAuxiliaryMap:
 
     map: Boxed
     boxes: ArrayLike  #: shape (R, n, 2), the boxes A_n, angles on any turn; a state may lie in several of them
-    pieces: tuple[
-        tuple[Piece, ArrayLike], ...
-    ] = ()  #: pieces of the map whose region is not a box, each with a box that holds it
+    pieces: tuple[tuple[Piece, ArrayLike], ...] = ()  #: those whose region is not a box, each with a box that holds it
 
     @property
     def coordinates(self) -> Coordinates:

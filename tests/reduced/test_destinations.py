@@ -41,7 +41,7 @@ def piece(name, text, slope, offset):
 
 
 def test_a_piece_that_leads_to_another_attractor_is_named():
-    """States of [0.5, 0.7] are sent to the other half: with 2/3 < (0.5 + 1)/2 none comes there later, so that 1/20 are misled."""
+    """States of [0.7, 0.75] are sent to the other half, and with them those of [0.4, 0.5], which come there; no others do."""
     own = piece("R1", "x > 0", 0.5, 0.5), piece("R2", "x <= 0", 0.5, -0.5)
     there = Destinations.of(Halves(), BOX)
     assert sorted(each.states[0, 0] for each in there.attractors) == pytest.approx([-1, 1])

@@ -536,6 +536,12 @@ BAD = {
         "{v: {from: 0, to: 1, points: 3}}",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
+    "basins of the composite map alone": (
+        "require:",
+        "basins: {map: [composite]}\nrequire:",
+        "[composite]",
+        "[composite] lacks the exact map; expected: [exact] or [exact, composite], as the latter is compared with it",
+    ),
     "family without grid": (
         "grid:\n  v: {from: 0.01, to: 0.5, points: 31}\n  phi: {from: 0, to: 2*pi, points: 41}\n",
         "",

@@ -242,6 +242,11 @@ HUGE = 10**12
 BEYOND = {
     "orbits": (f"orbits: [{{start: {{v: 0.3, phi: 1}}, returns: {HUGE}}}]\n", "memory"),
     "grid": (GRID, "memory"),
+    "composite": (
+        "composite: [{name: R, where: v > 0, family: low, fit: {full: {v: 1, phi: 1}}, " + GRID.strip() + "}]\n"
+        "families: {low: [BB]}\n" + GRID.replace("10000", "10"),
+        "memory",
+    ),
     "bifurcation": (
         "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 100000, start: {v: 0.3, phi: 1}, discard: 10000000}\n",
         "time",

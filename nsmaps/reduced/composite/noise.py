@@ -40,7 +40,7 @@ class KickedMap:
         roots = np.zeros((len(map.pieces), *2 * states.shape[1:]))
         for k, own in enumerate(map.pieces):
             rows = np.flatnonzero(piece == k)
-            rows = rows[:: -(-len(rows) // SAMPLE) or 1] if len(rows) else rows
+            rows = rows[:: -(-len(rows) // SAMPLE) or 1]
             if own.word and len(rows):
                 noisy = noisy_orbits(system, states[rows], own.returns, noise, len(rows), (seed, k))
                 exact = there.first_return(states[rows])
@@ -68,8 +68,8 @@ class KickedMap:
             for words, word, number in zip(found, returns.words.tolist(), returns.numbers.tolist(), strict=True):
                 words += (single_words(word) + [""] * number)[:number]
             kicked = returns.image + np.einsum("kij,kj->ki", self.roots[piece], rng.normal(size=states.shape))
-            states = np.where((piece >= 0)[:, None] & ~(speeds[piece] & (kicked < 0)), kicked, np.abs(kicked))
-            states = np.where((piece >= 0)[:, None], states, np.nan)
+            states = np.where(speeds[piece], np.abs(kicked), kicked)
+            states[piece < 0] = np.nan
         return np.array([words[:n] for words in found], str).T
 
 

@@ -36,10 +36,8 @@ FRACTIONS = (0.25, 0.5, 0.75)  #: places in a cell at which it may be split
 SHIFTS = (0.05, 0.15, 0.3)  #: width of a strip along a curved edge that is split off, as a share of the cell
 NARROWEST = 1e-12  #: share of a coordinate, below which it is not split
 FINE, STRICT = 80, 8000  #: points along a planar grid to find edges; held-out states of which none may miss the demand
-TIGHTER, TIGHTEST = (
-    2.0,
-    16.0,
-)  #: factor by which the demand on a piece is divided, round by round, and below the tolerance at most
+TIGHTER = 2.0  #: factor by which the demand on a piece is divided, round by round
+TIGHTEST = 16.0  #: factor below the tolerance to which an attracting piece is tightened at most
 ROUNDS = 8  #: of tightening transient pieces that hold part of an attractor, or lead to another
 
 
@@ -279,8 +277,7 @@ class Refinement:
 
     def tightened(self, leaf: Leaf) -> Leaf:
         """The region with a demand twice as tight."""
-        errors = np.maximum(self.least_error(leaf), leaf.demand.errors / TIGHTER)
-        demand = replace(leaf.demand, errors=errors)
+        demand = replace(leaf.demand, errors=np.maximum(self.least_error(leaf), leaf.demand.errors / TIGHTER))
         again = self.leaf(leaf.cell, leaf.role, demand, leaf.states, leaf.number, leaf.iteration + 1)
         assert again is not None
         return again

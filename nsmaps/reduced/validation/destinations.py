@@ -1,11 +1,13 @@
 """Which of the exact map's attractors orbits end on, and the pieces of a composite map that lead them to another."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
 from nsmaps.dynamics.attractors.distance import Nearest
 from nsmaps.dynamics.orbit import orbit
@@ -26,7 +28,7 @@ def random_states(box: Floats, count: int) -> Floats:
     return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Destinations:
     """The attractors of a map that orbits from a box end on."""
 
@@ -39,18 +41,23 @@ class Destinations:
         """Those that orbits of random starts end on."""
         return cls(map, box, tuple(find_attractors(map, random_states(box, SEARCHED), RETURNS)))
 
+    @cached_property
+    def right(self) -> Ints:
+        """The numbers of the attractors on which random starts end, -1 for none, shape (STARTS,)."""
+        return self.on(self._path(self.map))
+
     def agreement(self, composite: CompositeMap) -> float:
         """The share of random starts whose orbits of a composite map end where those of the map do; NaN without attractors."""
-        ends, (right, _) = self._ends(composite)
-        return float((ends == right)[right >= 0].mean()) if (right >= 0).any() else float("nan")
+        known = self.right >= 0
+        return float((self.on(self._path(composite)) == self.right)[known].mean()) if known.any() else float("nan")
 
     def misleading(self, composite: CompositeMap) -> set[str]:
         """The pieces by which orbits of random starts leave the basin of their attractor, where more than a few do.
 
         Such a step leads to a state from which the map itself ends on another attractor than from the state before.
         """
-        ends, (right, path) = self._ends(composite)
-        wrong = np.flatnonzero((ends != right) & (right >= 0))
+        path = self._path(composite)
+        wrong = np.flatnonzero((self.on(path) != self.right) & (self.right >= 0))
         if len(self.attractors) < 2 or len(wrong) <= MISLED * STARTS:
             return set()
         wrong = wrong[:: -(-len(wrong) // WRONG)]
@@ -63,10 +70,10 @@ class Destinations:
 
     def on(self, path: Floats) -> Ints:
         """The number of the attractor on which orbits (K, S, n) end, -1 for none, shape (S,)."""
-        tail, names = path[-TAIL:], self.attractors[0].coordinates if self.attractors else None
+        tail, names = path[-TAIL:], Coordinates(self.map.coordinates)
         alive = np.flatnonzero(np.isfinite(tail).all(axis=(0, 2)))
         found = np.full(path.shape[1], -1)
-        if names is None or not len(alive):
+        if not self.attractors or not len(alive):
             return found
         sides, states = np.ptp(self.box, axis=1), names.wrap(tail[:, alive]).reshape(-1, len(self.box))
         sides = np.where(sides > 0, sides, 1.0)
@@ -75,8 +82,6 @@ class Destinations:
         found[alive] = np.where(distance.min(axis=0) <= FAR, distance.argmin(axis=0), -1)
         return found
 
-    def _ends(self, composite: CompositeMap) -> tuple[Ints, tuple[Ints, Floats]]:
-        """Where random starts end under a composite map, and under the map itself; and the orbits of the former."""
-        starts = random_states(self.box, STARTS)
-        path = orbit(composite, starts, RETURNS).states
-        return self.on(path), (self.on(orbit(self.map, starts, RETURNS).states), path)
+    def _path(self, map: ReturnMap) -> Floats:
+        """The orbits of random starts under a map, shape (RETURNS + 1, STARTS, n)."""
+        return orbit(map, random_states(self.box, STARTS), RETURNS).states

@@ -1,7 +1,7 @@
 """Kinds of values in a study's file: names, boxes, spans from, to, points."""
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Protocol, Self, TypeVar
+from collections.abc import Mapping
+from typing import Annotated, Literal, Protocol, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
@@ -89,9 +89,12 @@ def one_of(given: dict[str, object], where: str) -> None:
         raise ValueError(f"{where} has {' and '.join(map(repr, named)) or 'neither'}; expected: exactly one of {keys}")
 
 
-def with_exact(maps: Sequence[str]) -> None:
-    """Raise a ValueError unless the exact map is among some, beside which a composite map is shown."""
+def _with_exact(maps: tuple[str, ...]) -> tuple[str, ...]:
     if "exact" not in maps:
-        raise ValueError(
-            f"'map' is [{', '.join(maps)}]; expected: [exact] or [exact, composite], as the latter is compared with it"
-        )
+        expected = "[exact] or [exact, composite], as the latter is compared with it"
+        raise ValueError(f"[{', '.join(maps)}] lacks the exact map; expected: {expected}")
+    return maps
+
+
+#: the exact map, beside which the composite map may be shown
+Compared = Annotated[tuple[Literal["exact", "composite"], ...], AfterValidator(_with_exact)]

@@ -2,16 +2,16 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import BaseModel, Field
 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
-from nsmaps.study.reading.values import SPEC, Side, with_exact
+from nsmaps.study.reading.values import SPEC, Compared, Side
 from nsmaps.study.sections.base import Need, Section, Table
 
 if TYPE_CHECKING:
@@ -33,12 +33,7 @@ class BasinsSection(BaseModel):
     max_period: int = Field(32, ge=1)
     boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
     grid: dict[str, Side] | None = None  #: that of the study if omitted
-    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
-
-    @model_validator(mode="after")
-    def _with_exact(self) -> Self:
-        with_exact(self.map)
-        return self
+    map: Compared = ("exact",)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -107,9 +102,9 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
     kinds: dict[str, Any] = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
     if (reduced := result.reduced_basins) is not None:
-        labels = [{"label": each.label, "period": each.period} for each in reduced.attractors]
-        fractions = [{"fraction": float(share)} for share in reduced.fractions]
-        kinds["composite"] = {"attractors": [a | b for a, b in zip(labels, fractions, strict=False)], "same": alike(result)}
+        found = zip(reduced.attractors, reduced.fractions.tolist(), strict=False)
+        attractors = [{"label": each.label, "period": each.period, "fraction": share} for each, share in found]
+        kinds["composite"] = {"attractors": attractors, "same": alike(result)}
     return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
 
 

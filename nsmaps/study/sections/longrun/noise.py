@@ -16,7 +16,7 @@ from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, STORED, Size
-from nsmaps.study.reading.values import SPEC, Name, Range, with_exact
+from nsmaps.study.reading.values import SPEC, Compared, Name, Range
 from nsmaps.study.sections.base import Need, Section, Table
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class NoiseSection(BaseModel):
     seed: int = Field(0, ge=0)
     step: Number | None = Field(None, gt=0)
     modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
-    map: tuple[Literal["exact", "composite"], ...] = ("exact",)
+    map: Compared = ("exact",)
     min_returns: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
 
@@ -64,7 +64,6 @@ class NoiseSection(BaseModel):
         if not all(self.modes.values()) or self.min_returns < length:
             text = f"expected: motions of one or more words, and min_returns of at least their number, {length}"
             raise ValueError(f"min_returns is {self.min_returns}; {text}")
-        with_exact(self.map)
         return self
 
 

@@ -23,7 +23,7 @@ from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
-from nsmaps.study.sections.maps.surfaces import bind_family
+from nsmaps.study.sections.maps.surfaces import bind_family, surfaces_size
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import Coverage
@@ -42,9 +42,7 @@ class PieceSection(BaseModel):
     where: str | None = None
     family: str | None = None
     fit: FitSection | None = None
-    grid: dict[str, Side] | None = (
-        None  #: of the states at which its family is computed for the fit; that of the study if omitted
-    )
+    grid: dict[str, Side] | None = None  #: of the states of the data of the fit; that of the study if omitted
     data: str | None = None  #: the data of the fit: a condition, which may name parameters, or `diagonal`; by default the region
     reset: dict[str, Number] | None = None
     polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
@@ -58,10 +56,8 @@ class PieceSection(BaseModel):
         if self.data is not None and self.fit is None:
             raise ValueError(f"the piece {self.name!r}: 'data' defines the data of a fit; expected: beside 'fit' only")
         if self.grid is not None and (self.fit is None or self.data == DIAGONAL):
-            text = (
-                f"the piece {self.name!r}: 'grid' has the states of the data of a fit; expected: beside 'fit' only, and without"
-            )
-            raise ValueError(f"{text} 'data: diagonal'")
+            text = f"the piece {self.name!r}: 'grid' has the states of the data of a fit"
+            raise ValueError(f"{text}; expected: beside 'fit' only, and without 'data: diagonal'")
         return self
 
 
@@ -209,8 +205,9 @@ def _map_of(piece: PieceSection) -> str:
 
 def pieces_size(study: "Study") -> Size:
     """The size of one fit of all pieces."""
-    count = states(study.grid)
-    return sum((fit_size(piece.fit, count) for piece in study.composite if piece.fit), Size())
+    fits = [fit_size(piece.fit, states(piece.grid or study.grid)) for piece in study.composite if piece.fit]
+    own = [surfaces_size(study, states(piece.grid), 1) for piece in study.composite if piece.grid]
+    return sum([*fits, *own], Size())
 
 
 def _size(spec: Pieces, study: "Study", system: "System") -> Size:

@@ -10,6 +10,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study.reading.values import ATTRACTING, SPEC
 from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.maps.named import pieces_with_a_map
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def _needs(spec: SecondIterateSection) -> Iterator[Need]:
 
 
 def _check(spec: SecondIterateSection, study: "Study") -> None:
-    fitted = [piece.name for piece in study.composite if piece.reset is None]
+    fitted = pieces_with_a_map(study)
     of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
     study.source.known(("second_iterate", "domain"), spec.domain, of_pieces, "domain of a fitted piece")
 

@@ -1,7 +1,7 @@
 """The section `auxiliary_map`: the full auxiliary map of eq. auxM, its generic orbit, and the exit times of its regions."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, Field
@@ -12,6 +12,8 @@ from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Need, Section, Table, Verdict
+from nsmaps.study.sections.maps.named import pieces_with_a_map
+from nsmaps.study.sections.sets.exit_times import row_numbers
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.full_map import AuxiliaryOrbit
@@ -49,7 +51,7 @@ def _needs(spec: AuxiliaryMapSection) -> Iterator[Need]:
 
 
 def _check(spec: AuxiliaryMapSection, study: "Study") -> None:
-    pieces = [piece.name for piece in study.composite if piece.reset is None]
+    pieces = pieces_with_a_map(study)
     reduced = [domain.name for domain in study.domains if domain.map in (*pieces, "composite")]
     study.source.known(("auxiliary_map", "domain"), spec.domain, reduced, "domain of the composite map or of a piece")
     for name in spec.pieces:
@@ -101,11 +103,9 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     if result.auxiliary_map is None or result.auxiliary_exits is None:
         return {}
     orbit = result.auxiliary_map
-    rows = [
-        {k: finite([v])[0] if isinstance(v, float) else v for k, v in asdict(row).items()} for row in result.auxiliary_exits.rows
-    ]
+    exits = row_numbers(result.auxiliary_exits)
     boxes = {region.name: [finite(side) for side in region.box] for region in orbit.regions}
-    return {"auxiliary_map": {"boxes": boxes, "ends": [finite(state) for state in orbit.states[-2:]], "exit_times": rows}}
+    return {"auxiliary_map": {"boxes": boxes, "ends": [finite(state) for state in orbit.states[-2:]], "exit_times": exits}}
 
 
 def _verdicts(result: "StudyResult") -> Iterator[Verdict]:

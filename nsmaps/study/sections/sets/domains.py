@@ -85,8 +85,9 @@ def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, An
 
 def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":
     """The attracting domain of an entry, of the map that it names."""
-    pieces = {piece.name: piece.map for piece in result.composite.pieces} if result.composite else {}
-    maps: dict[str, Any] = {**pieces, "exact": plan.system, "composite": result.reduced}
+    pieces = {piece.name: piece for piece in result.composite.pieces} if result.composite else {}
+    maps: dict[str, Any] = {name: piece.map for name, piece in pieces.items()}
+    maps |= {"exact": plan.system, "composite": result.reduced}
     if plan.study.partition is not None:
         if result.partition is not None:
             maps[ATTRACTING] = attracting_of(result.partition)
@@ -94,9 +95,10 @@ def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, prog
             raise NsmapsError(f"the partition has no piece {section.map!r}; expected: {', '.join(maps)}")
     of_partition = plan.study.partition is not None and section.map in pieces
     of = f"fitted map {section.map}" if of_partition else map_title(plan.study, plan.system, section.map)
-    if result.composite is not None and result.composite.several:
-        number = result.composite.piece(section.map).returns if section.map in pieces else 1
-        of = result.composite.title if section.map == "composite" else f"{of} ({number} returns)" if number > 1 else of
+    if section.map in pieces and (number := pieces[section.map].returns) > 1:
+        of = f"{of} ({number} returns)"
+    elif section.map == "composite" and result.composite is not None:
+        of = result.composite.title
     return _bounded(plan, section, maps[section.map], _start_box(plan, result, section), of, progress)
 
 
@@ -197,9 +199,16 @@ def trapped_text(result: "StudyResult", section: DomainSection, domain: "Attract
     """The reason why a box is forward invariant, or possible reasons why it is not."""
     if domain.forward_invariant:
         reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
-        between = "; the states between these returns are not bounded" if "returns" in domain.of else ""
+        skips = _of_several_returns(result, section.map)
+        between = "; the states between these returns are not bounded" if skips else ""
         return f"yes: {reason}{between}{elsewhere(result, domain)}"
     return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
+
+
+def _of_several_returns(result: "StudyResult", of: str) -> bool:
+    """True if an image of the composite map, or of the piece of this name, is that of several returns."""
+    pieces = result.composite.pieces if result.composite else ()
+    return any(piece.returns > 1 for piece in pieces if of in ("composite", piece.name))
 
 
 def _settled(domain: "AttractingDomain") -> str:

@@ -77,11 +77,14 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
         states = [[finite(state) for state in cycle.states] for cycle in result.cycles.cycles]
         sections["cycles"] = {"coverage": result.cycles.coverage, "states": states}
     if result.exit_times is not None:
-        sections["exit_times"] = [
-            {name: finite([value])[0] if isinstance(value, float) else value for name, value in asdict(row).items()}
-            for row in result.exit_times.rows
-        ]
+        sections["exit_times"] = row_numbers(result.exit_times)
     return sections
+
+
+def row_numbers(times: "ExitTimes") -> list[dict[str, Any]]:
+    """The rows of a table of exit times, with None for what is not finite."""
+    rows = map(asdict, times.rows)
+    return [{name: finite([value])[0] if isinstance(value, float) else value for name, value in row.items()} for row in rows]
 
 
 def _tables(result: "StudyResult") -> Iterator[Table]:
