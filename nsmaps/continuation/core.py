@@ -223,5 +223,10 @@ def passes(curve: Curve[P], step: Step[P], point: P, direction: Floats, cosine: 
     if not step.turned @ direction > 2 * cosine**2 - 1:
         return False
     chord, back = curve.difference(step.end.y, step.start.y), curve.difference(point.y, step.start.y)
+    return passes_by(chord, back)
+
+
+def passes_by(chord: Floats, back: Floats) -> bool:
+    """True if a step along a chord passes a point, which is given by its difference from the start of the step."""
     share = float(back @ chord) / float(chord @ chord)
     return 0 < share <= 1 and length(back - share * chord) < STRAY * length(chord)

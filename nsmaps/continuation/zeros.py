@@ -21,10 +21,6 @@ class Zero(Generic[P]):
     error: Floats  #: of its unknowns, shape (m + 1,): the last points on either side are as near
 
 
-class _Missing(Exception):
-    """Newton's method fails at an arclength."""
-
-
 def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Callable[[P, Floats], float]) -> Zero[P] | None:
     """The place, within a length from a point of a curve in a direction, at which a test of point and unit tangent is zero.
 
@@ -37,13 +33,13 @@ def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Ca
     def value(arclength: float) -> float:
         point = correct(curve, start.y + arclength * direction, direction)
         if point is None:
-            raise _Missing
+            raise ValueError("Newton's method fails at an arclength")
         known.append((arclength, test(point, tangent(point, direction)), point))
         return known[-1][1]
 
     try:
         brentq(value, 0.0, length, xtol=PRECISION, rtol=1e-14)
-    except (_Missing, ValueError):  # the test has the same sign at both ends
+    except ValueError:  # a point is missing, or the test has the same sign at both ends
         return None
     s, nearest, point = min(known, key=lambda sample: abs(sample[1]))
     beyond = (sample for sample in known if sample[1] * nearest < 0)

@@ -146,6 +146,11 @@ def _by_word(words: Sequence[str], turns: int, period: int, alphabet: Alphabet) 
     return _in_returns(word if len(word) <= _LETTERS else "", turns, period)
 
 
+def has_rest(word: str) -> bool:
+    """True for the word of a return in which a body comes to rest."""
+    return any(mark in word for mark in _MARKS)
+
+
 def condensed(words: Sequence[str]) -> list[str]:
     """The words of one period with rest or chatter, in which each complete chatter with the release after it is one event.
 

@@ -10,7 +10,6 @@ from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.returnmap import nearest_starts
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
@@ -155,7 +154,7 @@ def periodic_orbit(
     dim = len(map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
-    states = nearest_starts(map, states)
+    states = map.on_section(states)
     if len(states) < period:
         states = orbit(map, states[0], period - 1).states
     size = None if scale is None else np.asarray(scale, float)
@@ -243,7 +242,7 @@ def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Return
         return None
     before, share, length = np.linalg.norm(_gaps(now) / scale), 1.0, np.abs(step / scale).max()
     while share == 1 or (share >= LEAST_SHARE and share * length > ROUNDING):
-        start = nearest_starts(map, now.start + share * step)
+        start = map.on_section(now.start + share * step)
         if np.array_equal(start, now.start):  # below rounding: no shorter part moves a state either
             return None
         there = map.first_return(start, derivative=True)

@@ -20,9 +20,7 @@ class Sine(System):
 
     def first_return(self, states, derivative=False):
         slopes = (np.pi * self.a * np.cos(np.pi * states))[:, :, None] if derivative and self.smooth else None
-        return Returns.of_map(
-            self.coordinates, states, self.a * np.sin(np.pi * states), slopes if derivative and self.smooth else None
-        )
+        return Returns.of_map(self.coordinates, states, self.a * np.sin(np.pi * states), slopes)
 
 
 class Rotor(System):
@@ -163,6 +161,8 @@ def test_a_chart_needs_parameters():
         nsmaps.chart(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
         nsmaps.chart(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
+    with pytest.raises(NsmapsError, match=r"the plane is of no parameter; expected: two .* of a Bare, which has none"):
+        nsmaps.chart(Bare(), {}, [0.3])
 
 
 def test_an_edited_map_is_another_one(tmp_path):

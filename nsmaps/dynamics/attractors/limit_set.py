@@ -11,12 +11,11 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.limits.limit import approached, cycle_in, limits, refined
 from nsmaps.dynamics.limits.path import Path
-from nsmaps.dynamics.motion import MEANING, kind_of
+from nsmaps.dynamics.motion import MEANING, has_rest, kind_of
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.dynamics.periodic import stability
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.words import CHATTER, REST
 
 TOLERANCE = 1e-6  #: share of the scale within which the states of a cycle repeat
 VISITED = 1000  #: number of states that represent an attractor without period
@@ -62,7 +61,7 @@ class LimitSet(WithCoordinates):
             text = f"{self.meaning}{f' ({self.name})' if self.name else ''}, followed for {self.more} more returns"
             exponent = f"largest Lyapunov exponent {self.exponent:.3g} +- {self.exponent_error:.1g} per return"
             if math.isinf(self.exponent):
-                why = "orbits that rest become one" if _rests(self.words) else "an image does not depend on the state"
+                why = "orbits that rest become one" if any(map(has_rest, self.words)) else "an image does not depend on the state"
                 exponent = f"largest Lyapunov exponent {self.exponent}, as where {why}"
             return text if math.isnan(self.exponent) else f"{text}, {exponent}"
         kind = {True: "stable", False: "unstable", None: "seen"}[self.stable]
@@ -102,11 +101,6 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
     about = path.coordinates, found.period, len(found.path.codes) // 2, more, found.label, words, states, factors
     return LimitSet(*about, found.exponent, found.error)
-
-
-def _rests(words: tuple[str, ...]) -> bool:
-    """True if one of the words has a rest or chatter."""
-    return any(mark in word for word in words for mark in (REST, CHATTER))
 
 
 def _number(value: complex) -> str:

@@ -34,7 +34,8 @@ def check_plane(system: System, axes: Mapping[str, Floats]) -> None:
     known = System.require(system, "a chart").parameter_names()
     if len(axes) != 2:
         given = ", ".join(axes) or "no parameter"
-        raise NsmapsError(f"the plane is of {given}; expected: two different parameters of {', '.join(known) or type(system)}")
+        names = ", ".join(known) or f"a {type(system).__name__}, which has none"
+        raise NsmapsError(f"the plane is of {given}; expected: two different parameters of {names}")
     for name in axes:
         if name not in known:
             close = near_match(name, known)

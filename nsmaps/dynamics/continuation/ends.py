@@ -11,7 +11,7 @@ from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
-from nsmaps.dynamics.continuation.problem import has_rest
+from nsmaps.dynamics.motion import has_rest
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
@@ -126,7 +126,7 @@ def _summation_changes(grown: GrowingBranch) -> bool:
     return any((CHATTER in one) != (CHATTER in own) for words in tried for one, own in zip(words, returns.words, strict=True))
 
 
-def _shrinks(grown: GrowingBranch, beyond: float) -> Event | None:
+def _shrinks(grown: GrowingBranch, _: float) -> Event | None:
     """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
     last, unit = grown.points[-1], grown.curve.unit
     points = grown.points[: -POINTS - 1 : -1]
@@ -172,10 +172,10 @@ def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
 
 def rests_for_good(map: ReturnMap | None, states: Floats) -> bool:
     """True if there is a map, and the motion from the first state of an orbit (q, n) ends in contact for all times."""
+    if map is None:
+        return False
     now = states[:1]
     for _ in range(IMPACTS):
-        if map is None:
-            break
         returns = map.first_return(now)
         if returns.outcome[0] == Outcome.rests:
             return True

@@ -12,13 +12,13 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.margins import margins_of, speeds_of
+from nsmaps.dynamics.motion import has_rest
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
-from nsmaps.dynamics.returnmap import map_or_reason, nearest_starts
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.dynamics.scale import extents_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.words import CHATTER, REST
 
 NOTHING = 1e-15  #: share of the scale of a coordinate, below which it is zero: no speed is negative by rounding
 ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
@@ -86,7 +86,7 @@ class OrbitCurve(WithCoordinates):
         for end in (self.low, self.high):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
         map = self.map_of(value)
-        states = self.begun(map, nearest_starts(map, self.coordinates.wrap(self.states(y))))
+        states = self._with_releases(map, map.on_section(self.coordinates.wrap(self.states(y))))
         if states is None:
             return None
         returns = map.first_return(states, derivative=True)
@@ -102,7 +102,7 @@ class OrbitCurve(WithCoordinates):
         residual = (orbit.gaps / self.scale).ravel()
         return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian)
 
-    def begun(self, map: ReturnMap, states: Floats) -> Floats | None:
+    def _with_releases(self, map: ReturnMap, states: Floats) -> Floats | None:
         """States of which those that follow a rest are the images of those before it, as these do not depend on them.
 
         The instant of a release is the border of the states that are at rest: one before it, as predicted, is released later.
@@ -167,11 +167,6 @@ class OrbitCurve(WithCoordinates):
         returns = self.map_of(value).first_return(states)
         ends = (f"{word} {Outcome(k).name}".strip() for word, k in zip(returns.words, returns.outcome.tolist(), strict=True))
         return ", ".join(dict.fromkeys(ends))
-
-
-def has_rest(word: str) -> bool:
-    """True for the word of a return in which a body comes to rest."""
-    return CHATTER in word or REST in word
 
 
 def curve_from(

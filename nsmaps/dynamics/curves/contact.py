@@ -12,9 +12,10 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.continuation.core import STRAY, correct
+from nsmaps.continuation.core import correct, passes_by
 from nsmaps.dynamics.continuation.ends import rests_for_good
 from nsmaps.dynamics.curves.problem import CriticalCurve
+from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import map_or_reason
 
@@ -57,7 +58,7 @@ class ContactCurve:
             points.append(point)
             if last:
                 ended = f"the range of the second parameter ends at {point[1] * self.units[1]:g}"
-            elif len(points) > 3 and _passes(points[-2], point, points[0]):
+            elif len(points) > 3 and passes_by(point - points[-2], points[0] - points[-2]):
                 ended = CLOSED
             elif len(points) > self.max_points:
                 ended = f"{self.max_points} points, before a range was covered"
@@ -72,11 +73,10 @@ class ContactCurve:
         branch, k, q = self.curve.in_first(second), self.curve.along.resting[0], len(self.orbit.states)
         for sign in (1, -1):
             value = first + sign * BESIDE * branch.unit
-            map, states = map_or_reason(branch.map_of, value)[0], self.orbit.states.copy()
-            for row in range(k, k + 2 * q if map is not None else k):
-                assert map is not None
-                states[(row + 1) % q] = map.first_return(states[[row % q]]).image[0]
-            y = branch.y(states, value)
+            map, _ = map_or_reason(branch.map_of, value)
+            if map is None:
+                continue
+            y = branch.y(np.roll(orbit(map, self.orbit.states[k], 2 * q).states[-q:], k + 1, axis=0), value)
             found = correct(branch, y, np.eye(1, len(y), len(y) - 1)[0]) if np.isfinite(y).all() else None
             if found is not None and np.array_equal(found.orbit.returns.codes, self.orbit.returns.codes):
                 return found.orbit
@@ -112,13 +112,6 @@ class ContactCurve:
         if lasts[0] == lasts[1]:
             return None
         return np.asarray(bisect_change(self._lasts, low[None], high[None], lasts[:1], lasts[1:])[1][0])
-
-
-def _passes(before: Floats, after: Floats, point: Floats) -> bool:
-    """True if a step passes a point."""
-    chord, back = after - before, point - before
-    share = float(back @ chord) / float(chord @ chord)
-    return 0 < share <= 1 and float(np.linalg.norm(back - share * chord)) < STRAY * float(np.linalg.norm(chord))
 
 
 def _unit(vector: Floats) -> Floats:

@@ -16,7 +16,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.dynamics.returnmap import map_or_reason, nearest_starts
+from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
@@ -140,7 +140,7 @@ class CriticalCurve:
         map, _ = map_or_reason(self.map_of, *self.values(y))
         if map is None:
             return None
-        states = nearest_starts(map, self.along.coordinates.wrap(self.along.states(y[:-1])))
+        states = map.on_section(self.along.coordinates.wrap(self.along.states(y[:-1])))
         returns = map.first_return(states, derivative=not self.least)
         if not returns.valid.all() or not np.array_equal(returns.codes, codes):
             return None
@@ -203,7 +203,7 @@ class CriticalCurve:
         map, _ = map_or_reason(self.map_of, *self.values(y[0]))
         if map is None:
             return None
-        states = nearest_starts(map, self.along.coordinates.wrap(np.concatenate([self.along.states(row[:-1]) for row in y])))
+        states = map.on_section(self.along.coordinates.wrap(np.concatenate([self.along.states(row[:-1]) for row in y])))
         returns = map.first_return(states, derivative=not self.least)
         same = (returns.codes.reshape(len(y), -1) == here.orbit.returns.codes).all()
         return self._conditions(map, returns) if same and returns.valid.all() else None

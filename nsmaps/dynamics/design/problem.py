@@ -10,7 +10,6 @@ from nsmaps.dynamics.continuation.problem import derivative_of, parameter_rates
 from nsmaps.dynamics.design.conditions import FAR, STABILITY, Condition, margins, stability
 from nsmaps.dynamics.observables.cycles import moved_states, observe_orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step, refined
-from nsmaps.dynamics.returnmap import nearest_starts
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
@@ -90,7 +89,7 @@ class Problem:
         long, guess = float(np.abs(change / scale).max()), coordinates.wrap(here.orbit.states + change)
         if long > LONGEST:
             return None
-        returns = system.first_return(nearest_starts(system, guess), derivative=True)
+        returns = system.first_return(system.on_section(guess), derivative=True)
         if not np.abs(newton_step(returns, scale) / scale).max() <= BEND * long + ROUNDED:
             return None
         found = refined(system, returns)

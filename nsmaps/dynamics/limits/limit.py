@@ -190,9 +190,7 @@ def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Lim
     if not _has_slopes(map, states):
         return None if _nearly_shorter(path, seen.length, NEARLY * tolerance * scale) else seen
     found = least(map, periodic_orbit(map, states, seen.length, scale=scale), scale)
-    if not _is_located(found):
-        return None
-    if np.abs(found.multipliers).max() > 1 + SINGULAR:
+    if not _is_located(found) or np.abs(found.multipliers).max() > 1 + SINGULAR:
         return None
     distance = _distances(found.states, states, path.coordinates, scale).max()
     return Limit("", path, len(found.states), found) if distance <= (COMING if found.stable else 10 * tolerance) else seen

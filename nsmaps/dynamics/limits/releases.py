@@ -29,12 +29,12 @@ def between_releases(path: Path, near: Floats) -> int:
 
 
 def is_determined(map: ReturnMap, path: Path, period: int, scale: Floats) -> bool:
-    """`have_words_beside` of the last period of one path."""
+    """True unless rounding decides when the last period of one path comes back to a release, as of `words_hold_beside`."""
     last = path.last(period)
-    return have_words_beside(map, last.states[1:, 0], last.codes[:, 0], last.outcome[:, 0], scale)
+    return words_hold_beside(map, last.states[1:, 0], last.codes[:, 0], last.outcome[:, 0], scale)
 
 
-def have_words_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDArray[np.signedinteger], scale: Floats) -> bool:
+def words_hold_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDArray[np.signedinteger], scale: Floats) -> bool:
     """True unless rounding decides when a cycle comes back to a release from rest.
 
     A rest makes all multipliers of such a cycle zero. But where orbits are chaotic between rare rests, differences grow from one

@@ -6,8 +6,9 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.limits.releases import ROUNDED, have_words_beside
+from nsmaps.dynamics.limits.releases import ROUNDED, words_hold_beside
 from nsmaps.dynamics.orbit import Orbit, orbit_after
+from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -58,14 +59,11 @@ def _is_unstable(map: ReturnMap, orbit: Orbit, s: int, scale: Floats) -> bool:
     same = np.flatnonzero(orbit.coordinates.near(states[:-1], states[-1], ROUNDED, scale))
     last = slice(int(same[-1]) + 1 if len(same) else len(states), None)
     if (outcome[last] == Outcome.stuck).any():
-        return not have_words_beside(map, states[last], orbit.codes[last, s], outcome[last], scale)
-    slopes = map.first_return(states[same[-1] : -1], derivative=True).derivative if len(same) else None
-    if slopes is None or not np.isfinite(slopes).all():
+        return not words_hold_beside(map, states[last], orbit.codes[last, s], outcome[last], scale)
+    returns = map.first_return(states[same[-1] : -1], derivative=True) if len(same) else None
+    if returns is None or returns.derivative is None or not np.isfinite(returns.derivative).all():
         return False
-    product = np.eye(states.shape[1])
-    for slope in slopes:
-        product = slope @ product
-    return bool(np.abs(np.linalg.eigvals(product)).max() > 1 + UNSTABLE)
+    return bool(np.abs(PeriodicOrbit(returns, ROUNDED, scale).multipliers[0]) > 1 + UNSTABLE)
 
 
 def _beside(map: ReturnMap, state: Floats, aside: Floats) -> Floats:
