@@ -4,13 +4,10 @@ import hashlib
 import json
 import pickle
 import warnings
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import singledispatch, wraps
-from io import BytesIO
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -20,6 +17,7 @@ from numpy.typing import NDArray
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
+from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file, sweep
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress, beat, portion, silent, working
@@ -256,25 +254,6 @@ class _Folder:
 
     def _file(self, number: int) -> Path:
         return self.path / f"part-{number:06d}.npz"
-
-
-def packed(arrays: Arrays, method: int = zipfile.ZIP_STORED) -> bytes:
-    """Arrays as the content of an npz file, without Python objects; compressed at the least level, as floats gain no more."""
-    stream = BytesIO()
-    with zipfile.ZipFile(stream, "w", method, compresslevel=1) as archive:
-        for name, array in arrays.items():
-            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
-                np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
-    return stream.getvalue()
-
-
-def read_arrays(file: Path) -> Arrays | None:
-    """The arrays of an npz file; None where it is not there, or not whole."""
-    try:
-        with np.load(file, allow_pickle=False) as arrays:
-            return dict(arrays)
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
-        return None
 
 
 def _note(file: Path) -> Any:

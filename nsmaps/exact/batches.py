@@ -1,6 +1,7 @@
 """First returns of large batches in parts, in any executor."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, divides
 
 PART = 20_000  #: returns of a part, unless `jobs` says how many states
-ROWS = ("image", "turns", "codes", "outcome", "time", "derivative")  #: of returns, besides their start
+ROWS = ("image", "turns", "codes", "outcome", "time", "derivative", "number")  #: of returns, besides their start
 
 
 @divides
@@ -49,7 +50,7 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
         rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
         starts = np.concatenate([start[None, : rows["image"].shape[1]], rows["image"][:-1]]).reshape(-1, start.shape[1])
         flat = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
-        return Returns(like.coordinates, like.walls, starts, **flat, integrated=like.integrated, alphabet=like.alphabet)
+        return replace(like, start=starts, **flat)
 
     parts = [(system, start[k], n, derivative) for k in cuts]
     found = joined(jobs.run(_part, parts, lambda found: joined(begun(found))))

@@ -163,7 +163,8 @@ def _without_overflow(found: Returns) -> Returns:
 
 def _among(found: Returns, start: Floats, finite: np.ndarray) -> Returns:
     """Returns of the finite ones among states; the others have no image."""
-    blank = {"image": np.nan, "turns": 0, "codes": 0, "outcome": Outcome.invalid, "time": np.nan, "derivative": np.nan}
+    blank = dict.fromkeys(("image", "time", "derivative"), np.nan)
+    blank |= {"turns": 0, "codes": 0, "outcome": Outcome.invalid, "number": 1}
     rows: dict[str, Any] = {"start": start}
     for name, value in blank.items():
         known = getattr(found, name)

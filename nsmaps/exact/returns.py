@@ -168,12 +168,18 @@ class Returns(WithCoordinates):
 
     @classmethod
     def concatenated(cls, parts: "Sequence[Returns]") -> "Returns":
-        """The returns of one or more batches of one map, those of the first batch first; without margins."""
+        """The returns of one or more batches of one map, the first one first; margins and derivatives where all have them."""
         names = ["start", "image", "turns", "codes", "outcome", "time"]
         rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
         slopes = [part.derivative for part in parts if part.derivative is not None]
         rows["derivative"] = np.concatenate(slopes) if len(slopes) == len(parts) else None
-        return replace(parts[0], **rows, margin=None, number=numbers_of(parts))
+        margins = [part.margin for part in parts if part.margin is not None]
+        margin = None
+        if len(margins) == len(parts):
+            margin = Margin(np.concatenate([m.clearance for m in margins]), np.concatenate([m.slowest for m in margins]))
+        if any(part.number is not None for part in parts):
+            rows["number"] = np.concatenate([part.numbers for part in parts])
+        return replace(parts[0], **rows, margin=margin)
 
     def counts(self) -> dict[str, int]:
         """The number of returns for each outcome, by name."""
@@ -201,11 +207,6 @@ class Returns(WithCoordinates):
             rows["slowest"] = ("state", self.margin.slowest, NONE, "least impact speed on the way")
         by = {} if self.derivative is None else {"by": map(str, self.coordinates)}
         return dataset(self.coordinates, rows, by, walls=self.walls, fitted=self.fitted)
-
-
-def numbers_of(parts: Sequence[Returns]) -> NDArray[np.int32] | None:
-    """The field `number` of several batches after one another: None where every row of them is one return."""
-    return None if all(part.number is None for part in parts) else np.concatenate([part.numbers for part in parts])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -105,9 +105,10 @@ def _writer(format: str) -> Callable[[Exportable, str, Sequence[str]], dict[str,
 def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
     """The texts by file name."""
     write = _writer(format)
-    if name is not None and (identifiers([name]) != [name] or (format == "c" and name.lower() in MATH_H.split())):
-        near = identifiers([name])[0] if identifiers([name]) != [name] else f"{name}_"
-        raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
+    if name is not None:
+        near = f"{name}_" if format == "c" and name.lower() in MATH_H.split() else identifiers([name])[0]
+        if near != name:
+            raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
     if isinstance(result, System):
         return _of_system(result, format, name)
     if isinstance(result, Exportable):

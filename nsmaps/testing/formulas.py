@@ -14,7 +14,7 @@ from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
 from nsmaps.exact.flows.ways import FORCING
 from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.parameters import System, choices_of
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.testing.integrated import integrated_flight
 
@@ -57,8 +57,7 @@ def flight_of(system: ImpactSystem) -> Flight:
     period = mp.mpf(str(sp.N(period_of(system), DIGITS)))
     if cls.flight() == "acceleration":
         return Flight(cls.__name__, *integrated_flight(system), period, places)
-    others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    symbolic, symbols = in_symbols(cls, others)
+    symbolic, symbols = in_symbols(cls, choices_of(system))
     arguments = sp.symbols("t t0 z w", real=True)
     given = displacement_of(symbolic, *arguments)
     values = [mp.mpf(value) for value in system.parameters.values()]
@@ -241,15 +240,14 @@ def check_law(system: ImpactSystem, size: float) -> None:
                     "A speed has no sign: the wall turns the velocity round by itself"
                 )
             if after > speed * (1 + NEAR):
-                warnings.warn(f"an impact gains energy: {call}, more than the speed just before it", stacklevel=3)
+                warnings.warn(f"an impact gains energy: {call}, more than the speed just before it", stacklevel=4)
                 break
 
 
 def check_use(system: ImpactSystem) -> None:
     """Every parameter appears in some formula, unless it has one admissible value."""
     cls = type(system)
-    others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    symbolic, symbols = in_symbols(cls, others)
+    symbolic, symbols = in_symbols(cls, choices_of(system))
     t, t0, z, w, v = sp.symbols("t t0 z w v")
     walls = walls_of(symbolic)
     integrated = cls.flight() == "acceleration"

@@ -4,18 +4,16 @@ import warnings
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.arrays import ArrayLike
+from nsmaps.coordinates import as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.testing.formulas import check_description, check_units
-from nsmaps.testing.maps import check_derivatives, check_influence
+from nsmaps.testing.maps import check_derivatives, check_influence, trial_states
 from nsmaps.testing.mode_formulas import Formulas, followed
 
-TRIALS, SIZES = 200, (-2.0, 1.0)  #: random states without `states`, powers of ten of their sizes
 FOLLOWED, EVENTS = 6, 12  #: returns that are integrated, and the events of the longest of them
 CLOSE = 1e-7  #: of an integrated state, relative
 STEEP = 1e2  #: the largest derivative of returns that are integrated
@@ -23,12 +21,10 @@ STEEP = 1e2  #: the largest derivative of returns that are integrated
 
 def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
     """As `check_system`."""
-    check_description(system)
-    check_units(system)
     period = system.period()
     if period is not None and not float(period) > 0:
         raise CheckError(f"the period of {type(system).__name__} is {float(period):.6g}; expected: a positive number, or None")
-    starts = _trial_states(system) if states is None else as_states(states, system.coordinates)
+    starts = trial_states(system) if states is None else as_states(states, system.coordinates)
     returns = system.first_return(starts, derivative=True)
     stopped = np.flatnonzero(returns.outcome == Outcome.blocked)
     if states is not None and stopped.size:
@@ -67,15 +63,6 @@ def _continued(system: HybridSystem, returns: Returns) -> Returns:
             f"motion continues: {why} expected: a section whose events are starts again"
         )
     return later
-
-
-def _trial_states(system: HybridSystem) -> Floats:
-    """Random states of all sizes and signs, with phases of a whole turn."""
-    rng = np.random.default_rng(1)
-    shape = TRIALS, len(system.coordinates)
-    states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
-    states = np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states)
-    return system.on_section(states)
 
 
 def _bound(system: HybridSystem) -> set[str]:

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of
+from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exact.systems.system import ImpactSystem
 
 EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
@@ -19,8 +20,7 @@ EXACT = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 def integrated_flight(system: ImpactSystem) -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
     """Place, velocity and acceleration as functions of (t, t0, z, w): time, and time, place, velocity just after the impact."""
     cls = type(system)
-    others = {name: getattr(system, name) for name in cls.model_fields if name not in cls.parameter_names()}
-    symbolic, symbols = in_symbols(cls, others)
+    symbolic, symbols = in_symbols(cls, choices_of(system))
     given = sp.symbols("t place velocity", real=True)
     force = sp.lambdify((*given, *symbols.values()), acceleration_of(symbolic, *given))
     values = tuple(system.parameters.values())

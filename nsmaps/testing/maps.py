@@ -10,7 +10,7 @@ from nsmaps.coordinates import TWO_PI, as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
-from nsmaps.testing.formulas import check_description, check_units, neighbours
+from nsmaps.testing.formulas import neighbours
 
 TRIALS, SIZES = 200, (-2.0, 1.0)  #: random states without `states`, powers of ten of their sizes
 STEP = 1e-6  #: of differences, relative
@@ -20,10 +20,8 @@ SAME = 1e-9  #: of what is the same, relative
 
 def check_map(system: System, states: ArrayLike | None) -> None:
     """As `check_system`."""
-    check_description(system)
-    check_units(system)
     name = type(system).__name__
-    starts = _trial_states(system) if states is None else as_states(states, system.coordinates)
+    starts = trial_states(system) if states is None else as_states(states, system.coordinates)
     given = starts.copy()
     returns = system.first_return(starts, derivative=True)
     if not np.array_equal(starts, given, equal_nan=True):
@@ -42,12 +40,12 @@ def check_map(system: System, states: ArrayLike | None) -> None:
     check_influence(system, found)
 
 
-def _trial_states(system: System) -> Floats:
-    """Random states of all sizes and signs, with angles of a whole turn."""
+def trial_states(system: System) -> Floats:
+    """Random states of all sizes and signs, with angles of a whole turn, on the section."""
     rng = np.random.default_rng(1)
     shape = TRIALS, len(system.coordinates)
     states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
-    return np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states)
+    return system.on_section(np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states))
 
 
 def _check_rows(system: System, returns: Returns) -> None:
@@ -60,7 +58,7 @@ def _check_rows(system: System, returns: Returns) -> None:
     if odd.size:
         start, image = returns.start[odd[0]], returns.image[odd[0]]
         outcome = next(iter(returns.select(odd[:1]).counts()))
-        raise CheckError(f"the state {start} of {name} has the image {image} and is {outcome!r}; expected: one of both")
+        raise CheckError(f"the state {start} of {name} has the image {image} and is {outcome!r}; expected: only one of the two")
 
 
 def _check_batches(system: System, returns: Returns) -> None:

@@ -69,17 +69,21 @@ def check_system(system: System, acceleration: Acceleration | None = None, state
         CheckError: says what is wrong, with the values, and what is expected.
         SystemDefinitionError: the formulas have no form that can be compiled.
     """
-    if isinstance(system, HybridSystem):
-        check_hybrid(system, states)
-        return
     if not isinstance(system, System):
         expected = "an object of a class that inherits from nsmaps.ImpactSystem, nsmaps.HybridSystem or nsmaps.System"
         raise CheckError(f"{system!r} is not a system; expected: {expected}{', with its parameters' * isinstance(system, type)}")
-    if not isinstance(system, ImpactSystem):
-        check_map(system, states)
-        return
     check_description(system)
     check_units(system)
+    if isinstance(system, ImpactSystem):
+        _check_impacts(system, acceleration, states)
+    elif isinstance(system, HybridSystem):
+        check_hybrid(system, states)
+    else:
+        check_map(system, states)
+
+
+def _check_impacts(system: ImpactSystem, acceleration: Acceleration | None, states: ArrayLike | None) -> None:
+    """As `check_system`."""
     with mp.workdps(DIGITS):
         check_setting(system)
         flight = flight_of(system)
@@ -107,7 +111,7 @@ def check_system(system: System, acceleration: Acceleration | None = None, state
         warnings.warn(
             f"{flight.name} passes, but the acceleration was not given: a wrong sign of the forcing cannot be detected; "
             "pass acceleration=lambda t, place, velocity: ..., the right-hand side of the equation of motion",
-            stacklevel=2,
+            stacklevel=3,
         )
 
 

@@ -8,6 +8,7 @@ import pytest
 import nsmaps
 from nsmaps import Jobs, return_batch
 from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.surfaces.surface import sweep
 
 ROWS = ("start", "image", "turns", "codes", "outcome", "time", "derivative")
 SYSTEMS = {
@@ -56,6 +57,32 @@ def test_integrated_returns_in_two_processes_and_from_a_folder(tmp_path):
     assert same(made, system.orbits(states, 2, True))
     assert len(list(tmp_path.glob("part-*.npz"))) == 4
     assert same(return_batch(system, states, 2, True, jobs=Jobs(checkpoint=tmp_path, part=10)), made)
+
+
+def test_a_fitted_map_of_several_returns_in_parts():
+    """Two pieces, of which one has images after two returns."""
+    pieces = [
+        nsmaps.Piece(name, nsmaps.Box.of(("x",), [side]), nsmaps.PolyMap.of_monomials(("x",), {"x": {(0,): 0.5}}, [side]), "", n)
+        for name, side, n in (("left", (0.0, 1.0), 1), ("right", (1.0, 2.0), 2))
+    ]
+    map = nsmaps.CompositeMap(("x",), (), tuple(pieces))
+    states = np.linspace(0.05, 1.95, 12)[:, None]
+    whole = map.orbits(states, 3)
+    with ThreadPoolExecutor(2) as executor:
+        parts = return_batch(map, states, 3, jobs=Jobs(executor, part=4))
+    assert whole.numbers[:12].tolist() == [1] * 6 + [2] * 6
+    assert parts.numbers.tolist() == whole.numbers.tolist()
+    assert parts.fitted
+
+
+def test_a_sweep_says_that_flights_are_integrated():
+    pytest.importorskip("heyoka")
+    system = nsmaps.load_system("duffing", **SYSTEMS["duffing"])
+    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1, points=3), "phi": nsmaps.Axis(low=0, high=3, points=3)})
+    family = nsmaps.WordFamily(name="one", words=(2 * system.letters[0],))
+    ((_, made),) = sweep(system, "f", [0.7], grid, [family])
+    assert len(made["one"].returns)
+    assert made["one"].returns.integrated
 
 
 def test_no_states_and_what_is_refused():

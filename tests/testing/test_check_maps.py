@@ -71,7 +71,7 @@ class Both(Sound):
         (Idle, "no return of Idle depends on its parameter 'b'"),
         (Nowhere, r"none of 200 states of Nowhere has an image \(\{'escaped': 200\}\)"),
         (Unturned, r"an angle of an image of Unturned is not in \[0, 2 pi\)"),
-        (Both, "has the image .* and is 'escaped'; expected: one of both"),
+        (Both, "has the image .* and is 'escaped'; expected: only one of the two"),
     ],
 )
 @pytest.mark.filterwarnings("ignore::UserWarning")

@@ -9,7 +9,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, walls_of
 
 if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.exact.systems.parameters import System
 
 S = sp.Symbol("_s", real=True)  #: the time since the impact
 PHI = sp.Symbol("_phi", real=True)  #: the phase, place and velocity of the impact
@@ -19,7 +19,7 @@ EXACT, ROUNDED = sp.Float("1e-35"), sp.Float("1e-12")  #: largest residue of a f
 V = sp.Symbol("_v", nonnegative=True)  #: the speed just before an impact
 
 
-def in_symbols(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:
+def in_symbols(cls: "type[System]", fixed: dict[str, Any]) -> tuple[Any, dict[str, sp.Symbol]]:
     """A system with symbols for its parameters and the given values for its other fields, and these symbols."""
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
     return cls.model_construct(**symbols, **fixed), symbols

@@ -31,6 +31,7 @@ from nsmaps.exact.flows.rates import packed, rates_and_powers
 from nsmaps.exact.flows.recording import DIGITS, Real
 from nsmaps.exact.flows.source import period_of, periods_of, walls_of
 from nsmaps.exact.systems.files import place_of
+from nsmaps.exact.systems.parameters import choices_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
@@ -127,8 +128,7 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
     Raises:
         SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; states which and why.
     """
-    cls, numbers = type(system), system.parameter_names()
-    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in numbers}
+    cls, fixed = type(system), choices_of(system)
     key = *written(cls), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
         with refused(cls):

@@ -26,6 +26,7 @@ from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, reco
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.files import place_of
+from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
@@ -188,8 +189,8 @@ DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than n
 
 def known_definition(system: "HybridSystem", driven: bool = False) -> Definition:
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
-    cls, numbers = type(system), system.parameter_names()
-    fixed = tuple((name, repr(getattr(system, name))) for name in cls.model_fields if name not in numbers)
+    cls = type(system)
+    fixed = tuple((name, repr(value)) for name, value in choices_of(system).items())
     key = cls, fixed, cls.horizon, driven, cls.noise, (cls.period, cls.modes, cls.guards, cls.section)
     if key not in DEFINITIONS:
         try:

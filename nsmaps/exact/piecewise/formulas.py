@@ -11,6 +11,8 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import in_symbols
+from nsmaps.exact.systems.parameters import choices_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.piecewise import PiecewiseMap
@@ -35,14 +37,13 @@ class Choices:
 
     cls: Any
     text: str
-    values: Mapping[str, Any] = field(compare=False)
+    values: dict[str, Any] = field(compare=False)
 
     @classmethod
     def of(cls, map: "PiecewiseMap") -> "Choices":
         """The class of a map with its choices."""
-        own = type(map)
-        values = {name: getattr(map, name) for name in own.model_fields if name not in own.parameter_names()}
-        return cls(own, repr(values), values)
+        values = choices_of(map)
+        return cls(type(map), repr(values), values)
 
 
 @lru_cache(maxsize=64)
@@ -53,8 +54,7 @@ def formulas_of(choices: Choices) -> PieceFormulas:
         SystemDefinitionError: states which piece is not one, and why.
     """
     cls = choices.cls
-    symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
-    symbolic = cls.model_construct(**symbols, **choices.values)
+    symbolic, symbols = in_symbols(cls, choices.values)
     names = tuple(cls.coordinates)
     variables = tuple(sp.Symbol(f"_y_{k}", real=True) for k in range(len(names)))
     try:

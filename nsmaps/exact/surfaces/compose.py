@@ -2,13 +2,13 @@
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Ints
-from nsmaps.exact.returns import Margin, Returns, numbers_of
+from nsmaps.exact.returns import Margin, Returns
 from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ def joined(first: Returns, second: Returns) -> Returns:
 
 def iterated(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
     """Returns of a map, each joined with those that follow it, as many in all as `times` has, shape (N,), from one on."""
-    rows, row, derivative = np.arange(len(returns)), returns, returns.derivative is not None
-    numbers, parts = [rows[times <= 1]], [returns.select(times <= 1)]
+    rows, row, derivative = np.arange(len(returns)), replace(returns, number=returns.numbers), returns.derivative is not None
+    numbers, parts = [rows[times <= 1]], [row.select(times <= 1)]
     for k in range(2, int(times.max(initial=1)) + 1):
         on = times[rows] >= k
         rows, row = rows[on], row.select(on)
@@ -57,7 +57,7 @@ def iterated(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
         done = times[rows] == k
         numbers.append(rows[done])
         parts.append(row.select(done))
-    return stacked(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
+    return Returns.concatenated(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
 
 
 def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
@@ -91,31 +91,7 @@ def members(system: "System", returns: Returns, family: "ReturnFamily") -> tuple
     order = np.argsort(np.concatenate(numbers), kind="stable")
     member = np.zeros(len(returns), bool)
     member[np.concatenate(numbers)] = True
-    return member, stacked(parts).select(order)
-
-
-def stacked(parts: list[Returns]) -> Returns:
-    """Several batches of returns, concatenated."""
-    first, margins = parts[0], [part.margin for part in parts if part.margin is not None]
-    margin = None
-    if first.margin is not None:
-        margin = Margin(np.concatenate([m.clearance for m in margins]), np.concatenate([m.slowest for m in margins]))
-
-    def rows(name: str) -> Any:
-        return np.concatenate([getattr(part, name) for part in parts])
-
-    return replace(
-        first,
-        start=rows("start"),
-        image=rows("image"),
-        turns=rows("turns"),
-        codes=rows("codes"),
-        outcome=rows("outcome"),
-        time=rows("time"),
-        derivative=None if first.derivative is None else rows("derivative"),
-        margin=margin,
-        number=numbers_of(parts),
-    )
+    return member, Returns.concatenated(parts).select(order)
 
 
 def most_returns(word: str) -> int:

@@ -1,8 +1,8 @@
 """Grids of starts, the return surfaces over them, and sweeps over a parameter: step i of the general algorithm."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -217,7 +217,6 @@ def _returns_over(systems: Sequence["System"], grid: Grid) -> Arrays:
     return {name: np.stack([getattr(returns, name) for returns in sweeps]) for name in names}
 
 
-def _returns_of(system: "System", a: Arrays) -> Returns:
+def _returns_of(system: "System", arrays: Mapping[str, Any]) -> Returns:
     """The returns whose arrays these are."""
-    names = system.coordinates, system.letters
-    return Returns(*names, a["start"], a["image"], a["turns"], a["codes"], a["outcome"], a["time"])
+    return replace(system.first_return(arrays["start"][:0]), **arrays)

@@ -145,6 +145,11 @@ def map_name(system: System, of: str = "exact") -> str:
     return system.map_name if of == "exact" else f"{of} map"
 
 
+def choices_of(system: System) -> dict[str, Any]:
+    """The values of the fields that are not numbers, by name."""
+    return {name: getattr(system, name) for name in type(system).model_fields if name not in system.parameter_names()}
+
+
 def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:
     """The system of a class with these parameters, or a ParameterError in place of pydantic's ValidationError."""
     try:

@@ -43,7 +43,6 @@ class ImpactSystem(FlowSystem):
 
     wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
     coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
-    horizon: ClassVar[float] = 1000.0  #: longest flight followed, in periods of the forcing
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:

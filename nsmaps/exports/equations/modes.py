@@ -11,6 +11,7 @@ from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exports.equations.letters import letters_beside
 from nsmaps.exports.languages.latex import aligned, math, number, page, terms_of, text
 
@@ -22,8 +23,7 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     definition = known_definition(system, driven=bool(noise))
     parameters = {name: sp.Symbol(name, real=True) for name in cls.parameter_names()}
     y = {name: sp.Symbol(name, real=True) for name in cls.states}
-    others = {name: getattr(system, name) for name in cls.model_fields if name not in parameters}
-    symbolic, states = cls.model_construct(**parameters, **others), cls._arguments(y | noise)
+    symbolic, states = cls.model_construct(**parameters, **choices_of(system)), cls._arguments(y | noise)
     own = letters_beside([*parameters, *cls.states, *noise])
     time = sp.Symbol(own["time"], real=True)
     guards, section = symbolic.guards(time, states), symbolic.section(time, states)

@@ -7,6 +7,7 @@ import sympy as sp
 
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall
 from nsmaps.exports.equations.letters import letters_beside
@@ -26,7 +27,7 @@ def system_files(system: ImpactSystem, name: str | None = None) -> dict[str, str
     cls = type(system)
     names = cls.parameter_names()
     own = letters_beside(names)
-    symbolic, internal = in_symbols(cls, {name: getattr(system, name) for name in cls.model_fields if name not in names})
+    symbolic, internal = in_symbols(cls, choices_of(system))
     plain = {internal[name]: sp.Symbol(name, real=True) for name in names}
     t, *start = (
         sp.Symbol(_line(one, own), real=True) for one in ("@time", "@{time}_@impact", "@{place}_@impact", "@{velocity}_@impact")

@@ -24,9 +24,9 @@ from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.files.npz import packed
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.files.storage import replace_file
-from nsmaps.parallel import packed
 from nsmaps.plugins import entry_of, is_file, owner_of
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.estimates import GIGABYTE

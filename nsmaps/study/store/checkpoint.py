@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from nsmaps.errors import NsmapsError
+from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file
-from nsmaps.parallel import packed, read_arrays
 from nsmaps.study.result import KEPT, StudyResult
 from nsmaps.study.store.serialize import Arrays, decode, encode
 

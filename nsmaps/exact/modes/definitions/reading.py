@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.flows.formulas import PHI, in_symbols
 from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.crossings import divided, nothing_changes
 from nsmaps.exact.modes.definitions.definition import Definition, Row, Transition
@@ -17,6 +17,7 @@ from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coor
 from nsmaps.exact.modes.definitions.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, Section, Sliding
+from nsmaps.exact.systems.parameters import choices_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.hybrid import HybridSystem
@@ -31,9 +32,7 @@ def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:
     cls = type(system)
     if not cls.states or not all(isinstance(name, str) and name.isidentifier() for name in cls.states):
         raise SystemDefinitionError(f"{cls.__name__}.states is {cls.states!r}; expected: names of states, such as ('x', 'v')")
-    symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
-    fixed = {name: getattr(system, name) for name in cls.model_fields if name not in symbols}
-    symbolic = cls.model_construct(**symbols, **fixed)
+    symbolic, symbols = in_symbols(cls, choices_of(system))
     period = symbolic.period()
     t = CLOCK if period is None else PHI * sp.sympify(period) / (2 * sp.pi)
     rate = sp.S.Zero if period is None else 2 * sp.pi / sp.sympify(period)

@@ -11,9 +11,8 @@ from nsmaps.exact.modes.tables.tables import Tables
 
 OFF = 1e-6  #: of the sizes of its terms and of its change in time: how far a function is from zero at most on its surface
 
-Surfaces = tuple[
-    Floats, ...
-]  #: of each start the functions that are zero there, shape (K, N); () where no coordinate is redundant
+#: of each start the functions that are zero there, shape (K, N); () where no coordinate is redundant
+Surfaces = tuple[Floats, ...]
 
 
 def surfaces_of(definition: Definition, table: Tables) -> Surfaces:
@@ -41,10 +40,9 @@ def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Float
     moved, off = rows.copy(), np.flatnonzero(~on_section(table, surfaces, rows))
     if not len(off):
         return moved
-    nearest, places = _distances(table, surfaces, rows[off]).argmin(axis=0), table.places
+    nearest, places, n = _distances(table, surfaces, rows[off]).argmin(axis=0), table.places, table.resets.shape[1]
     states = np.flatnonzero(places >= 0)
     for i, k in zip(off.tolist(), nearest.tolist(), strict=True):
-        n = table.resets.shape[1]
         change = (surfaces[k][:, :n] @ table.states[k])[:, places[states]]
         units = np.abs(rows[i, states])
         units[units == 0] = units.max(initial=0.0) or 1.0
