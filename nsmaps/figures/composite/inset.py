@@ -13,16 +13,19 @@ _SMALL, _POINT = 0.3, 1e-3  #: of the picture, between which an attractor is enl
 _AROUND = 0.15  #: of the extent of what is enlarged, around it
 
 
-def inset(ax: Axes, points: Floats, taken: Floats) -> Axes | None:
+def inset(ax: Axes, points: Floats, taken: Floats, above: bool = False) -> Axes | None:
     """Axes that enlarge points (N, 2), in the corner that holds the fewest of others (K, 2); None where they are not small.
 
-    The limits of the picture are final.
+    The limits of the picture are final, but that room for it can be made `above` what is drawn.
     """
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     share = np.ptp(points, axis=0) / (high - low)
     inside = ((points >= low) & (points <= high)).all()
     if not inside or share.max() > _SMALL or share.max() < _POINT:
         return None
+    if above:
+        high[1] += (high[1] - low[1]) * (_SIDE + _GAP) / (1 - _SIDE - _GAP)
+        ax.set_ylim(top=high[1])
     where = (np.concatenate([taken, points]) - low) / (high - low)
     reach = _SIDE + 2 * _GAP
     corners = [np.array(corner) for corner in product((_GAP, 1 - _SIDE - _GAP), repeat=2)]

@@ -52,9 +52,8 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     dress(ax, (domain.coordinates[i], "k"), (domain.coordinates[i], "k+2"))
     last = steps[-1]
     small = np.tile(last.box[i][:, None], 2) if last.forward_invariant else np.empty((0, 2))
-    lines = [line for line in ax.lines if line.get_transform() == ax.transData and not str(line.get_label()).startswith("_")]
-    taken = np.concatenate([np.column_stack(line.get_data()) for line in lines])
-    inner = inset(ax, small, taken[np.isfinite(taken).all(axis=1)]) if len(small) else None
+    taken = np.concatenate([np.column_stack(line.get_data()) for line in ax.lines if line.get_transform() == ax.transData])
+    inner = inset(ax, small, taken[np.isfinite(taken).all(axis=1)], above=True) if len(small) else None
     if inner is not None:
         limits = inner.get_xlim(), inner.get_ylim()
         _draw(inner, result, i, [last], colours)
