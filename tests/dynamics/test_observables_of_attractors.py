@@ -7,8 +7,9 @@ import pytest
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Section
+from nsmaps.exact.observables.formulas import plan_of
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.exact.observables.totals import plan_of, slopes_of
+from nsmaps.exact.observables.totals import slopes_of
 from nsmaps.exact.systems.system import ImpactSystem
 
 STEADY = {"d": 0.35, "M": 0.1245, "g": 9.8, "beta": pi / 3, "F": 5}

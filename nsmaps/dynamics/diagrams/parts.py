@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,15 +15,13 @@ from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.parallel import Arrays, Jobs, names_as_arrays
 
-if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-
 PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
+D = TypeVar("D")  #: a diagram over all values
 Block = tuple[NDArray[np.int64], slice, Arrays]  #: indices of values, starts, and the result of `attractors_at` there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep:
+class Sweep(Generic[D]):
     """A diagram in parts, computed by an executor or stored in a folder."""
 
     map_of: Callable[[float], ReturnMap]
@@ -32,7 +30,7 @@ class Sweep:
     returns: int
     discard: int
     jobs: Jobs
-    diagram: "Callable[[list[Block]], Bifurcation]"  #: over all values, from the results at some of them
+    diagram: Callable[[list[Block]], D]  #: from the results at some of them
 
     def independent(self, starts: Floats) -> list[Block]:
         """Every start at every value; parts are values."""
@@ -57,7 +55,7 @@ class Sweep:
             starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
         return blocks
 
-    def _diagram_until(self, blocks: list[Block], cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> "Bifurcation":
+    def _diagram_until(self, blocks: list[Block], cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> D:
         """The diagram of some blocks, and of those of some starts at the next values."""
         return self.diagram([*blocks, *_of_starts(cut, found)])
 
@@ -80,7 +78,7 @@ def attractors_at(
     discard: int,
     first: Floats | None = None,
 ) -> Arrays:
-    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a `Bifurcation`.
+    """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a diagram.
 
     Args:
         first: where the last states at one value are the starts at the next, the starts at the first value, shape (S, n), whose

@@ -94,7 +94,8 @@ Sums = tuple[Floats, Floats, Floats]  #: totals and weights, shape (q, C) or (1,
 
 def _sums(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over each return of an orbit of single returns."""
-    from nsmaps.exact.observables.totals import plan_of, slopes_of
+    from nsmaps.exact.observables.formulas import plan_of
+    from nsmaps.exact.observables.totals import slopes_of
 
     means = observe(system, orbit.states[:, None, :], 1, every, batches=1)
     plan = plan_of(system, every)
@@ -109,7 +110,7 @@ def _sums(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...
 
 def _sums_with_rest(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over an orbit with complete chatter."""
-    from nsmaps.exact.observables.totals import plan_of
+    from nsmaps.exact.observables.formulas import plan_of
 
     assert isinstance(system, ImpactSystem)
     run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SINGLY)

@@ -115,8 +115,8 @@ def observe(
         NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not an exact system, or the
             largest value of a formula of integrated flights is asked for.
     """
-    from nsmaps.exact.observables.formulas import resolved
-    from nsmaps.exact.observables.totals import plan_of, totals_of
+    from nsmaps.exact.observables.formulas import plan_of, resolved
+    from nsmaps.exact.observables.totals import totals_of
 
     system = FlowSystem.require(system, "observables")
     start = as_starts(state, system.coordinates)

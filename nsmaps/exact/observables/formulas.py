@@ -7,11 +7,15 @@ from functools import lru_cache
 from typing import Any
 from unicodedata import normalize
 
+import numpy as np
 import sympy as sp
 
+from nsmaps.arrays import Bools, Floats
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
+from nsmaps.exact.observables.memory import Quantities, rule
 from nsmaps.exact.observables.spec import Observable, ObservableLike, distinct, observable_of
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -127,6 +131,75 @@ def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
     """Whether a transition is an impact: an event that changes a state."""
     kept = all(row.of(variables) == y for row, y in zip(one.reset, variables, strict=True))
     return bool(one.name) and (bool(one.curved) or not kept)
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The formulas of some observables of a class of systems, those of impacts first."""
+
+    vocabulary: Vocabulary
+    columns: tuple[tuple[int, int], ...]  #: of each formula the observable, and 0, or 1 where it divides
+    formulas: dict[str, tuple[sp.Expr, ...]]  #: of impacts and of flights
+    rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts and (M, F) of flights
+    largest: Bools  #: shape (K + F,)
+    scales: Floats  #: shape (K + F,)
+
+    def address(self, of: str, slopes: bool) -> int:
+        """The address of the compiled formulas, and their derivatives by inputs, phase and parameters; 0 without formulas."""
+        return _address(self, of, slopes) if self.formulas[of] else 0
+
+    def width(self, slopes: bool) -> int:
+        """Places of a formula in a table: its value, or also its derivatives by the inputs, phase and parameters."""
+        return 2 + max(map(len, self.vocabulary.inputs.values())) + len(self.vocabulary.parameters) if slopes else 1
+
+    def memory(self, values: Sequence[float], panel: float, slopes: bool = False) -> Quantities:
+        """Memory for the totals of one thread."""
+        k, f = (self.rows[of].shape[1] for of in ("impacts", "flights"))
+        nodes, weights = rule()
+        return Quantities(
+            impact=self.address("impacts", slopes),
+            flight=self.address("flights", slopes),
+            parameters=np.array([*values, 0.0]),
+            at=self.rows["impacts"],
+            over=self.rows["flights"],
+            largest=self.largest,
+            panel=panel,
+            nodes=nodes,
+            weights=weights,
+            y=np.zeros(max(map(len, self.vocabulary.inputs.values()))),
+            out=np.zeros((max(k, f), self.width(slopes))),
+            total=np.zeros(k + f),
+            peak=np.zeros(f),
+            when=np.zeros(f),
+        )
+
+
+@lru_cache(maxsize=256)
+def _address(plan: Plan, of: str, slopes: bool) -> int:
+    formulas, inputs, parameters = plan.formulas[of], plan.vocabulary.variables(of), plan.vocabulary.parameters
+    by = (*inputs, PHI, *parameters) if slopes else ()
+    entries = [entry for formula in formulas for entry in (formula, *(sp.diff(formula, x) for x in by))]
+    places = [k * plan.width(slopes) + j for k in range(len(formulas)) for j in range(1 + len(by))]
+    return rows_address(rows_source(entries, places, inputs, parameters))
+
+
+def plan_of(system: System, observables: tuple[Observable, ...]) -> Plan:
+    """The formulas of observables, read and in order; those of a class and its choices are remembered."""
+    return _plan(vocabulary_of(system), observables)
+
+
+@lru_cache(maxsize=64)
+def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
+    columns, formulas, rows = [], {}, {}
+    for of in ("impacts", "flights"):
+        own = [(k, part) for k, one in enumerate(observables) if one.of == of for part in range(len(one.formulas))]
+        columns += own
+        formulas[of] = tuple(vocabulary.read(observables[k].formulas[part], of) for k, part in own)
+        counts = [vocabulary.rows(observables[k]) for k, _ in own]
+        rows[of] = np.array(counts, bool).reshape(len(own), len(vocabulary.places[of])).T.copy()
+    largest = np.array([observables[k].largest for k, _ in columns])
+    scales = np.array([1.0 if part else observables[k].scale for k, part in columns])
+    return Plan(vocabulary, tuple(columns), formulas, rows, largest, scales)
 
 
 def known_observables(system: System) -> dict[str, Observable]:

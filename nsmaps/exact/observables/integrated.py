@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -14,21 +14,19 @@ from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.tables import Formulas
 from nsmaps.exact.observables.flights import LEAST
+from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.memory import rule
 from nsmaps.exact.ode.kernel import IntegratedKernel
 from nsmaps.exact.ode.steps.pieces import Step
 from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import CHATTER
 
-if TYPE_CHECKING:
-    from nsmaps.exact.observables.totals import Plan
-
 MOST_CHATTER = 100_000  #: impacts of chatter that are added: after more the totals are not known
 AGREE = 1e-14  #: of the integral of a size over a flight: two rules of quadrature that differ by less agree
 MOST_HALVINGS = 40  #: of a step, beside a kink of a formula
 
 
-def integrated_totals(kernel: IntegratedKernel, plan: "Plan", discard: int, length: int, chatter: float, *rows: Any) -> None:
+def integrated_totals(kernel: IntegratedKernel, plan: Plan, discard: int, length: int, chatter: float, *rows: Any) -> None:
     """As `observed` of closed forms, for one state (2,): it, its outcome (1,), times (B,) and totals (B, C) are written.
 
     Raises:
@@ -50,7 +48,7 @@ def integrated_totals(kernel: IntegratedKernel, plan: "Plan", discard: int, leng
         state[:] = run.image[-1]
 
 
-def _returns(kernel: IntegratedKernel, plan: "Plan", state: Floats, returns: int, chatter: float) -> Floats:
+def _returns(kernel: IntegratedKernel, plan: Plan, state: Floats, returns: int, chatter: float) -> Floats:
     """The totals of the first returns of a state, all of which have images, shape (R, C)."""
     if plan.largest[plan.rows["impacts"].shape[1] :].any():
         raise NsmapsError("the largest value of a formula of integrated flights is not known; expected: one of impacts, or a sum")
@@ -66,7 +64,7 @@ def _returns(kernel: IntegratedKernel, plan: "Plan", state: Floats, returns: int
     return np.concatenate(totals)
 
 
-def _total(kernel: IntegratedKernel, plan: "Plan", found: Impacts, flights: list[list[Step]], which: slice) -> Floats:
+def _total(kernel: IntegratedKernel, plan: Plan, found: Impacts, flights: list[list[Step]], which: slice) -> Floats:
     """The totals of some impacts and of the flights that follow them, shape (C,)."""
     numbers = range(which.start, which.stop)
     hits = np.concatenate([_hits(kernel, plan, found, i) for i in numbers])
@@ -74,7 +72,7 @@ def _total(kernel: IntegratedKernel, plan: "Plan", found: Impacts, flights: list
     return np.append(sums, sum(_flown(kernel, plan, found, flights[i], i) for i in numbers))
 
 
-def _hits(kernel: IntegratedKernel, plan: "Plan", found: Impacts, i: int) -> Floats:
+def _hits(kernel: IntegratedKernel, plan: Plan, found: Impacts, i: int) -> Floats:
     """The values of an impact, and of those after it if they accumulate, shape (impacts, K)."""
     formulas, _ = _compiled(kernel.formulas, plan)
     row, speed, largest = int(found.wall[i]), float(found.speed[i]), plan.largest[: plan.rows["impacts"].shape[1]]
@@ -103,7 +101,7 @@ def _accumulation(kernel: IntegratedKernel, row: int, phi: float, v: float, u: f
     return rate * 2 * u / (press * (1 - u / v))
 
 
-def _flown(kernel: IntegratedKernel, plan: "Plan", found: Impacts, steps: list[Step], i: int) -> Floats:
+def _flown(kernel: IntegratedKernel, plan: Plan, found: Impacts, steps: list[Step], i: int) -> Floats:
     """The integrals over the flight, or the rest, after an impact, shape (F,)."""
     row, start = int(found.wall[i]), float(found.phase[i]) / float(kernel.table[at.PHASE_RATE])
     if not plan.formulas["flights"]:
@@ -146,7 +144,7 @@ def _place(kernel: IntegratedKernel, row: int) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=64)
-def _integrands(formulas: Formulas, plan: "Plan") -> tuple[sp.Expr, ...]:
+def _integrands(formulas: Formulas, plan: Plan) -> tuple[sp.Expr, ...]:
     """The formulas of flights by time, place and velocity, the symbols of an equation of motion."""
     place, velocity = plan.vocabulary.variables("flights")
     return tuple(one.subs({place: Z, velocity: W, PHI: S * formulas.numbers[2]}) for one in plan.formulas["flights"])
@@ -158,7 +156,7 @@ def _acceleration(formulas: Formulas) -> Callable[..., Any]:
 
 
 @lru_cache(maxsize=64)
-def _compiled(formulas: Formulas, plan: "Plan") -> tuple[Callable[..., Any], Callable[..., Any]]:
+def _compiled(formulas: Formulas, plan: Plan) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """The formulas of impacts by speed before and after, place, phase and parameters; of flights by time, place, velocity and
     parameters.
     """

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from textwrap import fill
 from typing import Any
 
-from nsmaps.exports.engine.kinds import ARRAYS, BOOL, COMPLEX, FLOAT, FLOW, INT, Kind
+from nsmaps.exports.engine.kinds import ARRAYS, BOOL, COMPLEX, FLOAT, FLOW, INT, Function, Kind
 from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer
-from nsmaps.exports.engine.source import Function, about
+from nsmaps.exports.engine.source import about
 
 TYPES = {FLOAT: "double ", INT: "int64_t ", BOOL: "bool ", COMPLEX: "complex_number ", FLOW: "const flow *"}
 TYPES |= {"table": "const double *", "flight": "double *"}

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Sequence
 from textwrap import fill
 from typing import Any
 
-from nsmaps.exports.engine.kinds import COMPLEX, FLOW, Kind
+from nsmaps.exports.engine.kinds import COMPLEX, FLOW, Function, Kind
 from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer
-from nsmaps.exports.engine.source import Function, about
+from nsmaps.exports.engine.source import about
 
 LIBRARY = {"min": "smaller", "max": "larger", "int": "whole_part", "sqrt": "square_root"}
 

@@ -6,12 +6,10 @@ these, and the two arrays of a flow; assignments, conditions, loops over a range
 
 import ast
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from nsmaps.exports.engine.names import spelt
-
-if TYPE_CHECKING:
-    from nsmaps.exports.engine.source import Function
 
 Kind = Any  #: one of the following, or a tuple of kinds
 FLOAT, INT, BOOL, COMPLEX, FLOW = "float", "int", "bool", "complex", "flow"
@@ -19,6 +17,18 @@ ARRAYS = ("table", "flight")  #: of a flow: the numbers of the system, the coeff
 CONSTANTS = (bool, int, float)
 SHORT = {BOOL: 0, INT: 1, FLOAT: 2, COMPLEX: 3}
 Names = dict[str, tuple[str, Kind]]  #: of variables: what they are called in the program, and their kind
+
+
+@dataclass(slots=True)
+class Function:
+    """One function: its tree, whose nodes learn their kinds, its variables, and the names that its module knows."""
+
+    name: str
+    tree: ast.FunctionDef
+    known: dict[str, Any]
+    arguments: dict[str, Kind]  #: by the name in the program, in order
+    variables: dict[str, Kind]  #: other than arguments, by the name in the program
+    returns: Kind = ""
 
 
 def joined(one: Kind, other: Kind) -> Kind:
@@ -38,7 +48,7 @@ def holds(one: Kind, other: Kind) -> bool:
 class Inference:
     """The kinds within one function; `called` answers what a call returns, by its name, function and the arguments' kinds."""
 
-    def __init__(self, function: "Function", called: Callable[[str, Any, list[Kind]], Kind]) -> None:
+    def __init__(self, function: Function, called: Callable[[str, Any, list[Kind]], Kind]) -> None:
         self.function, self.called = function, called
         self.names: Names = {each.arg: (spelt(each.arg), function.arguments[spelt(each.arg)]) for each in function.tree.args.args}
         self.block(function.tree.body)

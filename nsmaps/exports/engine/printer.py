@@ -4,9 +4,9 @@ import ast
 from collections.abc import Iterable
 from typing import Any
 
-from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, Inference, Kind
+from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, Function, Inference, Kind
 from nsmaps.exports.engine.names import spelt
-from nsmaps.exports.engine.source import Function, function_of
+from nsmaps.exports.engine.source import function_of
 
 Node = Any  #: of a syntax tree, which has the kind that was inferred
 SIGNS: dict[type, tuple[str, int]] = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6)}

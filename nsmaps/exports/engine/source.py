@@ -3,23 +3,10 @@
 import ast
 import inspect
 import textwrap
-from dataclasses import dataclass
 from typing import Any
 
-from nsmaps.exports.engine.kinds import Kind
+from nsmaps.exports.engine.kinds import Function, Kind
 from nsmaps.exports.engine.names import spelt
-
-
-@dataclass(slots=True)
-class Function:
-    """One function: its tree, whose nodes learn their kinds, its variables, and the names that its module knows."""
-
-    name: str
-    tree: ast.FunctionDef
-    known: dict[str, Any]
-    arguments: dict[str, Kind]  #: by the name in the program, in order
-    variables: dict[str, Kind]  #: other than arguments, by the name in the program
-    returns: Kind = ""
 
 
 def function_of(compiled: Any, kinds: list[Kind]) -> Function:

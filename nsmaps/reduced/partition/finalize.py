@@ -5,9 +5,7 @@ from collections.abc import Container
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid
@@ -15,7 +13,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.candidates import box_of
 from nsmaps.reduced.partition.orders import errors
 from nsmaps.reduced.partition.result import LogRow, PartitionResult
-from nsmaps.reduced.validation.destinations import RETURNS, STARTS, TAIL, random_states
+from nsmaps.reduced.validation.destinations import ends, random_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -25,16 +23,10 @@ if TYPE_CHECKING:
 VALIDATION = 20_000  #: random states of the grid's box, and of each attracting piece
 
 
-def ends(map: ReturnMap, composite: CompositeMap, grid: Grid) -> NDArray[np.int64]:
-    """The pieces in which orbits of a map from random starts end, shape (TAIL, STARTS); -1 for none."""
-    tail = orbit(map, random_states(box_of(grid), STARTS), RETURNS).states[-TAIL:]
-    return composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
-
-
 def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> float:
     """The share of these orbits whose last states visit attracting pieces."""
     numbers = [k for k, each in enumerate(composite.pieces) if each.name in attracting]
-    return float(np.isin(ends(map, composite, grid), numbers).any(axis=0).mean())
+    return float(np.isin(ends(map, composite, box_of(grid)), numbers).any(axis=0).mean())
 
 
 def finalize(system: "System", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:

@@ -18,11 +18,10 @@ from nsmaps.reduced.conditions.region import Box, Region
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.partition.candidates import attracting_boxes, box_of
 from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, roots, rounded, sample
-from nsmaps.reduced.partition.finalize import ends
 from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors
 from nsmaps.reduced.partition.resets import resets
 from nsmaps.reduced.partition.separators import best_separator, bound, sheets
-from nsmaps.reduced.validation.destinations import Destinations, random_states
+from nsmaps.reduced.validation.destinations import Destinations, ends, random_states
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -261,7 +260,7 @@ class Refinement:
         any by which they leave the basin of the attractor of the exact map.
         """
         composite = self.composite()
-        ended = {composite.pieces[k].name for k in np.unique(ends(composite, composite, self.grid)) if k >= 0}
+        ended = {composite.pieces[k].name for k in np.unique(ends(composite, composite, box_of(self.grid))) if k >= 0}
         misleads = dict.fromkeys(self.destinations.misleading(composite), "by it orbits leave the basin of their attractor")
         ends_there = dict.fromkeys(ended, "attractors of the composite map pass through it")
         loose = dict[Leaf, str]()

@@ -28,6 +28,12 @@ def random_states(box: Floats, count: int) -> Floats:
     return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
+def ends(map: ReturnMap, composite: CompositeMap, box: Floats) -> Ints:
+    """The pieces in which orbits of a map from random starts end, shape (TAIL, STARTS); -1 for none."""
+    tail = orbit(map, random_states(box, STARTS), RETURNS).states[-TAIL:]
+    return composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
+
+
 @dataclass(frozen=True, eq=False)
 class Destinations:
     """The attractors of a map that orbits from a box end on."""
