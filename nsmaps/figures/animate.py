@@ -19,7 +19,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import nearest_turn
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.surfaces.surface import Grid
-from nsmaps.exact.surfaces.surface import surfaces as surfaces_of
+from nsmaps.exact.surfaces.sweep import surfaces as surfaces_of
 from nsmaps.figures.composite.areas import colours_of
 from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
 from nsmaps.figures.data import COMPOSITE, PLANES

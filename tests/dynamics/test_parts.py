@@ -24,7 +24,7 @@ from nsmaps.dynamics.lyapunov import lyapunov_sweep
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.surface import sweep
+from nsmaps.exact.surfaces.sweep import sweep
 
 PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)

@@ -8,7 +8,7 @@ import pytest
 import nsmaps
 from nsmaps import Jobs, return_batch
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.surfaces.surface import sweep
+from nsmaps.exact.surfaces.sweep import sweep
 
 ROWS = ("start", "image", "turns", "codes", "outcome", "time", "derivative")
 SYSTEMS = {

@@ -6,7 +6,8 @@ import pytest
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.exact.surfaces.surface import Axis, Grid, surfaces_among
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.surfaces.sweep import surfaces_among
 
 
 def grazes(reference):

@@ -15,7 +15,7 @@ from stumbles import again
 
 import nsmaps
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.surfaces.surface import sweep
+from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.parallel import SERIAL, Arrays, Jobs
 
 

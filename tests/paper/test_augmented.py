@@ -11,7 +11,8 @@ from ruamel.yaml import YAML
 from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps.exact.surfaces.surface import Axis, Grid, surfaces
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.plugins import study_files
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map

@@ -12,7 +12,8 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.errors import StudyError
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.exact.surfaces.surface import Axis, Grid, sweep
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.plugins import study_files
 from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region

@@ -16,7 +16,8 @@ from nsmaps.errors import FitError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.exact.surfaces.surface import Axis, Grid, surfaces
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map
 from nsmaps.reduced.conditions.region import Where

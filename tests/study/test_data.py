@@ -39,7 +39,7 @@ def test_returns(system: nsmaps.ImpactSystem) -> None:
 
 def test_a_surface_stands_on_its_grid(system: nsmaps.ImpactSystem) -> None:
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1, points=7), "phi": nsmaps.Axis(low=0, high=3, points=5)})
-    from nsmaps.exact.surfaces.surface import surfaces
+    from nsmaps.exact.surfaces.sweep import surfaces
 
     surface = surfaces(system, grid, [nsmaps.WordFamily(name="BTB", words=("BTB",))])["BTB"]
     data = surface.to_xarray()

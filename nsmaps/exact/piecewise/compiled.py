@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from nsmaps.exact.piecewise.formulas import Choices, PieceFormulas, formulas_of
 from nsmaps.exact.piecewise.program import compiled_program, program
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +65,6 @@ _program = lru_cache(maxsize=64)(program)
 
 
 @lru_cache(maxsize=64)
-def _of(choices: Choices, values: tuple[float, ...]) -> CompiledPieces:
+def compiled(choices: Choices, values: tuple[float, ...]) -> CompiledPieces:
+    """The compiled form of a class of maps at values of its parameters; those that were used last are kept."""
     return CompiledPieces(choices.cls.coordinates, formulas_of(choices), np.array(values, float))
-
-
-def compiled(map: "PiecewiseMap") -> CompiledPieces:
-    """The compiled form of a map; those that were used last are kept."""
-    return _of(Choices.of(map), tuple(map.parameters.values()))

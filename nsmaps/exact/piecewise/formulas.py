@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 from sympy.core.relational import Relational
@@ -12,10 +12,7 @@ from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import in_symbols
-from nsmaps.exact.systems.parameters import choices_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.piecewise import PiecewiseMap
+from nsmaps.exact.systems.parameters import System, choices_of
 
 CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
 
@@ -40,7 +37,7 @@ class Choices:
     values: dict[str, Any] = field(compare=False)
 
     @classmethod
-    def of(cls, map: "PiecewiseMap") -> "Choices":
+    def of(cls, map: System) -> "Choices":
         """The class of a map with its choices."""
         values = choices_of(map)
         return cls(type(map), repr(values), values)

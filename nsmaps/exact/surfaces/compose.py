@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.arrays import Ints
 from nsmaps.exact.returns import Margin, Returns
@@ -13,8 +12,6 @@ from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
 
 if TYPE_CHECKING:
     from nsmaps.exact.returnmap import ReturnMap
-    from nsmaps.exact.surfaces.family import ReturnFamily
-    from nsmaps.exact.systems.parameters import System
 
 
 def joined(first: Returns, second: Returns) -> Returns:
@@ -68,30 +65,6 @@ def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
     word = one + two.removesuffix(LONGER)[1:]
     letters = int(math.log(2**63 - 1, len(walls) + 3)) - 1  # as many as the kernel's
     return -encode(word[:letters], walls) if len(word) > letters or LONGER in two else encode(word, walls)
-
-
-def members(system: "System", returns: Returns, family: "ReturnFamily") -> tuple[NDArray[np.bool_], Returns]:
-    """The first returns, of N, with which a member of the family begins, and these members.
-
-    A member is the shortest sequence of at most `family.max_returns` returns that the family contains.
-    """
-    found = family.contains(returns) & returns.valid
-    rows, row = np.arange(len(returns)), returns
-    numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
-    on, margin = ~found & returns.valid, {} if returns.margin is None else {"margin": True}  # systems with modes take none
-    for _ in range(family.max_returns - 1):
-        rows, row = rows[on], row.select(on)
-        if not len(rows):
-            break
-        row = joined(row, system.first_return(row.image, row.derivative is not None, **margin))
-        hit = family.contains(row) & row.valid
-        numbers.append(rows[hit])
-        parts.append(row.select(hit))
-        on = ~hit & row.valid
-    order = np.argsort(np.concatenate(numbers), kind="stable")
-    member = np.zeros(len(returns), bool)
-    member[np.concatenate(numbers)] = True
-    return member, Returns.concatenated(parts).select(order)
 
 
 def most_returns(word: str) -> int:

@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from nsmaps.exact.patterns import compiled
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import most_returns
-from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
+from nsmaps.exact.surfaces.compose import joined, most_returns
+from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import decode, encode
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.parameters import System
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: consecutive returns that a pattern may contain
@@ -40,9 +38,34 @@ class ReturnFamily(BaseModel, ABC):
         and so on.
         """
 
-    def surface(self, system: "System", grid: Grid) -> Surface:
+    def surface(self, system: System, grid: Grid) -> Surface:
         """The family's returns over a grid of states."""
-        return surfaces(system, grid, [self])[self.name]
+        check_axes(grid, system.coordinates)
+        return Surface(self.name, grid, *members(system, system.first_return(grid.states()), self))
+
+
+def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDArray[np.bool_], Returns]:
+    """The first returns, of N, with which a member of the family begins, and these members.
+
+    A member is the shortest sequence of at most `family.max_returns` returns that the family contains.
+    """
+    found = family.contains(returns) & returns.valid
+    rows, row = np.arange(len(returns)), returns
+    numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
+    on, margin = ~found & returns.valid, {} if returns.margin is None else {"margin": True}  # systems with modes take none
+    for _ in range(family.max_returns - 1):
+        rows, row = rows[on], row.select(on)
+        if not len(rows):
+            break
+        row = joined(row, system.first_return(row.image, row.derivative is not None, **margin))
+        hit = family.contains(row) & row.valid
+        numbers.append(rows[hit])
+        parts.append(row.select(hit))
+        on = ~hit & row.valid
+    order = np.argsort(np.concatenate(numbers), kind="stable")
+    member = np.zeros(len(returns), bool)
+    member[np.concatenate(numbers)] = True
+    return member, Returns.concatenated(parts).select(order)
 
 
 class WordFamily(ReturnFamily):

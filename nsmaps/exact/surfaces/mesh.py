@@ -12,7 +12,8 @@ from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import members, most_returns
+from nsmaps.exact.surfaces.compose import most_returns
+from nsmaps.exact.surfaces.family import members
 from nsmaps.exact.surfaces.refine import refined
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.words import decode

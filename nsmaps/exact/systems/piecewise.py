@@ -80,8 +80,9 @@ class PiecewiseMap(System, ExactMap):
 
     def _compiled(self) -> "CompiledPieces":
         from nsmaps.exact.piecewise.compiled import compiled
+        from nsmaps.exact.piecewise.formulas import Choices
 
-        return compiled(self)
+        return compiled(Choices.of(self), tuple(self.parameters.values()))
 
 
 @fingerprint.register

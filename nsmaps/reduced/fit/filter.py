@@ -11,7 +11,7 @@ from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import members
+from nsmaps.exact.surfaces.family import members
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region

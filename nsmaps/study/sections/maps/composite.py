@@ -8,7 +8,8 @@ from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.family import WordFamily, is_pattern
-from nsmaps.exact.surfaces.surface import Grid, Surface, surfaces
+from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.composite.printed import PrintedMap
 from nsmaps.reduced.conditions.condition import Number

@@ -8,7 +8,8 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.errors import FitError
-from nsmaps.exact.surfaces.surface import Grid, Surface, sweep
+from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region

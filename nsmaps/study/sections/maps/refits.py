@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.errors import FitError, NsmapsError
-from nsmaps.exact.surfaces.surface import surfaces, surfaces_among
+from nsmaps.exact.surfaces.sweep import surfaces, surfaces_among
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, data_of
 from nsmaps.study.sections.maps.composite import Surfaces, composite_of, data_and_spec, region_of_data

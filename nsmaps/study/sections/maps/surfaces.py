@@ -8,7 +8,8 @@ import numpy as np
 
 from nsmaps.exact.surfaces.compose import most_returns
 from nsmaps.exact.surfaces.family import LONG, WordFamily, is_pattern, letters_of
-from nsmaps.exact.surfaces.surface import Grid, surfaces_among
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.surfaces.sweep import surfaces_among
 from nsmaps.exact.words import LONGER, encode
 from nsmaps.study.conclusions.texts import grid_text
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states

@@ -1,0 +1,74 @@
+"""Return surfaces of families over a grid, and over values of a parameter: step i of the general algorithm."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike
+from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.family import ReturnFamily, members
+from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
+from nsmaps.exact.systems.parameters import System
+from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+
+
+def surfaces(system: System, grid: Grid, families: Sequence[ReturnFamily]) -> dict[str, Surface]:
+    """The return surfaces of all families over one grid, from one batch of returns.
+
+    Raises:
+        NsmapsError: the grid's axes are not the system's coordinates, in their order.
+    """
+    check_axes(grid, system.coordinates)
+    return surfaces_among(system, system.first_return(grid.states()), grid, families)
+
+
+def surfaces_among(system: System, returns: Returns, grid: Grid, families: Iterable[ReturnFamily]) -> dict[str, Surface]:
+    """The surfaces of all families among the first returns of a whole grid, in its order."""
+    found = {family.name: members(system, returns, family) for family in families}
+    return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
+
+
+@divides
+def sweep(
+    system: System,
+    parameter: str,
+    values: ArrayLike,
+    grid: Grid,
+    families: Sequence[ReturnFamily],
+    *,
+    jobs: Jobs = SERIAL,
+) -> list[tuple[float, dict[str, Surface]]]:
+    """The return surfaces for each value of one parameter, in the order of the values.
+
+    Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`; on Ctrl-C Interrupted, whose `result` has the values
+    that are finished.
+    """
+    check_axes(grid, system.coordinates)
+    along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
+    cuts = jobs.cuts(len(along))
+
+    def found(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
+        grids = {cuts[number].start + k: _row(part, k) for number, part in parts.items() for k in range(len(part["codes"]))}
+        rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
+        return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
+
+    return found(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], found))))
+
+
+def _row(arrays: Arrays, k: int) -> Arrays:
+    """Row k of each array."""
+    return {name: rows[k] for name, rows in arrays.items()}
+
+
+def _returns_over(systems: Sequence[System], grid: Grid) -> Arrays:
+    """The arrays of the first returns of a whole grid, of each system a row."""
+    sweeps = [system.first_return(grid.states()) for system in systems]
+    names = "start", "image", "turns", "codes", "outcome", "time"
+    return {name: np.stack([getattr(returns, name) for returns in sweeps]) for name in names}
+
+
+def _returns_of(system: System, arrays: Mapping[str, Any]) -> Returns:
+    """The returns whose arrays these are."""
+    return replace(system.first_return(arrays["start"][:0]), **arrays)
