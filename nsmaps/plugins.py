@@ -1,12 +1,13 @@
 """The systems that are installed: packages that registered themselves under the entry-point group `nsmaps.systems`.
 
 A name is found without importing anything; a class is imported when it is asked for. A package ships studies as YAML
-files in its folder `studies/`; the study `studies/fp.yaml` of the system `vi_pair` is called `vi_pair/fp`. It may
-offer a drawing of its system, under the same name in the group `nsmaps.sketches`.
+files in its folder `studies/`; the study `studies/fp.yaml`, if its line `system:` names `vi_pair`, is called `vi_pair/fp`. It
+may offer a drawing of its system, under the same name in the group `nsmaps.sketches`.
 """
 
 import hashlib
 import os
+import re
 import sys
 import warnings
 from functools import lru_cache
@@ -86,14 +87,16 @@ def sketch_of(name: str) -> "Callable[[Axes], Axes]":
 
 
 def study_files(name: str) -> dict[str, Path]:
-    """The studies that the package of an installed system ships, stem -> path, without importing the package."""
+    """The studies of an installed system that its package ships, stem -> path, without importing the package."""
     return _study_files(entry_of(name))
 
 
 def _study_files(entry: EntryPoint) -> dict[str, Path]:
     spec = find_spec(entry.module.partition(".")[0])
     places = (spec.submodule_search_locations or []) if spec else []
+    named = re.compile(rf"^system:\s*['\"]?{re.escape(entry.name)}(?![\w-])", re.MULTILINE)
     files = [path for place in places for path in Path(place, "studies").glob("*.yaml")]
+    files = [path for path in files if named.search(path.read_text(encoding="utf-8", errors="replace"))]
     return {path.stem: path for path in sorted(files)}
 
 

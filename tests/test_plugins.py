@@ -53,6 +53,13 @@ def site(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+def test_a_study_is_of_the_system_that_it_names(site: Path) -> None:
+    install(site, "one_pair", {"t_pair": "one_pair:A", "t_pair_2": "one_pair:B"}, "raise RuntimeError('imported')")
+    (site / "one_pair" / "studies" / "second.yaml").write_text("title: two\nsystem: 't_pair_2'\n")
+    assert [list(plugins.study_files(name)) for name in ("t_pair", "t_pair_2")] == [["rest"], ["second"]]
+    assert {"t_pair/rest", "t_pair_2/second"} == {name for name in plugins.study_names() if name.startswith("t_pair")}
+
+
 def test_names_and_studies_are_found_without_an_import(site: Path) -> None:
     install(site, "one_loud", {"t_loud": "one_loud.deep.down:Loud"}, "raise RuntimeError('imported')")
     assert {"t_good", "t_loud"} <= set(plugins.system_names())
