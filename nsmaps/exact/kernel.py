@@ -22,12 +22,12 @@ from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of, written
 from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
+from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import CHATTER, REST
 from nsmaps.interrupts import check_stop, threads
 
 if TYPE_CHECKING:
     from nsmaps.exact.ode.kernel import IntegratedKernel
-    from nsmaps.exact.systems.system import ImpactSystem
 
 STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
 CHUNK = 10_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
@@ -37,7 +37,7 @@ CHUNK = 10_000  # returns that a thread takes at a time: enough to hide its cost
 class Kernel:
     """The compiled engine with the tables of one system."""
 
-    system: "ImpactSystem"
+    system: ImpactFormulas
     formulas: Formulas
     table: Floats  #: see `nsmaps.exact.engine.flight.layout`
 
@@ -209,12 +209,12 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
         begin = end
 
 
-def kernel_of(system: "ImpactSystem") -> "Kernel | IntegratedKernel":
+def kernel_of(system: ImpactFormulas) -> "Kernel | IntegratedKernel":
     """The kernel of a system; the kernels used last are cached."""
     return _kernel(written(type(system)), repr(vars(system)), _Quiet(system))
 
 
-def closed_form_of(system: "ImpactSystem", what: str, refusal: type[NsmapsError] = NsmapsError) -> Kernel:
+def closed_form_of(system: ImpactFormulas, what: str, refusal: type[NsmapsError] = NsmapsError) -> Kernel:
     """The kernel of a system whose flights are in closed form.
 
     Raises:

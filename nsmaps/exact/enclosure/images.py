@@ -1,22 +1,16 @@
 """Outer images of boxes of states: the result of an enclosure of a return map."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
-from nsmaps.coordinates import TWO_PI, Coordinates
+from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
-from nsmaps.exact.words import decoded
 
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.flow import FlowSystem
-    from nsmaps.exact.systems.system import ImpactSystem
-
-CHUNK = 1_000  #: boxes that a thread takes at a time
 MOST_PHASE = 1e10  #: radians; larger phases have lost too many digits
 
 
@@ -83,47 +77,3 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
             f"and angles up to {MOST_PHASE:g}"
         )
     return array
-
-
-def image_boxes(system: "ImpactSystem", boxes: ArrayLike) -> BoxImages:
-    """The images of boxes as described in `ImpactSystem.image_boxes`."""
-    from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
-    from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
-
-    start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
-    below, none = start[:, 0].T < 0
-    start[:, 0] = np.maximum(start[:, 0], 0)
-    found = images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(ball_flow(table), *room))
-    kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
-    return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
-
-
-def images_in_chunks(system: "FlowSystem", start: Floats, most_images: int, enclose: Callable[..., int]) -> BoxImages:
-    """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
-
-    Args:
-        most_images: upper bound on the image boxes of one box.
-        enclose: of a chunk of boxes; it fills the codes and images of as many rows as it returns, and for each box the number
-            of its images, whether a state may have none, and whether they are bounded.
-    """
-    from nsmaps.exact.kernel import in_chunks
-
-    (n, m), angles = start.shape[:2], system.coordinates.angles
-    low, high = start[:, :, 0], start[:, :, 1]
-    circles = np.where(angles, np.maximum(np.ceil((high - low) / TWO_PI) - 1, 0), 0.0)  # after the first
-    if circles.any():
-        start = np.stack([low, np.where(circles > 0, low + TWO_PI * (1 + 1e-15), high)], axis=2)
-    number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
-    parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
-
-    def run(k: slice) -> None:
-        rows = len(start[k]) * most_images  # memory is used for the rows that are written
-        codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
-        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
-        if circles[k].any():
-            images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
-        parts[k.start] = codes[:rows], images[:rows]
-
-    in_chunks(n, run, CHUNK)
-    codes, images = (np.concatenate(each) for each in zip(*(parts[k] for k in sorted(parts)), strict=True))
-    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded, empty)

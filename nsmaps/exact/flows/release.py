@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -10,12 +10,10 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.tables import Formulas, formulas_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import ImpactFormulas
 
 
-def release_rates(system: "ImpactSystem", phases: Floats, rates: Mapping[str, float]) -> Floats:
+def release_rates(system: ImpactFormulas, phases: Floats, rates: Mapping[str, float]) -> Floats:
     """The derivatives of release phases, shape (N,), by the parameters, which change at these rates.
 
     The acceleration of a ball that is held at the wall is zero there, whence they follow by the implicit function theorem.

@@ -4,17 +4,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from inspect import signature
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.ways import DELAY, PHASE_LAW
 from nsmaps.exact.systems.files import place_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
-    from nsmaps.exact.systems.walls import Wall
+from nsmaps.exact.systems.walls import ImpactFormulas, Wall
 
 NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
 ADVICE = {  #: by the message of Python's error in a formula
@@ -44,7 +41,7 @@ class FailsNow(SystemDefinitionError):
     """
 
 
-def periods_of(system: "ImpactSystem") -> sp.Rational:
+def periods_of(system: ImpactFormulas) -> sp.Rational:
     """The horizon of a class, in periods, as it is. Raises SystemDefinitionError unless it is a positive number."""
     horizon = system.horizon
     if not 0 < horizon < float("inf"):
@@ -52,7 +49,7 @@ def periods_of(system: "ImpactSystem") -> sp.Rational:
     return sp.Rational(horizon)
 
 
-def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
+def walls_of(system: ImpactFormulas) -> dict[str, Wall]:
     """The walls of a system by their letters, with places as sympy expressions in its parameters.
 
     Raises:
@@ -65,27 +62,27 @@ def walls_of(system: "ImpactSystem") -> "dict[str, Wall]":
     return {letter: type(wall)(places[letter], wall.side) for letter, wall in table.items()}
 
 
-def period_of(system: "ImpactSystem") -> sp.Expr:
+def period_of(system: ImpactFormulas) -> sp.Expr:
     """The period of a system's forcing. Raises SystemDefinitionError for a value that is not an expression."""
     return _expression(system, "period")
 
 
-def law_of(system: "ImpactSystem", speed: Any, wall: str) -> sp.Expr:
+def law_of(system: ImpactFormulas, speed: Any, wall: str) -> sp.Expr:
     """The speed just after an impact on a wall. Raises SystemDefinitionError for a value that is not an expression."""
     return _expression(system, "rebound", speed, wall)
 
 
-def displacement_of(system: "ImpactSystem", t: Any, start: Any, place: Any, velocity: Any) -> sp.Expr:
+def displacement_of(system: ImpactFormulas, t: Any, start: Any, place: Any, velocity: Any) -> sp.Expr:
     """The displacement at t after an impact, by its time, place and velocity. Raises as `period_of` does."""
     return _expression(system, "displacement", t, SimpleNamespace(t=start, z=place, w=velocity))
 
 
-def acceleration_of(system: "ImpactSystem", t: Any, place: Any, velocity: Any) -> sp.Expr:
+def acceleration_of(system: ImpactFormulas, t: Any, place: Any, velocity: Any) -> sp.Expr:
     """The acceleration of the ball between impacts. Raises as `period_of` does."""
     return _expression(system, "acceleration", t, place, velocity)
 
 
-def _expression(system: "ImpactSystem", formula: str, *given: Any) -> sp.Expr:
+def _expression(system: ImpactFormulas, formula: str, *given: Any) -> sp.Expr:
     value = _called(system, formula, *given)
     with _refused(system, formula):
         return _number(value, "is")
@@ -102,7 +99,7 @@ def _number(value: Any, what: str) -> sp.Expr:
     return expr
 
 
-def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
+def _called(system: ImpactFormulas, formula: str, *given: Any) -> Any:
     """The result of a formula. Every error is reported with the system's class and the place where the formula is written."""
     name, function = f"{type(system).__name__}.{formula}", getattr(system, formula)
     try:
@@ -126,7 +123,7 @@ def _called(system: "ImpactSystem", formula: str, *given: Any) -> Any:
 
 
 @contextmanager
-def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
+def _refused(system: ImpactFormulas, formula: str) -> Iterator[None]:
     """State the class and the formula of an error, and where the formula is written."""
     try:
         yield
@@ -136,8 +133,6 @@ def _refused(system: "ImpactSystem", formula: str) -> Iterator[None]:
 
 def _check_table(table: Any) -> None:
     """Refuse walls that are invalid, more than one on a side, or have letters that words cannot distinguish."""
-    from nsmaps.exact.systems.walls import Wall
-
     if not isinstance(table, Mapping) or not all(isinstance(wall, Wall) for wall in table.values()):
         raise SystemDefinitionError(f"is {table!r:.60}; expected: walls by their letters, such as {{'B': Wall(at=0, side=-1)}}")
     if not table:
@@ -155,7 +150,7 @@ def _check_table(table: Any) -> None:
         raise SystemDefinitionError(f"names its walls {letters}; expected: different first letters, none of them ~ _ .")
 
 
-def _place(system: "ImpactSystem", letter: str, at: Any) -> sp.Expr:
+def _place(system: ImpactFormulas, letter: str, at: Any) -> sp.Expr:
     """The place of a wall, which does not move."""
     if callable(at) and not isinstance(at, sp.Basic):
         raise SystemDefinitionError(f"has its wall {letter} at a function, {at!r:.60}; {STILL}")

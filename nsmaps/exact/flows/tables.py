@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mpmath as mp
 import sympy as sp
@@ -32,9 +32,7 @@ from nsmaps.exact.flows.recording import DIGITS, Real
 from nsmaps.exact.flows.source import period_of, periods_of, walls_of
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.parameters import choices_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import ImpactFormulas
 
 ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
 FLIGHTS = 4096  #: number of flights that are remembered, about 1 kB each
@@ -117,12 +115,12 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
 
-def written(cls: "type[ImpactSystem]") -> tuple[Any, ...]:
+def written(cls: type[ImpactFormulas]) -> tuple[Any, ...]:
     """All of a class that flights depend on."""
     return cls, cls.horizon, cls.walls, cls.period, cls.displacement, cls.acceleration, cls.rebound
 
 
-def formulas_of(system: "ImpactSystem") -> Formulas:
+def formulas_of(system: ImpactFormulas) -> Formulas:
     """The formulas of a system's class and of its fields that are not numbers; they are checked on first use.
 
     Raises:
@@ -137,7 +135,7 @@ def formulas_of(system: "ImpactSystem") -> Formulas:
 
 
 @contextmanager
-def refused(cls: "type[ImpactSystem]") -> Iterator[None]:
+def refused(cls: type[ImpactFormulas]) -> Iterator[None]:
     """Refuse a class by a SystemDefinitionError that states where its flight is written, whatever fails in its formulas."""
     try:
         yield
@@ -148,7 +146,7 @@ def refused(cls: "type[ImpactSystem]") -> Iterator[None]:
         raise SystemDefinitionError(f"the formulas of {cls.__name__} cannot be turned into a flow ({why}){place}") from error
 
 
-def table_of(system: "ImpactSystem") -> Floats:
+def table_of(system: ImpactFormulas) -> Floats:
     """The table of a system for its parameters. Raises as `formulas_of` does."""
     formulas, cls = formulas_of(system), type(system)
     with refused(cls):
@@ -162,7 +160,7 @@ def table_of(system: "ImpactSystem") -> Floats:
 KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are not numbers, and its formulas
 
 
-def _formulas(cls: "type[ImpactSystem]", fixed: dict[str, Any]) -> Formulas:
+def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     symbolic, symbols = in_symbols(cls, fixed)
     period = period_of(symbolic)
     if period.is_number and not period.is_positive:

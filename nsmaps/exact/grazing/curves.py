@@ -5,7 +5,7 @@ Start points come from a scan of itineraries, the curves from `equations.py`.
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,9 @@ from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
 from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
-from nsmaps.exact.kernel import closed_form_of
+from nsmaps.exact.kernel import Kernel, closed_form_of
+from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import HIGHEST, LOWEST
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
 
 BESIDE = 1e-11  # distance from a curve at which its two sides are examined, as a share of the highest speed and in radians
 HALVINGS = 36  # as a share of the distance of two neighbours of the scan
@@ -62,13 +60,13 @@ def _word(itinerary: str) -> str:
     return itinerary.replace(HIGHEST, "").replace(LOWEST, "")
 
 
-def grazing_curves(system: "ImpactSystem", box: BoxLike, lines: int = 400, spacing: float = 0.005) -> tuple[GrazingCurve, ...]:
+def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> tuple[GrazingCurve, ...]:
     """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
-    frame = _frame(system, box)
+    frame, kernel = _frame(system, box)
     if not (lines >= 2 and spacing > 0):
         raise StateError(f"lines is {lines} and spacing {spacing}; expected: at least two lines and a positive spacing")
     curves = []
-    for (hits, upper), seeds in _seeds(system, frame, lines).items():
+    for (hits, upper), seeds in _seeds(kernel, frame, lines).items():
         kind = Touch(frame, hits, upper)
         while len(seeds):
             traced = kind.curve(seeds[0], spacing)
@@ -79,19 +77,19 @@ def grazing_curves(system: "ImpactSystem", box: BoxLike, lines: int = 400, spaci
     return tuple(curves)
 
 
-def _frame(system: "ImpactSystem", box: BoxLike) -> Frame:
-    """The box, checked."""
+def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, Kernel]:
+    """The box, checked, and the kernel of the system."""
     low, high = as_box(box, system.coordinates, whole_turn=True).T
     if not low[0] >= 0:
         raise StateError(f"the speeds are from {low[0]:g} to {high[0]:g}; expected: none below zero")
     kernel = closed_form_of(system, "grazing curves")
-    return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
+    return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate())), kernel
 
 
-def _seeds(system: "ImpactSystem", frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
+def _seeds(kernel: Kernel, frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
     """Places next to grazing curves, by the kind of touch (impacts before it, upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
-    for ends in _changes(system, frame, lines):
+    for ends in _changes(kernel, frame, lines):
         (gap, s, upper), hits, state = min((*itinerary_of(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
         if s > 0:
             place = np.array([*state, s]) / frame.scale
@@ -101,24 +99,24 @@ def _seeds(system: "ImpactSystem", frame: Frame, lines: int) -> dict[tuple[int, 
     return {kind: np.array(places) for kind, places in found.items()}
 
 
-def _changes(system: "ImpactSystem", frame: Frame, lines: int) -> Floats:
+def _changes(kernel: Kernel, frame: Frame, lines: int) -> Floats:
     """Pairs of states on either side of a change of itinerary, along both directions of a scan, shape (K, 2, 2)."""
     low, high = np.maximum(frame.low, [1e-9 * frame.high[0], -np.inf]), frame.high
     mesh = np.stack(np.meshgrid(*np.linspace(low, high, lines).T, indexing="ij"), axis=-1)
-    codes = _codes(system, mesh)
+    codes = _codes(kernel, mesh)
     pairs: list[tuple[Any, Any]] = [(np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])]  # neighbours in v, in phi
     differ = [codes[one] != codes[other] for one, other in pairs]
     (a, before), (b, beyond) = (
         [np.concatenate([of[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for of in (mesh, codes)]
         for k in (0, 1)
     )
-    _, *sides = bisect_changes(lambda states: _codes(system, states), a, b, before, beyond, CHANGES, HALVINGS)
+    _, *sides = bisect_changes(lambda states: _codes(kernel, states), a, b, before, beyond, CHANGES, HALVINGS)
     return np.stack(sides, axis=1)
 
 
-def _codes(system: "ImpactSystem", states: Floats) -> NDArray[np.int64]:
+def _codes(kernel: Kernel, states: Floats) -> NDArray[np.int64]:
     """The itineraries of states (..., 2), as numbers; every impact on the base wall is a return."""
-    return system.itineraries(states.reshape(-1, 2), chatter=0.0).codes.reshape(states.shape[:-1])
+    return kernel.itineraries(np.ascontiguousarray(states.reshape(-1, 2)), 0.0).codes.reshape(states.shape[:-1])
 
 
 def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
@@ -133,7 +131,7 @@ def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
     return on
 
 
-def _described(system: "ImpactSystem", kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
+def _described(system: ImpactFormulas, kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
     """A curve with the itineraries and images on both of its sides."""
     frame, names = kind.frame, system.letters
     points = places[:, :2] * frame.scale[:2]

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,11 +25,9 @@ from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, reco
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.files import place_of
+from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.interrupts import check_stop
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
 
 CHUNK = 5_000  #: returns a thread takes at a time
 
@@ -175,7 +172,7 @@ class ModeKernel:
 
 
 @lru_cache(maxsize=256)
-def kernel_of(system: "HybridSystem") -> ModeKernel:
+def kernel_of(system: HybridFormulas) -> ModeKernel:
     """The kernel of a system; those used last are remembered."""
     definition = known_definition(system)
     values = tuple(system.parameters.values())
@@ -187,7 +184,7 @@ FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
-def known_definition(system: "HybridSystem", driven: bool = False) -> Definition:
+def known_definition(system: HybridFormulas, driven: bool = False) -> Definition:
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
     cls = type(system)
     fixed = tuple((name, repr(value)) for name, value in choices_of(system).items())

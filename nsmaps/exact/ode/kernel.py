@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -25,10 +25,8 @@ from nsmaps.exact.ode.steps.pieces import DOUBTS, Step
 from nsmaps.exact.ode.steps.resolution import FIRST, INTERVALS, equation_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
+from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import CHATTER, REST
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
 
 MARKS = np.array(["", CHATTER, REST, REST, ""])
 
@@ -37,7 +35,7 @@ MARKS = np.array(["", CHATTER, REST, REST, ""])
 class IntegratedKernel:
     """The engine of integrated flights with the table of one system, whose equation of motion is `formulas.acceleration`."""
 
-    system: "ImpactSystem"
+    system: ImpactFormulas
     formulas: Formulas
     table: Floats  #: see `nsmaps.exact.engine.flight.layout`; without flights
     pressing: tuple[Floats, Floats]  #: phases between which the lower wall and the upper press on a ball at rest, (K, 2) each
@@ -184,7 +182,7 @@ class IntegratedKernel:
         return self.formulas.along(self.system.parameter_names()).table(values)
 
 
-def integrated_kernel(system: "ImpactSystem", formulas: Formulas, table: Floats) -> IntegratedKernel:
+def integrated_kernel(system: ImpactFormulas, formulas: Formulas, table: Floats) -> IntegratedKernel:
     """The kernel of a system that is given by its acceleration, with the phases at which its walls press on a ball at rest."""
     force = _force(formulas)
     values, rate = tuple(system.parameters.values()), float(table[at.PHASE_RATE])

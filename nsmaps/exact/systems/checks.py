@@ -1,21 +1,17 @@
 """Checks of a system's formulas when its class is defined: of their form, without evaluating a number."""
 
-from typing import TYPE_CHECKING
-
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_told
 from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
 from nsmaps.exact.systems.files import place_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import ImpactFormulas
 
 NEAR = 1e-9  # to which a flight must start at its impact, with parameters that are floats
 
 
-def check_definition(cls: "type[ImpactSystem]") -> None:
+def check_definition(cls: type[ImpactFormulas]) -> None:
     """Refuse a class from whose flight no bounds can be derived, or whose walls are invalid.
 
     Formulas are evaluated with symbols for the parameters and with the defaults of the other fields. Where such a field has no
@@ -38,7 +34,7 @@ def check_definition(cls: "type[ImpactSystem]") -> None:
         return
 
 
-def check_start(system: "ImpactSystem") -> None:
+def check_start(system: ImpactFormulas) -> None:
     """Refuse a displacement that does not start at the place and with the velocity of its impact, for the system's parameters.
 
     A value that is not finite there, as where a formula divides by the time since the impact, is reported at first use.
@@ -59,7 +55,7 @@ def check_start(system: "ImpactSystem") -> None:
                 raise SystemDefinitionError(text)
 
 
-def _check_form(cls: "type[ImpactSystem]", fixed: dict[str, object]) -> None:
+def _check_form(cls: type[ImpactFormulas], fixed: dict[str, object]) -> None:
     symbolic, symbols = in_symbols(cls, fixed)
     laws = [law_of(symbolic, V, name) for name in walls_of(symbolic)]
     period = period_of(symbolic)

@@ -1,15 +1,13 @@
 """The base of impact systems and systems with modes: systems whose returns are those of motions in time."""
 
 from abc import abstractmethod
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.returnmap import ExactMap
-from nsmaps.exact.returns import Returns
+from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.parameters import System
-
-if TYPE_CHECKING:
-    from nsmaps.exact.enclosure.images import BoxImages
 
 
 class FlowSystem(System, ExactMap):
@@ -36,6 +34,10 @@ class FlowSystem(System, ExactMap):
         """The first n returns of each of M states: n M rows, the first return of every state first."""
 
     @abstractmethod
+    def itineraries(self, states: ArrayLike) -> Itineraries:
+        """The turning points that the flights of first returns pass, and how near they come to a graze."""
+
+    @abstractmethod
     def reasons(self, states: ArrayLike) -> tuple[str, ...]:
         """Why each first return ended, a sentence each."""
 
@@ -44,7 +46,7 @@ class FlowSystem(System, ExactMap):
         """The largest extent of each coordinate on a flight between events of first returns, shape (n,)."""
 
     @abstractmethod
-    def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
+    def image_boxes(self, boxes: ArrayLike) -> BoxImages:
         """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map."""
 
     @abstractmethod

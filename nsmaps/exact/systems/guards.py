@@ -1,8 +1,13 @@
-"""The events of a system with modes, as its class states them: guards, surfaces along which motions slide, and the section."""
+"""What the class of a system with modes states: guards, surfaces along which motions slide, the section, and its formulas."""
 
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from types import SimpleNamespace
+from typing import Any, ClassVar, Literal
+
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.systems.flow import FlowSystem
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +60,36 @@ class Section:
     coordinates: Sequence[str]  #: names of states, and a name of its own for the phase of the forcing, radians
     side: Literal["before", "after"] = "before"  #: of the reset, of start and image
     states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
+
+
+class HybridFormulas(FlowSystem):
+    """The formulas of a system with modes, from which `HybridSystem` derives the map: in `self`, the time and the states."""
+
+    states: ClassVar[tuple[str, ...]] = ()
+    noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
+
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time; None where there is no forcing."""
+        return None
+
+    @abstractmethod
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        """The rates of all states in each mode, by the names of modes and states."""
+
+    @abstractmethod
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        """The events by their names, and surfaces by the names of the modes that slide along them."""
+
+    @abstractmethod
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        """Where the return map is taken."""
+
+    def phase_rate(self) -> float:
+        """Radians of phase a unit of the system's time; zero without forcing."""
+        period = self.period()
+        return 0.0 if period is None else TWO_PI / float(period)
+
+    @classmethod
+    def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
+        """What formulas take as y: states by name, and the noise, zero unless it is among them."""
+        return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})

@@ -1,17 +1,15 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, Coordinates, as_states
+from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.exact.returns import Itineraries, Returns
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
+from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.guards import Section as Section
 from nsmaps.exact.systems.guards import Sliding as Sliding
 
@@ -22,32 +20,13 @@ if TYPE_CHECKING:
     from nsmaps.exact.modes.kernel import ModeKernel
 
 
-class HybridSystem(FlowSystem):
+class HybridSystem(HybridFormulas):
     """A system whose state follows linear differential equations that change at events.
 
     Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
     in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the
     states, with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
     """
-
-    states: ClassVar[tuple[str, ...]] = ()
-    noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
-
-    def period(self) -> Any:
-        """Period of the forcing, in the system's time; None where there is no forcing."""
-        return None
-
-    @abstractmethod
-    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        """The rates of all states in each mode, by the names of modes and states."""
-
-    @abstractmethod
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-        """The events by their names, and surfaces by the names of the modes that slide along them."""
-
-    @abstractmethod
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        """Where the return map is taken."""
 
     @property
     def coordinates(self) -> Coordinates:
@@ -201,16 +180,6 @@ class HybridSystem(FlowSystem):
     def check_formulas(self) -> None:
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
         self._kernel()
-
-    def phase_rate(self) -> float:
-        """Radians of phase a unit of the system's time; zero without forcing."""
-        period = self.period()
-        return 0.0 if period is None else TWO_PI / float(period)
-
-    @classmethod
-    def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
-        """What formulas take as y: states by name, and the noise, zero unless it is among them."""
-        return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})
 
     def _definition(self) -> "Definition":
         """The formulas of the class, for all values of its parameters."""

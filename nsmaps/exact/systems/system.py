@@ -1,24 +1,21 @@
 """An impact system, defined once by walls, flight and impact law in sympy, from which the exact map is derived."""
 
 import sys
-from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from inspect import isabstract
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, Angle, BoxLike, Coordinates, StateLike, as_starts, as_states
-from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.coordinates import TWO_PI, BoxLike, StateLike, as_starts, as_states
+from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import REFUSED, defined_at
-from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.systems.walls import Wall
+from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
@@ -30,7 +27,7 @@ if TYPE_CHECKING:
 FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
 
 
-class ImpactSystem(FlowSystem):
+class ImpactSystem(ImpactFormulas):
     """A ball that flies between impacts with one or two walls under periodic forcing.
 
     Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
@@ -42,53 +39,6 @@ class ImpactSystem(FlowSystem):
     """
 
     wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
-    coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
-
-    @abstractmethod
-    def walls(self) -> Mapping[str, Wall]:
-        """The walls by their letter in impact words; the first is the base wall. There is at most one on each side."""
-
-    @abstractmethod
-    def period(self) -> Any:
-        """Period of the forcing, in the system's time."""
-
-    @abstractmethod
-    def displacement(self, t: Any, hit: SimpleNamespace) -> Any:
-        """Displacement at time t after the impact `hit`, whose time, place and velocity just after are hit.t, hit.z, hit.w."""
-
-    def acceleration(self, t: Any, place: Any, velocity: Any) -> Any:
-        """The right-hand side of the equation of motion between impacts, in place of a `displacement` that is not known.
-
-        A class that has both is followed by its displacement.
-        """
-        raise SystemDefinitionError(f"{type(self).__name__} is given by its displacement and has no acceleration")
-
-    @classmethod
-    def flight(cls) -> str:
-        """The formula that gives the flights: "displacement", or "acceleration" where they are integrated."""
-        return "acceleration" if cls.displacement is _no_closed_form else "displacement"
-
-    def rebound(self, speed: Any, wall: str) -> Any:
-        """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
-        return self.r * speed  # type: ignore[attr-defined]
-
-    def absolute(self, t: Any, displacement: Any) -> Any:
-        """Place relative to an observer at rest, for figures of the motion, at this displacement and time t of the forcing, in
-        arrays.
-
-        It equals the displacement unless a system defines the motion of its walls.
-        """
-        return displacement
-
-    @property
-    def letters(self) -> tuple[str, ...]:
-        """The names of the walls, of which words consist, the base wall first."""
-        return tuple(self.walls())
-
-    @property
-    def section_letters(self) -> tuple[str, ...]:
-        """The letters with which words begin: the base wall."""
-        return self.letters[:1]
 
     def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
@@ -186,7 +136,7 @@ class ImpactSystem(FlowSystem):
             StateError: `boxes` is not a batch of finite boxes.
             ProofError: the system's formulas have a part for which no enclosure is known.
         """
-        from nsmaps.exact.enclosure.images import image_boxes
+        from nsmaps.exact.enclosure.impacts import image_boxes
 
         return image_boxes(self, boxes)
 
@@ -232,21 +182,10 @@ class ImpactSystem(FlowSystem):
 
             check_start(self)
 
-    def phase_rate(self) -> float:
-        """Radians of phase per unit of the system's time."""
-        return TWO_PI / float(self.period())
-
     def _kernel(self) -> "Kernel | IntegratedKernel":
         from nsmaps.exact.kernel import kernel_of
 
         return kernel_of(self)
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        """Let a class that states an acceleration, but no displacement, have none in closed form."""
-        super().__init_subclass__(**kwargs)
-        if "acceleration" in vars(cls) and "displacement" not in vars(cls):
-            cls.displacement = _no_closed_form  # type: ignore[method-assign, assignment]
-        cls.map_name = "integrated map" if cls.flight() == "acceleration" else "exact map"
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -265,11 +204,6 @@ class ImpactSystem(FlowSystem):
             if cls.__module__ not in REFUSED:
                 raise message from None
             REFUSED[cls.__module__][cls] = message  # reported when the system is loaded: other classes of the file may be used
-
-
-def _no_closed_form(system: ImpactSystem, t: Any, hit: SimpleNamespace) -> Any:
-    """The displacement of a system that is given by its acceleration."""
-    raise NsmapsError(f"{type(system).__name__} is given by its acceleration, and its displacement is not known in closed form")
 
 
 def _check_class(cls: type[ImpactSystem]) -> None:

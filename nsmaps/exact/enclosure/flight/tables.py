@@ -1,7 +1,5 @@
 """The tables of systems that enclosures use."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from nsmaps.arrays import Floats
@@ -11,9 +9,7 @@ from nsmaps.exact.enclosure.flight.flow import BallFlow
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.flows.formulas import V
 from nsmaps.exact.kernel import closed_form_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.walls import ImpactFormulas
 
 
 def ball_flow(table: Floats) -> BallFlow:
@@ -26,7 +22,7 @@ def ball_flow(table: Floats) -> BallFlow:
     return BallFlow(room, int(flight), int(one), int(whole), int(basis))
 
 
-def enclosed_table(system: "ImpactSystem") -> Floats:
+def enclosed_table(system: ImpactFormulas) -> Floats:
     """The table of a system with the addresses of its impact laws in balls. Raises ProofError as `image_boxes` does."""
     kernel = closed_form_of(system, "images of boxes", ProofError)
     table = kernel.table.copy()

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
@@ -16,14 +16,11 @@ from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, 
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
 from nsmaps.exact.modes.definitions.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
-from nsmaps.exact.systems.guards import Guard, Section, Sliding
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
 from nsmaps.exact.systems.parameters import choices_of
 
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
 
-
-def definition_of(system: "HybridSystem", driven: bool = False) -> Definition:
+def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
     """The formulas of a system's class with symbols for its parameters; where it is `driven`, with its noise as states.
 
     Raises:

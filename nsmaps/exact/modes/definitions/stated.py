@@ -2,22 +2,19 @@
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.source import ADVICE
-from nsmaps.exact.systems.guards import Guard, Section, Sliding
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
 
 Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | Sliding], Section]
 SIDES = "before", "after"
 
 
-def formulas_stated(system: "HybridSystem", t: sp.Expr, y: SimpleNamespace) -> Formulas:
+def formulas_stated(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) -> Formulas:
     """The modes, guards and section of a system, at symbols for the time and the states.
 
     Raises:
@@ -35,12 +32,12 @@ def formulas_stated(system: "HybridSystem", t: sp.Expr, y: SimpleNamespace) -> F
     return modes, guards, section
 
 
-def _other(system: "HybridSystem", formula: str, given: Any, expected: str) -> SystemDefinitionError:
+def _other(system: HybridFormulas, formula: str, given: Any, expected: str) -> SystemDefinitionError:
     """The error of a formula of another kind."""
     return SystemDefinitionError(f"{type(system).__name__}.{formula} is {given!r:.60}; expected: {expected}")
 
 
-def _called(system: "HybridSystem", formula: str, t: sp.Expr, y: SimpleNamespace) -> Any:
+def _called(system: HybridFormulas, formula: str, t: sp.Expr, y: SimpleNamespace) -> Any:
     """The result of a formula; an error of Python in it as one of the definition."""
     try:
         return getattr(system, formula)(t, y)

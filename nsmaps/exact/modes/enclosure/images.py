@@ -1,22 +1,20 @@
 """Boxes that contain the images of boxes under a system with modes."""
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 from nsmaps.arrays import ArrayLike
 from nsmaps.errors import ProofError
-from nsmaps.exact.enclosure.images import BoxImages, as_boxes, images_in_chunks
+from nsmaps.exact.enclosure.images import BoxImages, as_boxes
+from nsmaps.exact.enclosure.impacts import images_in_chunks
 from nsmaps.exact.modes.enclosure.memory import MOST_IMAGES, ball_memory
 from nsmaps.exact.modes.enclosure.subdivide import all_box_images
 from nsmaps.exact.modes.enclosure.tables import BallTables, ball_tables
 from nsmaps.exact.modes.kernel import kernel_of
-
-if TYPE_CHECKING:
-    from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.guards import HybridFormulas
 
 
 @lru_cache(maxsize=64)
-def table_of(system: "HybridSystem") -> BallTables:
+def table_of(system: HybridFormulas) -> BallTables:
     """The table of a system for enclosures; those used last are remembered. Raises ProofError as `image_boxes` does."""
     kernel = kernel_of(system)
     for one in kernel.definition.transitions:
@@ -43,7 +41,7 @@ def table_of(system: "HybridSystem") -> BallTables:
     return ball_tables(kernel.definition, kernel.values, kernel.table)
 
 
-def image_boxes(system: "HybridSystem", boxes: ArrayLike) -> BoxImages:
+def image_boxes(system: HybridFormulas, boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `HybridSystem.image_boxes`."""
     start, table = as_boxes(boxes, system.coordinates).copy(), table_of(system)
     return images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(table, ball_memory(table), *room))

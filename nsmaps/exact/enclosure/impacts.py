@@ -1,0 +1,56 @@
+"""Boxes that contain the images of boxes under an impact system, and how threads compute those of any system in chunks."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
+from nsmaps.exact.enclosure.images import BoxImages, as_boxes
+from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
+from nsmaps.exact.kernel import in_chunks
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.walls import ImpactFormulas
+from nsmaps.exact.words import decoded
+
+CHUNK = 1_000  #: boxes that a thread takes at a time
+
+
+def image_boxes(system: ImpactFormulas, boxes: ArrayLike) -> BoxImages:
+    """The images of boxes as described in `ImpactSystem.image_boxes`."""
+    start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
+    below, none = start[:, 0].T < 0
+    start[:, 0] = np.maximum(start[:, 0], 0)
+    found = images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(ball_flow(table), *room))
+    kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
+    return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
+
+
+def images_in_chunks(system: FlowSystem, start: Floats, most_images: int, enclose: Callable[..., int]) -> BoxImages:
+    """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
+
+    Args:
+        most_images: upper bound on the image boxes of one box.
+        enclose: of a chunk of boxes; it fills the codes and images of as many rows as it returns, and for each box the number
+            of its images, whether a state may have none, and whether they are bounded.
+    """
+    (n, m), angles = start.shape[:2], system.coordinates.angles
+    low, high = start[:, :, 0], start[:, :, 1]
+    circles = np.where(angles, np.maximum(np.ceil((high - low) / TWO_PI) - 1, 0), 0.0)  # after the first
+    if circles.any():
+        start = np.stack([low, np.where(circles > 0, low + TWO_PI * (1 + 1e-15), high)], axis=2)
+    number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
+    parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
+
+    def run(k: slice) -> None:
+        rows = len(start[k]) * most_images  # memory is used for the rows that are written
+        codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
+        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
+        if circles[k].any():
+            images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
+        parts[k.start] = codes[:rows], images[:rows]
+
+    in_chunks(n, run, CHUNK)
+    codes, images = (np.concatenate(each) for each in zip(*(parts[k] for k in sorted(parts)), strict=True))
+    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded, empty)
