@@ -120,9 +120,8 @@ def noise(result: StudyResult, part: str) -> str:
     if spec is None:
         return ""
     sizes = f"sigma from {min(spec.sigma):g} to {max(spec.sigma):g}" if len(spec.sigma) > 1 else f"sigma = {spec.sigma[0]:g}"
-    return (
-        f"{at(result)}{sizes}, correlation time {spec.tau:g}, {spec.realisations} realisations of {spec.returns:,} returns each."
-    )
+    kind = "of independent noise on the images" if spec.tau is None else f"correlation time {spec.tau:g}"
+    return f"{at(result)}{sizes}, {kind}, {spec.realisations} realisations of {spec.returns:,} returns each."
 
 
 def morse(result: StudyResult, part: str) -> str:

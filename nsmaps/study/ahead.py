@@ -16,6 +16,7 @@ import numpy as np
 
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.exact.compiling.compiled import missing
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
@@ -45,7 +46,8 @@ def _noise(system: "System") -> None:
     """One return under noise."""
     from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
 
-    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, Noise(sigma=0, tau=1), step=1)
+    noise = {"noise": Noise(sigma=0, tau=1), "step": 1} if isinstance(system, FlowSystem) else {"noise": Noise(sigma=0)}
+    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, **noise)
 
 
 CALLS: dict[str, Callable[["System"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}

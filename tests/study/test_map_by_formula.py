@@ -79,7 +79,12 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
 @pytest.mark.parametrize(
     ("sections", "line"),
     [
-        ("noise: {sigma: [0.1], tau: 0.1, start: {x: 0.1, y: 0.1}, returns: 10, realisations: 2, modes: {a: [L]}}", "noise of a"),
+        (
+            "noise: {sigma: [0.1], tau: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}",
+            "tau = 0.1, of a Formula, which has no motion",
+        ),
+        ("noise: {sigma: [0.1], scale: {z: 1}, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "a scale of 'z', which is not a"),
+        ("noise: {sigma: [0.1], step: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "expected: with them tau"),
         ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5, track: 5}]", "a trajectory of a"),
         ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}", "observables of a"),
         ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "no proofs are made of such"),
@@ -88,3 +93,32 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
 def test_what_a_map_lacks_is_refused_at_its_line(study, sections, line):
     with pytest.raises(StudyError, match=rf"study.yaml:[34]:\d+: .*{line}"):
         prepare(study("Formula", sections))
+
+
+def test_noise_on_the_images_of_a_map_and_of_its_composite_map(study):
+    """Pieces that are fitted exactly have, under kicks of the same law, the same residence within its error."""
+    fits = [
+        f"{{name: {n}, family: {n}, box: {{x: {x}, y: [-0.5, 0.5]}}, fit: {{full: {{x: 1, y: 1}}}}}}"
+        for n, x in (("left", "[-1, 0]"), ("right", "[0, 1.5]"))
+    ]
+    text = f"""
+parameters: {{a: 0.6}}
+families: {{left: [L], right: [R]}}
+composite: [{", ".join(fits)}]
+noise:
+  sigma: [0.05, 0.25]
+  scale: {{x: 1}}
+  start: {{x: 0.8, y: 0.2}}
+  returns: 1000
+  realisations: 16
+  modes: {{fixed: [R], left: [L, R]}}
+  min_returns: 4
+  map: [exact, composite]
+"""
+    found = nsmaps.run(study("Formula", text)).noise
+    assert found.stays[0].share.tolist() == [1.0, 0.0]
+    exact, reduced = found.counted[1], found.reduced[1]
+    assert np.array_equal(exact.switches, found.stays[1].switches)
+    assert exact.switches.sum() > 100
+    assert np.abs(exact.share - reduced.share).max() < 0.05
+    assert np.abs(exact.rates - reduced.rates)[0, 1] < 5 * np.hypot(exact.rates_error, reduced.rates_error)[0, 1]

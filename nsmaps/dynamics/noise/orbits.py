@@ -1,18 +1,20 @@
-"""Orbits under noise: additive Ornstein-Uhlenbeck forcing between events, exact at the points of a grid in time."""
+"""Orbits under noise: of motions by Ornstein-Uhlenbeck forcing, exact at the points of a grid in time, of maps on the images."""
 
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.errors import NsmapsError, StateError
+from nsmaps.dynamics.noise.images import RETURNS, generator, kicked_realisations
+from nsmaps.errors import NsmapsError, StateError, near_match
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -30,12 +32,36 @@ SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is eve
 
 
 class Noise(BaseModel):
-    """A stationary Ornstein-Uhlenbeck process: d eta = -eta/tau dt + sigma sqrt(2/tau) dB, so that eta ~ N(0, sigma^2)."""
+    """Gaussian noise eta ~ N(0, sigma^2): with `tau` a forcing of motions between returns, without it noise on the images.
+
+    The forcing is a stationary Ornstein-Uhlenbeck process, d eta = -eta/tau dt + sigma sqrt(2/tau) dB. To images independent
+    deviates are added, one to each coordinate of each image.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    sigma: float = Field(ge=0, description="standard deviation of the forcing, in the system's unit of acceleration")
-    tau: float = Field(gt=0, description="correlation time, in the system's time")
+    sigma: float = Field(
+        ge=0, description="standard deviation: of the forcing, in the system's unit of acceleration, or of images"
+    )
+    tau: float | None = Field(default=None, gt=0, description="correlation time of the forcing, in the system's time")
+    scale: dict[str, float] | None = Field(
+        default=None, description="of noise on images: its standard deviation by coordinate, in units of sigma; others have none"
+    )
+
+    @model_validator(mode="after")
+    def _of_one_kind(self) -> Self:
+        if self.scale is not None and (self.tau is not None or min(self.scale.values(), default=0.0) < 0):
+            raise ValueError(f"scale is {self.scale}, tau {self.tau}; expected: numbers that are not negative, and no tau")
+        return self
+
+    def sizes(self, coordinates: Coordinates) -> Floats:
+        """The standard deviations of noise on images, shape (n,). NsmapsError for a name that is not a coordinate."""
+        scale = dict.fromkeys(coordinates, 1.0) if self.scale is None else self.scale
+        for name in scale:
+            if name not in coordinates:
+                known = f"expected: {coordinates}{near_match(name, coordinates)}"
+                raise NsmapsError(f"the noise has a scale of {name!r}, which is not a coordinate; {known}")
+        return self.sigma * np.array([scale.get(name, 0.0) for name in coordinates])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -47,16 +73,16 @@ class NoisyOrbits(WithCoordinates):
     coordinates: Coordinates
     walls: tuple[str, ...]
     noise: Noise
-    step: float  #: of the grid in time, in the system's time
+    step: float  #: of the grid in time, in the system's time; NaN of noise on images
     seed: int | Sequence[int]
     states: Floats  #: shape (n + 1, R, dim), the starts first; NaN after an orbit's end
     turns: NDArray[np.int32]  #: shape (n, R, dim), whole turns of the phase on each return
     codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
     outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; the outcome that ended an orbit is repeated
     time: Floats  #: shape (n, R), of each return
-    eta: Floats  #: shape (n + 1, R), the forcing by noise at each state
+    eta: Floats  #: shape (n + 1, R), the forcing at each state; of noise on images (n + 1, R, dim), what was added to the state
     impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, or of the letter of an event, the
-    #: speed, or the rate at which the guard's function falls, and the phase; NaN beyond the last
+    #: speed, or the rate at which the guard's function falls, and the phase; NaN beyond the last; none of noise on images
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -76,7 +102,7 @@ class NoisyOrbits(WithCoordinates):
 
 @divides
 def noisy_orbits(
-    system: System,
+    map: ReturnMap,
     state: StateLike,
     n: int,
     noise: Noise,
@@ -88,58 +114,115 @@ def noisy_orbits(
     *,
     jobs: Jobs = SERIAL,
 ) -> NoisyOrbits:
-    """The first n returns of an exact system under noise, for R realisations.
+    """The first n returns of a map under noise, for R realisations.
 
-    Of an impact system the noise is added to the acceleration of flights, in a system with modes wherever its formulas have it.
-    The noise, its velocity and its displacement are drawn exactly at the points of a grid in time, by the matrix exponential of
-    z'' = -k z - c z' + eta, whose k and c are those of the flights of an impact system, and zero where there are modes. Between
-    the points the noise's displacement is a quintic: its error is of order step^(5/2), that of its velocity of order step^(3/2),
-    which is the strong order after an impact. In a system with modes the noise is the cubic that is its second derivative, and
-    every event is met as without noise. In an impact system a contact that begins and ends between two points is missed unless
-    the gap has a minimum between them. Release from rest occurs at a zero of the contact force of the quintic, and events whose
-    guard has the noise at one of the cubic: under noise their time is of order step^(1/2) only. Realisation i has its own Philox
-    generator, seeded by `seed` and i: results do not depend on threads and executors.
+    Noise with a correlation time is a forcing. Of an impact system it is added to the acceleration of flights, in a system with
+    modes wherever its formulas have it. The noise, its velocity and its displacement are drawn exactly at the points of a grid in
+    time, by the matrix exponential of z'' = -k z - c z' + eta, whose k and c are those of the flights of an impact system, and
+    zero where there are modes. Between the points the noise's displacement is a quintic: its error is of order step^(5/2), that
+    of its velocity of order step^(3/2), which is the strong order after an impact. In a system with modes the noise is the cubic
+    that is its second derivative, and every event is met as without noise. In an impact system a contact that begins and ends
+    between two points is missed unless the gap has a minimum between them. Release from rest occurs at a zero of the contact
+    force of the quintic, and events whose guard has the noise at one of the cubic: under noise their time is of order step^(1/2)
+    only.
+
+    Noise without a correlation time is added to the images of any map: to each coordinate of each image a normal deviate, those
+    of angles on the circle. An orbit that thereby leaves the map's domain ends there.
+
+    Realisation i has its own Philox generator, seeded by `seed` and i: results do not depend on threads and executors.
 
     Args:
-        state: the start, shape (dim,), or one for each realisation, shape (R, dim). The noise starts from its stationary law.
+        state: the start, shape (dim,), or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
         chatter: as in `first_return` of an impact system; the noise is neglected within the time of the sum.
         impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
-        jobs: see `nsmaps.Jobs`; a part is 8 realisations, in threads on all cores if there is no executor.
+        jobs: see `nsmaps.Jobs`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in threads on
+            all cores if there is no executor.
 
     Raises:
         StateError: the start has another shape.
-        NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, or a class with modes has no noise.
+        NsmapsError: a count is negative, the step is not in (0, tau], chatter is negative, a class with modes has no noise, the
+            map has no motion that could be forced, or noise on images has a step, impacts or a scale of no coordinate.
         Interrupted: Ctrl-C; `result` has the first realisations, up to a part that was not finished.
     """
-    system = FlowSystem.require(system, "noise")
-    starts, dim = as_starts(state, system.coordinates), len(system.coordinates)
+    map = ReturnMap.require(map, "noise")
+    coordinates = Coordinates(map.coordinates)
+    starts, dim = as_starts(state, coordinates), len(coordinates)
     if starts.shape not in ((dim,), (realisations, dim)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(realisations, 0)}, {dim})")
-    h = usual_step(system, noise.tau) if step is None else float(step)
-    if n < 0 or impacts < 0 or not 0 < h <= noise.tau or not chatter >= 0:
-        raise NsmapsError(
-            f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
-            f"above 0 and at most tau = {noise.tau:g}, numbers that are not negative"
+    check_noise(map, noise)
+    if noise.tau is None:
+        work, part, h, how = (
+            kicked_realisations,
+            max(CHUNK, RETURNS // max(n, 1)),
+            np.nan,
+            _of_images(map, n, noise, step, impacts),
         )
-    law = linear_law(system) if isinstance(system, ImpactSystem) else (0.0, 0.0)
-    _kernel_of(system, h)
-    how = system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts, seed
-    starts = np.broadcast_to(starts, (realisations, dim))
-    tasks = [(how, starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, CHUNK)]
+    else:
+        work, part, h, how = _realised, CHUNK, *_forced(map, n, noise, noise.tau, step, chatter, impacts)
+    starts, letters = np.broadcast_to(starts, (realisations, dim)), _letters(map)
+    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
-        tables = concatenated([_blank(n, 0, impacts, dim), *parts])
+        tables = concatenated(parts or [work((*how, seed), starts[:0], ())])
         along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
-        return NoisyOrbits(system.coordinates, system.letters, noise, h, seed, **along)
+        return NoisyOrbits(coordinates, letters, noise, h, seed, **along)
 
     def first(found: Mapping[int, Arrays]) -> NoisyOrbits | None:
         return joined(begun(found)) if 0 in found else None
 
     if jobs.executor is None and len(tasks) > 1:
         with threads(os.cpu_count() or 1) as pool:
-            return joined(replace(jobs, executor=pool).run(_realised, tasks, first))
-    return joined(jobs.run(_realised, tasks, first))
+            return joined(replace(jobs, executor=pool).run(work, tasks, first))
+    return joined(jobs.run(work, tasks, first))
+
+
+def _letters(map: ReturnMap) -> tuple[str, ...]:
+    """The letters of the words of a map."""
+    return map.letters if isinstance(map, System) else map.first_return(np.empty((0, len(map.coordinates)))).walls
+
+
+def check_noise(map: ReturnMap, noise: Noise) -> None:
+    """Refuse a noise that a map does not have, with an NsmapsError."""
+    name, coordinates = type(map).__name__, Coordinates(map.coordinates)
+    if noise.tau is not None:
+        if not isinstance(map, FlowSystem):
+            raise NsmapsError(
+                f"noise with a correlation time, tau = {noise.tau:g}, of a {name}, which has no motion between its returns that "
+                "it could force; expected: no tau, of noise on the images"
+            )
+    elif noise.scale is None and isinstance(map, FlowSystem):
+        raise NsmapsError(
+            f"the noise of a {name} has neither tau nor scale; expected: tau, the correlation time of a forcing, or scale, such "
+            f"as {{{coordinates[0]}: 1}}, of noise on the images, whose coordinates differ in their units"
+        )
+    noise.sizes(coordinates)
+
+
+def _of_images(map: ReturnMap, n: int, noise: Noise, step: float | None, impacts: int) -> tuple[Any, ...]:
+    """What `kicked_realisations` needs besides the seed."""
+    if n < 0 or step is not None or impacts:
+        raise NsmapsError(
+            f"{n} returns, a step of {step}, {impacts} impacts of noise on images; expected: a number that is not negative, and "
+            "a step and impacts only of a forcing, which has a correlation time `tau`"
+        )
+    return map, noise.sizes(Coordinates(map.coordinates)), n
+
+
+def _forced(
+    map: ReturnMap, n: int, noise: Noise, tau: float, step: float | None, chatter: float, impacts: int
+) -> tuple[float, tuple[Any, ...]]:
+    """The step of the grid in time, and what `_realised` needs besides the seed."""
+    system = FlowSystem.require(map, "noise with a correlation time")
+    h = usual_step(system, tau) if step is None else float(step)
+    if n < 0 or impacts < 0 or not 0 < h <= tau or not chatter >= 0:
+        raise NsmapsError(
+            f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
+            f"above 0 and at most tau = {tau:g}, numbers that are not negative"
+        )
+    law = linear_law(system) if isinstance(system, ImpactSystem) else (0.0, 0.0)
+    _kernel_of(system, h)
+    return h, (system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts)
 
 
 def usual_step(system: System, tau: float) -> float:
@@ -162,6 +245,7 @@ def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
     """
     from scipy.linalg import expm
 
+    assert noise.tau is not None
     rates = np.array([[0, 1, 0], [-k * h * h, -c * h, 1], [0, 0, -h / noise.tau]])
     both = np.zeros((6, 6))
     both[:3, :3], both[3:, 3:], both[2, 5] = -rates, rates.T, 1.0
@@ -204,6 +288,5 @@ def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> A
     tables["states"][:, 0] = starts
     kernel = _kernel_of(system, law[2])
     for i, number in enumerate(numbers):
-        rng = np.random.Generator(np.random.Philox(np.random.SeedSequence(seed, spawn_key=(number,))))
-        kernel.noisy_orbit(law, step, parts, chatter, rng, tuple(table[i] for table in tables.values()))
+        kernel.noisy_orbit(law, step, parts, chatter, generator(seed, number), tuple(table[i] for table in tables.values()))
     return tables

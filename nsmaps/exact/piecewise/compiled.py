@@ -30,9 +30,16 @@ class CompiledPieces:
 
     def orbits(self, start: Floats, n: int, derivative: bool) -> Returns:
         """The first n returns of each of M states, shape (M, dim), on one core."""
-        room = self._room(n, len(start), by := self.formulas.variables if derivative else ())
-        self._run(by, start, room)
-        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), room, derivative)
+        by = self.formulas.variables if derivative else ()
+        return self._orbits(start, self._room(n, len(start), by), by)
+
+    def kicked_orbits(self, start: Floats, kicks: Floats) -> Returns:
+        """The first n returns of each of M states, to whose images kicks are added, shape (n, M, dim), on one core."""
+        return self._orbits(start, [*self._room(len(kicks), len(start), ())[:-1], kicks[..., None]], kicked=True)
+
+    def _orbits(self, start: Floats, room: list[Any], by: Sequence[Any] = (), kicked: bool = False) -> Returns:
+        self._run(by, start, room, kicked)
+        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), room, bool(by))
 
     def sensitivities(self, start: Floats, rates: Floats) -> Floats:
         """The derivatives of images along a direction of the parameters, shape (N, n)."""
@@ -44,9 +51,9 @@ class CompiledPieces:
         in_chunks(len(start), lambda k: self._run(by, start[k], [each[:, k] for each in room]))
         return room
 
-    def _run(self, by: Sequence[Any], start: Floats, room: list[Any]) -> None:
+    def _run(self, by: Sequence[Any], start: Floats, room: list[Any], kicked: bool = False) -> None:
         words = np.array([encode(letter, self.formulas.letters) for letter in self.formulas.letters], np.int64)
-        source = _program(self.formulas, tuple(self.coordinates.angles.tolist()), tuple(by))
+        source = _program(self.formulas, tuple(self.coordinates.angles.tolist()), tuple(by), kicked)
         compiled_program(source)(self.values, words, start, *room)
 
     def _room(self, n: int, m: int, by: Sequence[Any]) -> list[Any]:

@@ -23,12 +23,13 @@ NAMES = {
 }
 
 
-def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Symbol] = ()) -> str:
+def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Symbol] = (), kicked: bool = False) -> str:
     """The source of a function that writes the fields of `Returns` for the first n returns of M states (M, dim).
 
     Its arguments are the parameters, the code of each piece's word, the states, arrays of shape (n, M, ...), and `rows` of shape
-    (n, M, dim, number of symbols) for the derivatives of images by some symbols. Angles are brought to [0, 2 pi) before
-    conditions are evaluated; an outcome that ended an orbit is repeated.
+    (n, M, dim, number of symbols) for the derivatives of images by some symbols. If it is `kicked`, rows are added to the images
+    instead, shape (n, M, dim, 1). Angles are brought to [0, 2 pi) before conditions are evaluated; an outcome that ended an orbit
+    is repeated.
     """
     x, dims = [str(symbol) for symbol in formulas.variables], range(len(formulas.variables))
     lines = [f"    {symbol} = p[{k}]" for k, symbol in enumerate(formulas.symbols)]
@@ -40,6 +41,7 @@ def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Sym
         slopes = [sp.diff(image, symbol) for image in images for symbol in by]
         places = [f"rows[i, m, {j}, {k}]" for j in dims for k in range(len(by))]
         written = assignments([*images, *slopes], [*(f"_w{j}" for j in dims), *places])
+        written += [f"_w{j} = _w{j} + rows[i, m, {j}, 0]" for j in dims if kicked]
         body += [f"elif {code(condition)}:", f"    piece = {number}", *(f"    {line}" for line in written)]
     body += [f"if piece < 0 or {_not_finite([f'_w{j}' for j in dims])}:", "    before = UNCOVERED if piece == -1 else before"]
     body += ["    before = ESCAPED if piece >= 0 else before", "    outcome[i, m], codes[i, m], time[i, m] = before, 0, math.nan"]

@@ -74,7 +74,7 @@ def shares(result: "StudyResult", ax: Axes) -> Axes:
             }
             ax.plot(found.sigma, [stay.share[k] for stay in stays], "o", ls=look["ls"], label=f"{of}{name}", **shown)
     ax.set_ylim(-0.03, 1.03)
-    ax.set_ylabel("share of the returns" if found.reduced else "share of the time")
+    ax.set_ylabel("share of the returns" if _counts(result) else "share of the time")
     return _over_sizes(ax)
 
 
@@ -87,6 +87,11 @@ def _maps(result: "StudyResult") -> "list[tuple[tuple[Residence, ...], dict[str,
         if found.reduced
         else [(found.stays, full, "share of ")]
     )
+
+
+def _counts(result: "StudyResult") -> bool:
+    """Whether residence is counted in returns: of two maps, and of noise on images."""
+    return bool(NOISE.of(result, "noise").reduced) or section(result.study.noise, "noise").tau is None
 
 
 def rates(result: "StudyResult", ax: Axes) -> Axes:
@@ -113,7 +118,7 @@ def rates(result: "StudyResult", ax: Axes) -> Axes:
             name = f"{of if found.reduced else ''}{modes[i]} to {modes[j]}"
             ax.plot([], [], "s", label=name, **look)
     ax.set_yscale("log")
-    ax.set_ylabel("changes per return" if found.reduced else "changes per unit of time")
+    ax.set_ylabel("changes per return" if _counts(result) else "changes per unit of time")
     return _over_sizes(ax)
 
 

@@ -66,7 +66,8 @@ class KickedMap:
         while min(map(len, found)) < n:
             piece, returns = self.map.piece_of(states), self.map.first_return(states)
             for words, word, number in zip(found, returns.words.tolist(), returns.numbers.tolist(), strict=True):
-                words += (single_words(word) + [""] * number)[:number]
+                each = list(word) if len(word) == number else single_words(word)  # without walls a letter is a return
+                words += (each + [""] * number)[:number]
             kicked = returns.image + np.einsum("kij,kj->ki", self.roots[piece], rng.normal(size=states.shape))
             states = np.where(speeds[piece], np.abs(kicked), kicked)
             states[piece < 0] = np.nan

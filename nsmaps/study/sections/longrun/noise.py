@@ -1,4 +1,4 @@
-"""The section `noise`: the exact map under Ornstein-Uhlenbeck forcing, and the composite map under kicks like its own."""
+"""The section `noise`: the exact map under a forcing by noise or noise on its images, and the composite map so."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,12 +10,11 @@ from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.words import encode
 from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
-from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, STORED, Size
+from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
 from nsmaps.study.sections.base import Need, Section, Table
 
@@ -38,12 +37,16 @@ class ImpactsSection(Range):
 
 
 class NoiseSection(BaseModel):
-    """Ornstein-Uhlenbeck forcing: residence in motions for each amplitude, and impacts over a parameter."""
+    """Residence in motions for each amplitude of a noise, and impacts over a parameter.
+
+    With `tau` the noise is an Ornstein-Uhlenbeck forcing, otherwise it is added to the images, by coordinate in units of `scale`.
+    """
 
     model_config = SPEC
     was: ClassVar = {"hold": "min_returns"}
     sigma: tuple[Number, ...] = Field(min_length=1)
-    tau: Number = Field(gt=0)
+    tau: Number | None = Field(None, gt=0)
+    scale: dict[Name, Number] | None = None
     start: dict[str, Number]
     returns: int = Field(2000, ge=1)
     realisations: int = Field(16, ge=1)
@@ -54,11 +57,19 @@ class NoiseSection(BaseModel):
     min_returns: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
 
+    def noise(self, sigma: float) -> "Noise":
+        """The noise of one amplitude."""
+        from nsmaps.dynamics.noise.orbits import Noise
+
+        return Noise(sigma=sigma, tau=self.tau, scale=self.scale)
+
     @model_validator(mode="after")
     def _in_bounds(self) -> Self:
         if min(self.sigma) < 0:
             raise ValueError(f"sigma is {min(self.sigma):g}; expected: zero or more")
-        if self.step is not None and self.step > self.tau:
+        if self.tau is None and (self.step is not None or self.impacts is not None):
+            raise ValueError("step and impacts are of a forcing by noise; expected: with them tau, its correlation time")
+        if self.step is not None and self.tau is not None and self.step > self.tau:
             raise ValueError(f"step is {self.step:g}; expected: at most tau = {self.tau:g}")
         length = max(map(len, self.modes.values()))
         if not all(self.modes.values()) or self.min_returns < length:
@@ -88,8 +99,10 @@ class Stored:
 
 def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
     """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
+    from nsmaps.dynamics.noise.orbits import check_noise
+
     with binding.study.source.located(("noise",)):
-        FlowSystem.require(binding.system, "noise")
+        check_noise(binding.system, spec.noise(spec.sigma[0]))
     for name, words in spec.modes.items():
         with binding.study.source.located(("noise", "modes", name)):
             for word in words:
@@ -101,14 +114,14 @@ def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
 
 def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
-    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.noise.orbits import noisy_orbits
     from nsmaps.dynamics.noise.residence import Residence, residence
 
     stays, ended, count = [], [], len(spec.sigma) + (spec.impacts is not None)
     counted, reduced = list[Residence](), list[Residence]()
     with plan.study.source.located(("noise",)):
         for number, sigma in enumerate(spec.sigma):
-            noise = Noise(sigma=sigma, tau=spec.tau)
+            noise = spec.noise(sigma)
             how = spec.returns, noise, spec.realisations, spec.seed, spec.step
             orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
             stays.append(residence(orbits.words, orbits.time, spec.modes, spec.min_returns))
@@ -143,10 +156,9 @@ def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "No
 def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
     """The diagrams in descending and ascending order, each without and with noise."""
     from nsmaps.dynamics.diagrams.impacts import impact_diagram
-    from nsmaps.dynamics.noise.orbits import Noise
 
     values = np.linspace(section.low, section.high, section.points)
-    sizes = Noise(sigma=0.0, tau=spec.tau), Noise(sigma=section.sigma, tau=spec.tau)
+    sizes = spec.noise(0.0), spec.noise(section.sigma)
     how = section.returns, section.discard, spec.seed, spec.step
     along, start = Along(plan.system, section.parameter), plan.bound["noise"]
     return tuple(
@@ -166,17 +178,23 @@ def _describe(spec: NoiseSection, study: "Study") -> str:
 
 
 def _size(spec: NoiseSection, study: "Study", system: "System") -> Size:
-    from nsmaps.dynamics.noise.orbits import usual_step
-    from nsmaps.exact.systems.hybrid import HybridSystem
-
-    usual = usual_step(system, spec.tau)
-    each = NOISY_MODES if isinstance(system, HybridSystem) else NOISY
-    one = Size(each * max(1.0, usual / (spec.step or usual)), COPIES * STORED)
+    one = Size(_seconds(spec, system), COPIES * STORED)
     found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
     if (along := spec.impacts) is not None:
         kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
         found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
     return found
+
+
+def _seconds(spec: NoiseSection, system: "System") -> float:
+    """The time of one return."""
+    from nsmaps.dynamics.noise.orbits import usual_step
+    from nsmaps.exact.systems.hybrid import HybridSystem
+
+    if spec.tau is None:
+        return RETURN
+    usual = usual_step(system, spec.tau)
+    return (NOISY_MODES if isinstance(system, HybridSystem) else NOISY) * max(1.0, usual / (spec.step or usual))
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
