@@ -347,7 +347,8 @@ def test_a_class_without_a_file_and_with_annotations_that_are_text():
 
 def test_where_sympy_is_not_loaded_nothing_loads_it():
     lazy = (
-        "from nsmaps.exact.systems.system import ImpactSystem, Wall\n"
+        "from nsmaps.exact.systems.system import ImpactSystem\n"
+        "from nsmaps.exact.systems.walls import Wall\n"
         "class Lazy(ImpactSystem):\n    r: float = 0.5\n    def walls(self):\n        return {'F': Wall(at=0, side=-1)}\n"
         "    def period(self):\n        return 1\n    def displacement(self, t, hit):\n        from sympy import sqrt\n"
         "        return hit.z + hit.w * sqrt(t - hit.t)\n"
