@@ -8,6 +8,7 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.progress import shows
 
 
@@ -49,6 +50,25 @@ def periodic_orbits(
         ):
             found.append(orbit)
     return tuple(found)
+
+
+def periodic_orbits_by_word(map: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
+    """All periodic orbits up to a period of a map with affine pieces, in the order of periods and words.
+
+    Of each word the one cycle of its formulas is kept if its states lie in the pieces of the word, up to rounding. Words of which
+    1 is a multiplier are left out: they have no cycle, or a line of them.
+
+    Args:
+        map: without angles, whose images are affine.
+        max_period: in returns.
+        tolerance: as in `periodic_orbit`.
+
+    Raises:
+        NsmapsError: the image of a piece is not affine, or a coordinate is an angle.
+    """
+    from nsmaps.exact.piecewise.affine import cycles_of_words
+
+    return tuple(periodic_orbit(map, states, len(states), tolerance) for _, states in cycles_of_words(map, max_period))
 
 
 def _same(one: PeriodicOrbit, states: Floats, near: Floats) -> bool:
