@@ -1,0 +1,140 @@
+"""The square-root map: references M4a and M4b, the closed forms of its windows at other parameters, and its studies."""
+
+import json
+from pathlib import Path
+
+import mpmath as mp
+import numpy as np
+import pytest
+from nsmaps_square_root import SquareRoot, SquareRootPlane
+
+import nsmaps
+from nsmaps import Along
+
+DATA = Path(__file__).parents[1] / "data" / "maps"
+LINE, PLANE = (json.loads((DATA / f"{name}.json").read_text(encoding="utf-8")) for name in ("M4a", "M4b"))
+WINDOWS = [(float(case["parameters"]["a"]), window) for case in LINE["cases"] for window in case["windows"]]
+STABLE = [pair for pair in WINDOWS if pair[1]["stable_window"]]
+LONG = [(cls, run) for cls, table in ((SquareRoot, LINE), (SquareRootPlane, PLANE)) for run in table["long_runs"]]
+RETURNS = 50_000  #: of a run whose exponents are compared
+
+
+def floats(values):
+    return {name: float(value) for name, value in values.items()}
+
+
+def named(value):
+    return value["word"] if isinstance(value, dict) and "word" in value else None
+
+
+def letters(words):
+    return "".join(words)
+
+
+@pytest.mark.parametrize(("a", "window"), STABLE, ids=named)
+def test_a_cycle_of_a_window(a, window):
+    """From a guess a percent away: word, point, multiplier, and the exponent of an orbit on it."""
+    sample, period = window["sample"], window["period"]
+    system = SquareRoot(a=a, mu=float(sample["mu"]))
+    orbit = nsmaps.periodic_orbit(system, [1.01 * float(sample["point_R"])], period)
+    assert letters(orbit.words) == "R" + window["word"][:-1]
+    assert orbit.exists
+    assert orbit.stable
+    assert orbit.states[0, 0] == pytest.approx(float(sample["point_R"]), rel=1e-12)
+    assert orbit.multipliers[0].real == pytest.approx(float(sample["multiplier"]), rel=1e-12)
+    run = nsmaps.lyapunov(system, orbit.states[0], 32 * period, 100)
+    assert run.exponents[0] == pytest.approx(float(sample["exponent"]), rel=1e-11)
+
+
+@pytest.mark.parametrize(("a", "window"), STABLE, ids=named)
+def test_a_window_begins_at_its_doubling(a, window):
+    sample, value = window["sample"], float(window["mu_period_doubling"])
+    system = SquareRoot(a=a, mu=float(sample["mu"]))
+    orbit = nsmaps.periodic_orbit(system, [float(sample["point_R"])], window["period"])
+    branch = nsmaps.continue_branch(Along(system, "mu"), orbit, system.mu, (value / 2, 2 * system.mu), "down", step=0.5)
+    assert branch.events[0].kind == "period doubling"
+    assert branch.events[0].parameter == pytest.approx(value, rel=1e-12)
+
+
+def root(a, n, mu):
+    """The square root of the point of L^(n-1) R on the right, in 40 digits: s^2 + a^(n-1) s = mu (1 - a^n)/(1 - a)."""
+    with mp.workdps(40):
+        a, mu = mp.mpf(a), mp.mpf(mu)
+        half = a ** (n - 1) / 2
+        return mp.sqrt(half**2 + mu * (1 - a**n) / (1 - a)) - half
+
+
+def doubling_and_border(a, n):
+    with mp.workdps(40):
+        a = mp.mpf(a)
+        return 3 * a ** (2 * n - 2) * (1 - a) / (4 * (1 - a**n)), (a ** (n - 2) * (1 - a) / (1 - a ** (n - 1))) ** 2
+
+
+@pytest.mark.parametrize(("a", "n"), [(0.37, 2), (0.13, 3), (0.62, 4), (0.41, 9)])
+def test_windows_at_other_parameters(a, n):
+    """Point, multiplier and doubling in closed form, of words down to windows of width 1e-7."""
+    doubles, collides = doubling_and_border(a, n)
+    system = SquareRoot(a=a, mu=float((doubles + collides) / 2))
+    s = root(a, n, system.mu)
+    orbit = nsmaps.periodic_orbit(system, [float(s**2) * (1 + 1e-3)], n)
+    assert letters(orbit.words) == "R" + "L" * (n - 1)
+    assert orbit.states[0, 0] == pytest.approx(float(s**2), rel=1e-12)
+    assert orbit.multipliers[0].real == pytest.approx(float(-(mp.mpf(a) ** (n - 1)) / (2 * s)), rel=1e-12)
+    bounds = float(doubles) / 2, 2 * system.mu
+    branch = nsmaps.continue_branch(Along(system, "mu"), orbit, system.mu, bounds, "down", step=0.5)
+    assert branch.events[0].parameter == pytest.approx(float(doubles), rel=1e-12)
+
+
+def test_the_fixed_point_with_an_impact_doubles():
+    """s^2 + s = mu and -1/(2 s) = -1: at mu = 3/4, from above."""
+    system = SquareRoot(a=0.5, mu=2.0)
+    orbit = nsmaps.periodic_orbit(system, [1.1])
+    assert orbit.states[0, 0] == pytest.approx(1.0, rel=1e-13)
+    (event,) = nsmaps.continue_branch(Along(system, "mu"), orbit, 2.0, (0.5, 2.5), "down", until=["period doubling"]).events
+    assert event.parameter == pytest.approx(0.75, rel=1e-12)
+
+
+@pytest.mark.parametrize("case", PLANE["cases"], ids=named)
+def test_a_cycle_in_the_plane(case):
+    """Points, both multipliers and exponents, and the doubling, with the multipliers there."""
+    given, points = floats(case["parameters"]), np.array(case["points"], float)
+    system = SquareRootPlane(**given)
+    orbit = nsmaps.periodic_orbit(system, 1.01 * points[0], case["period"])
+    multipliers = np.array(case["multipliers"], float)[:, 0]
+    assert letters(orbit.words) == case["word"]
+    assert orbit.stable
+    assert np.abs(orbit.states / points - 1).max() < 1e-12
+    assert orbit.multipliers.real == pytest.approx(multipliers, rel=1e-11)
+    assert np.log(np.abs(orbit.multipliers)) / case["period"] == pytest.approx(np.array(case["exponents"], float), rel=1e-11)
+    value = float(case["rho_period_doubling"])
+    branch = nsmaps.continue_branch(Along(system, "rho"), orbit, system.rho, (value / 2, 1), "down", step=0.5)
+    doubling = branch.events[0]
+    assert (doubling.kind, doubling.parameter) == ("period doubling", pytest.approx(value, rel=1e-12))
+    assert sorted(doubling.multipliers.real) == pytest.approx(
+        [complex(each.replace(" ", "")).real for each in case["rho_period_doubling_multipliers"]], rel=1e-9
+    )
+
+
+@pytest.mark.parametrize(("cls", "run"), LONG, ids=lambda part: part.__name__ if isinstance(part, type) else None)
+def test_exponents_of_long_orbits(cls, run):
+    system, known = cls(**floats(run["parameters"])), run["lyapunov"]
+    found = nsmaps.lyapunov(system, np.full(len(system.coordinates), 0.01), RETURNS)
+    error = np.hypot(found.error, np.array(known["standard_errors"], float))
+    assert (np.abs(found.exponents - np.array(known["values"], float)) < 5 * error).all()
+    words = nsmaps.orbit(system, np.full(len(system.coordinates), 0.01), RETURNS).words
+    assert (words == "R").mean() == pytest.approx(float(known["share_of_R"]), abs=2e-3)
+
+
+def test_without_the_second_multiplier_the_plane_is_the_line():
+    x = np.linspace(-0.4, 0.4, 9)
+    line = SquareRoot(a=0.65, mu=0.1).first_return(x[:, None], derivative=True)
+    plane = SquareRootPlane(alpha=0.65, gamma=0, rho=0.1).first_return(np.stack([x, 0 * x], axis=1), derivative=True)
+    assert plane.image[:, 0] == pytest.approx(line.image[:, 0], abs=1e-16)
+    assert plane.derivative[:, 0, 0] == pytest.approx(line.derivative[:, 0, 0], rel=1e-15)
+    assert np.array_equal(plane.words, line.words)
+
+
+def test_next_to_the_border_the_slope_grows_and_on_it_the_left_piece_holds():
+    returns = SquareRoot(a=0.5, mu=0.1).first_return([[0.0], [5e-324], [1e-300]], derivative=True)
+    assert returns.words.tolist() == ["L", "R", "R"]
+    assert returns.derivative[:, 0, 0].tolist() == [0.5, pytest.approx(-0.5 / np.sqrt(5e-324)), -5e149]
