@@ -15,11 +15,11 @@ class StudyError(NsmapsError):
 
 
 class UnknownSystemError(NsmapsError):
-    """No installed system has this name: lists those that are there."""
+    """No system, region, fit or family has this name: lists those that are installed."""
 
 
 class SystemDefinitionError(NsmapsError):
-    """A system whose flight, walls or parameters cannot be turned into a return map."""
+    """A class that cannot be used: a system whose formulas give no return map, a region, fit or family that lacks a method."""
 
 
 class ParameterError(NsmapsError):

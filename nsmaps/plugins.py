@@ -1,8 +1,9 @@
-"""The systems that are installed: packages that registered themselves under the entry-point group `nsmaps.systems`.
+"""Classes by name: systems, regions, fits and families of returns, installed or in a file.
 
-A name is found without importing anything; a class is imported when it is asked for. A package ships studies as YAML
-files in its folder `studies/`; the study `studies/fp.yaml`, if its line `system:` names `vi_pair`, is called `vi_pair/fp`. It
-may offer a drawing of its system, under the same name in the group `nsmaps.sketches`.
+A package registers a system in the entry-point group `nsmaps.systems`, other classes in the group of their `Kind`. A name is
+found without importing anything; a class is imported when it is asked for. A package ships studies as YAML files in its folder
+`studies/`; the study `studies/fp.yaml`, if its line `system:` names `vi_pair`, is called `vi_pair/fp`. It may offer a drawing of
+its system, under the same name in the group `nsmaps.sketches`.
 """
 
 import hashlib
@@ -10,10 +11,14 @@ import os
 import re
 import sys
 import warnings
+from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
+from inspect import isabstract
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
@@ -26,13 +31,49 @@ if TYPE_CHECKING:
 
     from nsmaps.exact.systems.parameters import System
 
-GROUP = "nsmaps.systems"
 SKETCHES = "nsmaps.sketches"
+IN_A_FILE = "path/to/mine.py:Class"
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """What a class that is named may be: a system, a region, a fit or a family of returns."""
+
+    name: str  #: in messages
+    base: str  #: the module below `nsmaps` and the class from which it inherits
+    examples: str  #: what of nsmaps it may inherit from instead
+
+    @property
+    def group(self) -> str:
+        """The group of its entry points."""
+        return "nsmaps.families" if self.name == "family" else f"nsmaps.{self.name}s"
+
+    def checked(self, found: object, where: str) -> type[Any]:
+        """The class; raises SystemDefinitionError unless it is of this kind and defines all that its base leaves open."""
+        module, base = self.base.split(":")
+        wanted: type[Any] = getattr(import_module(f"nsmaps.{module}"), base)
+        if not (isinstance(found, type) and issubclass(found, wanted)):
+            raise SystemDefinitionError(f"{where} is not a {self.name}; expected: a class that inherits from {self.examples}")
+        if self != SYSTEM and isabstract(found):
+            missing = ", ".join(sorted(found.__abstractmethods__))  # type: ignore[attr-defined]
+            raise SystemDefinitionError(f"{where} does not define {missing}; expected: all that nsmaps.{base} leaves open")
+        return found
+
+
+SYSTEM = Kind("system", "exact.systems.parameters:System", "nsmaps.ImpactSystem, nsmaps.HybridSystem or nsmaps.System")
+REGION = Kind("region", "reduced.conditions.region:Region", "nsmaps.Region")
+FIT = Kind("fit", "reduced.fit.polyfit:PolyFit", "nsmaps.PolyFit")
+FAMILY = Kind("family", "exact.surfaces.family:ReturnFamily", "nsmaps.ReturnFamily")
 
 
 def system_names() -> list[str]:
     """The names of the installed systems in order, without importing any."""
-    return sorted({entry.name for entry in _entries()})
+    return class_names(SYSTEM)
+
+
+def class_names(kind: Kind) -> list[str]:
+    """The names of the installed classes of a kind in order, without importing any."""
+    return sorted({entry.name for entry in _entries(kind.group)})
 
 
 def systems() -> "dict[str, type[System]]":
@@ -45,19 +86,28 @@ def systems() -> "dict[str, type[System]]":
     for name in system_names():
         entry = entry_of(name)
         try:
-            found[name] = _imported(entry)
+            found[name] = _imported(entry, SYSTEM)
         except SystemDefinitionError as error:
             warnings.warn(str(error), stacklevel=2)
     return found
 
 
 def system_class(name: str) -> "type[System]":
-    """The class of an installed system, or of one in a file: `path/to/mine.py:Class`.
+    """The class of a system by its name, as `class_of`."""
+    found: type[System] = class_of(SYSTEM, name)
+    return found
 
-    Raises UnknownSystemError for a name that is not installed, SystemDefinitionError when its package fails to import
-    or when two packages give this name.
+
+def class_of(kind: Kind, name: str) -> type[Any]:
+    """A class of a kind: an installed one by its name, that of a module, `package.module:Class`, or of a file, `mine.py:Class`.
+
+    Raises UnknownSystemError for a name that is not there, SystemDefinitionError when its package fails to import, when two
+    packages give this name, or for a class of another kind.
     """
-    return _from_file(*_split(name)) if is_file(name) else _imported(entry_of(name))
+    place, _, attribute = name.rpartition(":")
+    if is_file(name):
+        return _from_file(place, attribute, kind)
+    return _from_module(place, attribute, kind) if place else _imported(entry_of(name, kind), kind)
 
 
 def load_system(name: str, **parameters: Any) -> "System":
@@ -109,18 +159,18 @@ def study_names() -> list[str]:
     return [f"{entry.name}/{stem}" for entry in clear for stem in _study_files(entry)]
 
 
-def entry_of(name: str) -> EntryPoint:
-    """The one entry point of this name; errors as `system_class`."""
-    found = [entry for entry in _entries() if entry.name == name]
+def entry_of(name: str, kind: Kind = SYSTEM) -> EntryPoint:
+    """The one entry point of this name; errors as `class_of`."""
+    found = [entry for entry in _entries(kind.group) if entry.name == name]
     if not found:
-        known = system_names()
+        known = class_names(kind)
         raise UnknownSystemError(
-            f"no system {name!r} is installed; installed: {', '.join(known) or 'none'}; "
-            f"or a class in a file, as path/to/mine.py:Class{near_match(name, known)}"
+            f"no {kind.name} {name!r} is installed; installed: {', '.join(known) or 'none'}; "
+            f"or a class in a file, as {IN_A_FILE}{near_match(name, known)}"
         )
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
-        raise SystemDefinitionError(f"the system {name!r} is given by {owners}; uninstall one of them")
+        raise SystemDefinitionError(f"the {kind.name} {name!r} is given by {owners}; uninstall one of them")
     return found[0]
 
 
@@ -129,13 +179,24 @@ def owner_of(entry: EntryPoint) -> str:
     return f"{entry.dist.name} {entry.dist.version}" if entry.dist else "an unnamed package"
 
 
+def owners_of(name: str) -> str:
+    """The packages that registered classes of any kind under a name, with their versions."""
+    found = [owner_of(entry) for kind in (SYSTEM, REGION, FIT, FAMILY) for entry in _entries(kind.group) if entry.name == name]
+    return ", ".join(dict.fromkeys(found))
+
+
 def is_file(name: str) -> bool:
     """Whether the name means a class in a file: `path/to/mine.py:Class`."""
-    return _split(name)[0].endswith(".py")
+    return name.rpartition(":")[0].endswith(".py")
 
 
-def _entries(group: str = GROUP) -> tuple[EntryPoint, ...]:
-    """All registered systems, or sketches; they are read anew when a folder of the path has changed."""
+def is_installed(name: str) -> bool:
+    """Whether the name can only mean a class that a package registered, and nothing that anyone may write."""
+    return ":" not in name
+
+
+def _entries(group: str = SYSTEM.group) -> tuple[EntryPoint, ...]:
+    """All entry points of a group; they are read anew when a folder of the path has changed."""
     return _registered(group, tuple((place, _changed(place)) for place in sys.path))
 
 
@@ -152,9 +213,10 @@ def _changed(place: str) -> int:
         return 0
 
 
-def _imported(entry: EntryPoint) -> "type[System]":
+def _imported(entry: EntryPoint, kind: Kind) -> type[Any]:
     """The entry point's class."""
-    return _loaded(entry, lambda found: _checked(found, entry.value))
+    found: type[Any] = _loaded(entry, lambda found: kind.checked(found, entry.value))
+    return found
 
 
 def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: found) -> Any:
@@ -166,36 +228,35 @@ def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: f
         raise SystemDefinitionError(f"plugin {entry.name!r} of {owner_of(entry)} failed to import: {reason}") from error
 
 
-def _checked(found: object, where: str) -> "type[System]":
-    from nsmaps.exact.systems.parameters import System
-
-    if isinstance(found, type) and issubclass(found, System):
-        return found
-    raise SystemDefinitionError(
-        f"{where} is not a system; expected: a class that inherits from nsmaps.ImpactSystem, nsmaps.HybridSystem or nsmaps.System"
-    )
-
-
-def _split(name: str) -> tuple[str, str]:
-    path, _, attribute = name.rpartition(":")
-    return path, attribute
+def _from_module(module: str, attribute: str, kind: Kind) -> type[Any]:
+    """The class of a module that can be imported."""
+    try:
+        found = import_module(module)
+    except Exception as error:
+        raise SystemDefinitionError(f"{module} failed to import: {type(error).__name__}: {error}") from error
+    return kind.checked(_member(found, attribute, module), f"{module}:{attribute}")
 
 
-def _from_file(path: str, attribute: str) -> "type[System]":
+def _from_file(path: str, attribute: str, kind: Kind) -> type[Any]:
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
     file = Path(os.path.expanduser(path)).resolve()
     if not os.path.isfile(file):
-        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; expected: path/to/mine.py:Class")
+        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; expected: {IN_A_FILE}")
     name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
     if name not in sys.modules:
         try:
             run_file(name, str(file))
         except Exception as error:
             raise SystemDefinitionError(f"{path} failed to import: {type(error).__name__}: {error}") from error
-    members = vars(sys.modules[name])
-    if attribute not in members:
-        raise UnknownSystemError(f"{path} has no class {attribute!r}{near_match(attribute, members)}")
-    found = _checked(members[attribute], f"{path}:{attribute}")
+    found = kind.checked(_member(sys.modules[name], attribute, path), f"{path}:{attribute}")
     if found in REFUSED[name]:
         raise SystemDefinitionError(f"{path}:{attribute} is not a system: {REFUSED[name][found]}")
+    return found
+
+
+def _member(module: ModuleType, attribute: str, place: str) -> object:
+    """What a module has under a name."""
+    if not hasattr(module, attribute):
+        raise UnknownSystemError(f"{place} has no class {attribute!r}{near_match(attribute, dir(module))}")
+    found: object = getattr(module, attribute)
     return found

@@ -70,7 +70,7 @@ def _model(made: dict[str, Any], section: str) -> dict[str, Any]:
         return made
     holders = [made, *made["$defs"].values()]
     found = next(holder["properties"][section] for holder in holders if section in holder.get("properties", {}))
-    (name,) = set(re.findall(r"#/\$defs/(\w+)", json.dumps(found)))
+    (name,) = {*re.findall(r"#/\$defs/(\w+)", json.dumps(found))} - {"Instance"}
     return made["$defs"][name]
 
 

@@ -122,7 +122,7 @@ def check(
 ) -> None:
     """Read a study and say what a run of it would compute, without computing it.
 
-    A study whose system is a class in a file is checked against that class; a warning that the file is executed comes first.
+    A study with a class in a file is checked against that class; a warning that the file is executed comes first.
 
     The memory and time of a run are estimated, and refused beyond a limit, as in a run.
 
@@ -137,8 +137,10 @@ def check(
 
     with _reported_errors():
         read = found_study(study, installed_only)
-        if is_file(read.system) and os.path.isfile(read.system.rpartition(":")[0]):
-            say(f"runs the file of the system, {read.system}, which can do what you can; not with --installed-only", err=True)
+        for loc, name in read.classes().items():
+            of = "the system" if loc == ("system",) else "a class"
+            if is_file(name) and os.path.isfile(name.rpartition(":")[0]):
+                say(f"runs the file of {of}, {name}, which can do what you can; not with --installed-only", err=True)
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
             system = read.system_object()

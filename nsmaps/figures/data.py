@@ -160,7 +160,7 @@ def _has_values(domain: "AttractingDomain") -> bool:
 
 def _separable(pieces: "Sequence[PieceSection]") -> "Mapping[str, PieceSection]":
     """What a study says of each piece with a separable fit, by name."""
-    return {piece.name: piece for piece in pieces if piece.fit and piece.fit.separable}
+    return {piece.name: piece for piece in pieces if piece.separable}
 
 
 def _is_accurate(study: "Study") -> bool:

@@ -202,7 +202,7 @@ def orders(result: StudyResult, part: str) -> str:
 
 def separable(result: StudyResult, part: str) -> str:
     """The fit of one piece."""
-    names = [piece.name for piece in result.study.composite if piece.fit and piece.fit.separable]
+    names = [piece.name for piece in result.study.composite if piece.separable]
     fits = {piece.name: piece.map.report for piece in (result.composite.pieces if result.composite else ())}
     report = fits.get(name := part_of(names, part))
     if report is None:

@@ -11,12 +11,13 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.parallel import SERIAL, Jobs
-from nsmaps.plugins import system_class
+from nsmaps.plugins import REGION, system_class
 from nsmaps.reduced.conditions.condition import as_number
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.study.reading.classes import Instance, created
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.references import check_references
 from nsmaps.study.reading.values import Bounds, Range, Span
@@ -46,7 +47,7 @@ class Plan:
         return self.bound.get("grid")
 
     @property
-    def families(self) -> dict[str, WordFamily]:
+    def families(self) -> dict[str, ReturnFamily]:
         """The study's families by name."""
         return self.bound.get("families", {})
 
@@ -133,6 +134,13 @@ class Binding:
             condition = Where(text=text, coordinates=Coordinates([*names, *others]))
             condition.at(others)
             return condition
+
+    def region(self, loc: Loc, given: str | Instance, parameters: bool = False) -> Region:
+        """The states at which a condition holds, as `where`, or the region of a class."""
+        if isinstance(given, str):
+            return self.where(loc, given, parameters)
+        found: Region = created(self.study.source, loc, given, REGION, coordinates=self.system.coordinates)
+        return found
 
     def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
         """The values in the order of the system's coordinates; raises StudyError if one is missing."""

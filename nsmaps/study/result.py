@@ -6,16 +6,18 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.arrays import brief
+from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
 from nsmaps.study.sections.maps.named import map_title
+from nsmaps.study.sections.maps.surfaces import bind_family
 
 if TYPE_CHECKING:
     from xarray import DataTree
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.exact.returnmap import ReturnMap
-    from nsmaps.exact.surfaces.family import WordFamily
+    from nsmaps.exact.surfaces.family import ReturnFamily
     from nsmaps.exact.surfaces.mesh import Mesh, Part
     from nsmaps.exact.systems.parameters import System
     from nsmaps.study.sections import Kept
@@ -57,11 +59,10 @@ class _Run(Kept):
         """What a map of the study is called: `exact map`, `composite map`, `parametric map`, `fitted map R1`."""
         return map_title(self.study, self.system, of)
 
-    def family(self, name: str) -> "WordFamily":
+    def family(self, name: str) -> "ReturnFamily":
         """A family of the study, or one of a partition, which is named by its word."""
-        from nsmaps.exact.surfaces.family import WordFamily
-
-        return WordFamily(name=name, words=self.study.families.get(name, (name,)))
+        families = self.study.families
+        return bind_family(name, families[name], self) if name in families else WordFamily(name=name, words=(name,))
 
     def mesh(self, family: str, part: "Part | None" = None) -> "Mesh":
         """The return surface of a family as triangles up to its edges: computed when first asked for, and remembered.

@@ -14,7 +14,7 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.storage import missing_of, remove_empty
 from nsmaps.interrupts import Interrupted, heard
 from nsmaps.parallel import Jobs
-from nsmaps.plugins import is_file
+from nsmaps.plugins import is_installed
 from nsmaps.progress import Progress, Work, working
 from nsmaps.study.ahead import compiling_ahead
 from nsmaps.study.binding import Plan, prepare
@@ -52,7 +52,7 @@ def run(
             `nsmaps.progress.outermost` returns the current step. By default both are shown on a terminal.
         resume: read the steps that a stopped run of the same study finished in this folder instead of computing them, and
             finished parts of the step in which it stopped: of diagrams, exponents, basins and noise of the exact map.
-        installed_only: refuse a study whose system is a class in a file, which would be executed.
+        installed_only: refuse a study with a class in a file or module, which would be executed.
         max_memory: refuse a run that is estimated to need more gigabytes, before anything is computed; by default the value of
             the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
         max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
@@ -79,7 +79,7 @@ def run(
 def _at_first(plan: Plan, folder: Path | None, resume: bool) -> StudyResult:
     """The result before the first step: empty, or with the steps that a stopped run left in the folder."""
     study = plan.study
-    result = StudyResult(study, plan.system, versions=versions_of(study.system))
+    result = StudyResult(study, plan.system, versions=versions_of(study))
     if folder and resume:
         result = _kept(result, folder) if (folder / "result.json").is_file() else result
         return with_steps(result, steps_of(study), folder)
@@ -173,7 +173,7 @@ def _write(result: StudyResult, folder: Path) -> None:
 def _kept(new: StudyResult, folder: Path) -> StudyResult:
     """The result in a folder; raises NsmapsError if it is of another study or of other versions."""
     try:
-        kept = read_result(folder, installed_only=not is_file(new.study.system))
+        kept = read_result(folder, installed_only=all(map(is_installed, new.study.classes().values())))
     except BrokenRun as error:
         warnings.warn(f"{error}; all steps are computed again", RuntimeWarning, stacklevel=2)
         return new

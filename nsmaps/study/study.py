@@ -11,7 +11,8 @@ from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import FigureName
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import read_number
-from nsmaps.study.reading.locations import Source
+from nsmaps.study.reading.classes import instances
+from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections import SECTIONS
 
@@ -57,6 +58,12 @@ class _Head(BaseModel):
     def system_object(self) -> "System":
         """The system with the study's parameters; raises as `system_class`, and ValidationError for parameters."""
         return system_class(self.system)(**self.parameters)
+
+    def classes(self) -> dict[Loc, str]:
+        """The names of all classes of the study: that of the system, and those of its regions, fits and families, by place."""
+        return {("system",): self.system} | {
+            (*loc, "class"): each["class"] for loc, each in instances(self.model_dump(by_alias=True))
+        }
 
     def names(self, key: str) -> bool:
         """True if the study names a section."""

@@ -30,7 +30,8 @@ BAD = {
         "family: low",
         "famly: low",
         "famly",
-        "unknown key 'famly'; expected: name, box, where, family, fit, grid, data, reset, polynomial, did you mean 'family'?",
+        "unknown key 'famly'; expected: name, box, where, region, family, fit, grid, data, reset, polynomial, "
+        "did you mean 'family'?",
     ),
     "unknown key of an axis": (
         "points: 31",
@@ -175,13 +176,13 @@ BAD = {
         "where: v > 0.2,",
         "where: v > 0.2, box: {v: [0, 1], phi: [0, 1]},",
         "{name: fast",
-        "the piece 'fast' has 'box' and 'where'; expected: exactly one of 'box' or 'where'",
+        "the piece 'fast' has 'box' and 'where'; expected: exactly one of 'box' or 'where' or 'region'",
     ),
     "no region": (
         "where: v > 0.2, ",
         "",
         "{name: fast",
-        "the piece 'fast' has neither; expected: exactly one of 'box' or 'where'",
+        "the piece 'fast' has neither; expected: exactly one of 'box' or 'where' or 'region'",
     ),
     "unknown family": (
         "family: low",

@@ -13,6 +13,7 @@ from nsmaps.exact.patterns import compiled
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import joined, most_returns
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
+from nsmaps.exact.systems.files import Transferable
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import decode, encode
 
@@ -21,7 +22,7 @@ LONG = 16  #: consecutive returns that a pattern may contain
 LONGEST, DEEPEST = 3000, 50  #: letters of a word or pattern, nested parentheses
 
 
-class ReturnFamily(BaseModel, ABC):
+class ReturnFamily(BaseModel, Transferable, ABC):
     """A set of returns that form one surface over the states: first returns, or up to `max_returns` consecutive ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")

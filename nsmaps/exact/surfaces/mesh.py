@@ -12,11 +12,9 @@ from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import most_returns
 from nsmaps.exact.surfaces.family import members
 from nsmaps.exact.surfaces.refine import refined
 from nsmaps.exact.surfaces.surface import Grid, Surface
-from nsmaps.exact.words import decode
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
@@ -133,11 +131,9 @@ class _Pieces:
         """Of each of the consecutive returns of members, shape (M, max_returns), zero after the last."""
         if self.family.max_returns == 1:
             return self.system.itineraries(own.start).codes[:, None]
-        words, word = np.unique(own.codes, return_inverse=True)
-        count = np.array([most_returns(decode(code, own.walls)) for code in words.tolist()], int)[word]
         found, states = np.zeros((len(own), self.family.max_returns), np.int64), own.start.copy()
         for k in range(self.family.max_returns):
-            on = count > k
+            on = own.numbers > k
             found[on, k] = self.system.itineraries(states[on]).codes
             states[on] = self.system.first_return(states[on]).image
         return found

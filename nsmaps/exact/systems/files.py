@@ -5,6 +5,7 @@ from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import getsourcefile, getsourcelines
 from operator import attrgetter
+from pickle import PicklingError
 from traceback import walk_stack
 from typing import Any
 
@@ -46,6 +47,17 @@ def place_of(cls: type, formula: str) -> str:
     except (OSError, TypeError):
         pass
     return f" ({', '.join(parts)})" if parts else ""
+
+
+class Transferable:
+    """A model that other processes receive as its class, with the class's file, and its values."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        cls = type(self)
+        if "<locals>" in cls.__qualname__:
+            raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
+        file = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        return received, (cls.__module__, file, cls.__qualname__, dict(self))  # type: ignore[call-overload]
 
 
 def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:

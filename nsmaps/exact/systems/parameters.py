@@ -1,10 +1,8 @@
 """A system: a return map with parameters as a frozen model, the base of impact systems, systems with modes and maps."""
 
 import hashlib
-import sys
 from collections.abc import Mapping, Sequence
 from inspect import getsource, isabstract
-from pickle import PicklingError
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -15,7 +13,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.systems.files import received
+from nsmaps.exact.systems.files import Transferable
 from nsmaps.files.complaints import refused
 from nsmaps.parallel import fingerprint
 
@@ -33,7 +31,7 @@ class _Constant(metaclass=_Unmarked):
     """Any value, of sympy or numpy too, that is not one of pydantic's descriptions of a field."""
 
 
-class System(BaseModel, ReturnMap):
+class System(BaseModel, Transferable, ReturnMap):
     """A return map whose float fields are parameters; other fields (a choice, a switch) are part of the formulas.
 
     A name with a value but without an annotation, as `k = 2.0`, is a constant of the class. A map that is known by itself
@@ -130,14 +128,6 @@ class System(BaseModel, ReturnMap):
     def at(self, **changes: Any) -> Self:
         """The same system with some parameters changed, validated. ParameterError for an invalid one."""
         return with_parameters(type(self), {**self.model_dump(), **changes})
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """The representation of a system for other processes: its class, with the class's file, and its values."""
-        cls = type(self)
-        if "<locals>" in cls.__qualname__:
-            raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
-        file = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        return received, (cls.__module__, file, cls.__qualname__, self.model_dump())
 
 
 def map_name(system: System, of: str = "exact") -> str:

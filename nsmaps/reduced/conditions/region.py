@@ -10,6 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSe
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
+from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition, with_numbers
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def _coordinates(given: Any) -> Coordinates:
     return Coordinates(**given) if isinstance(given, dict) else Coordinates(given)
 
 
-class Region(BaseModel, ABC):
+class Region(BaseModel, Transferable, ABC):
     """A set of states, once in numbers (`contains`) and once in symbols (`condition`).
 
     An `Angle` among the coordinates lives on a circle, a plain name on a line: give the names as the system has them.

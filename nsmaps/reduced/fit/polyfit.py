@@ -13,6 +13,7 @@ from nsmaps.coordinates import TWO_PI, nearest_turn, wrap
 from nsmaps.errors import FitError, near_match
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.leastsquares import Design, Solved, left_out
 from nsmaps.reduced.fit.polymap import FitReport as FitReport
@@ -27,7 +28,7 @@ UNBOUND = 10.0  #: a point whose error grows by this factor when it is left out 
 SEAM = 0.5  #: radians that another cut of the circle must gain before the data are moved there
 
 
-class PolyFit(BaseModel, ABC):
+class PolyFit(BaseModel, Transferable, ABC):
     """The monomials that approximate each coordinate of a map, and the data they are fitted to."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

@@ -9,8 +9,9 @@ from pydantic import ValidationError
 from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
-from nsmaps.plugins import is_file, study_files, study_names, system_names
+from nsmaps.plugins import is_file, is_installed, study_files, study_names, system_names
 from nsmaps.study.binding import prepare
+from nsmaps.study.reading.classes import instances
 from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.overrides import changed
 from nsmaps.study.reading.parsing import parsed, plain
@@ -22,12 +23,12 @@ def load_study(
 ) -> Study:
     """The study of a YAML file, or one that an installed system ships, by its name: `vi_pair/fp`.
 
-    A study whose system is a class in a file, `mine.py:Class`, executes that file with your permissions.
+    A study with a class in a file, `mine.py:Class`, executes that file with your permissions.
 
     Args:
         parameters: values in place of the study's own, by name; the study is then named `vi_pair/fp-r=0.45`, and its title
             states the change.
-        installed_only: refuse a study whose system is a file, so that only installed packages are executed.
+        installed_only: refuse a study with a class of a file or module, so that only installed classes are executed.
 
     Raises:
         StudyError: the study cannot be run; one line per complaint.
@@ -50,11 +51,15 @@ def made_ready(study: Study, parameters: Mapping[str, Any] | None = None) -> Stu
 
 
 def check_installed(study: Study) -> None:
-    """Raise StudyError for a study whose system is a file, which would be executed."""
-    if is_file(study.system):
-        known = ", ".join(system_names()) or "none is"
-        text = f"the system is the file {study.system!r}, which would be executed; expected: an installed system, one of {known}"
-        raise study.source.error(("system",), text)
+    """Raise StudyError for a study with a class of a file or module, which would be executed."""
+    for loc, name in study.classes().items():
+        if not is_installed(name):
+            what = "system" if loc == ("system",) else "class"
+            known = f"system, one of {', '.join(system_names()) or 'none'}" if what == "system" else "class, by its name alone"
+            place = "file" if is_file(name) else "module"
+            raise study.source.error(
+                loc, f"the {what} is the {place} {name!r}, which would be executed; expected: an installed {known}"
+            )
 
 
 def read_study(path: Path, name: str, installed_only: bool = False, translate: Callable[[Any], Any] = lambda data: data) -> Study:
@@ -67,6 +72,8 @@ def read_study(path: Path, name: str, installed_only: bool = False, translate: C
     data.setdefault("name", name)
     if isinstance(data.get("system"), str):
         data["system"] = _found_from(path, data["system"])
+    for _, instance in instances(data):
+        instance["class"] = _found_from(path, instance["class"])
     pieces = data.get("composite")
     for number, piece in enumerate(pieces if isinstance(pieces, list) else []):
         if isinstance(piece, dict) and isinstance(piece.get("polynomial"), str):
@@ -102,20 +109,22 @@ def _parsed(path: Path) -> CommentedMap:
     return root
 
 
-def _found_from(path: Path, system: str) -> str:
-    """Replace the path of a system in a file, relative to the study's folder first, by the absolute path."""
-    if not is_file(system):
-        return system
-    file, _, attribute = system.rpartition(":")
+def _found_from(path: Path, name: str) -> str:
+    """The name of a class, with the path of its file, relative to the study's folder first, as an absolute path."""
+    if not is_file(name):
+        return name
+    file, _, attribute = name.rpartition(":")
     beside = path.parent / file
     return f"{(beside if os.path.isfile(beside) else Path(file)).resolve()}:{attribute}"
 
 
 def files_beside(path: Path) -> list[str]:
     """The files that a study refers to, by their paths from its folder."""
-    pieces = plain(_parsed(path)).get("composite", [])
-    printed = [piece.get("polynomial") for piece in pieces]
-    return list(dict.fromkeys(text.partition("#")[0] for text in printed if isinstance(text, str)))
+    data = plain(_parsed(path))
+    printed = [piece.get("polynomial") for piece in data.get("composite", [])]
+    files = [text.partition("#")[0] for text in printed if isinstance(text, str)]
+    classes = [each["class"] for _, each in instances(data) if is_file(each["class"])]
+    return list(dict.fromkeys([*files, *(name.rpartition(":")[0] for name in classes)]))
 
 
 def shipped_file(name: str) -> Path:

@@ -27,7 +27,7 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.npz import packed
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.files.storage import replace_file
-from nsmaps.plugins import entry_of, is_file, owner_of
+from nsmaps.plugins import is_installed, owners_of
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.estimates import GIGABYTE
 from nsmaps.study.limits import memory_limit
@@ -64,10 +64,12 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def versions_of(system: str) -> dict[str, str]:
-    """The versions, and the package that defines a system, or the system's file."""
-    given_by = system if is_file(system) else owner_of(entry_of(system))
-    return {**versions(), "system": given_by}
+def versions_of(study: Study) -> dict[str, str]:
+    """The versions, the package or the file that defines the system, and the packages that define other classes of the study."""
+    names = study.classes()
+    system = names.pop(("system",))
+    installed = {name: owners_of(name) for name in names.values() if is_installed(name)}
+    return {**versions(), "system": owners_of(system) if is_installed(system) else system, **installed}
 
 
 def resolved(study: Study) -> str:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import BaseModel, model_validator
 
 from nsmaps.errors import FitError
-from nsmaps.exact.surfaces.family import WordFamily, is_pattern
+from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily, is_pattern
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
@@ -19,11 +19,12 @@ from nsmaps.reduced.validation.words import misleads
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
 from nsmaps.study.conclusions.texts import finite, intervals, yes
 from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.classes import Condition, Instance
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side, one_of
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
-from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.maps.fits import Fit, FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import bind_family, surfaces_size
 
 if TYPE_CHECKING:
@@ -41,16 +42,17 @@ class PieceSection(BaseModel):
     name: Name
     box: Bounds | None = None
     where: str | None = None
+    region: Instance | None = None
     family: str | None = None
-    fit: FitSection | None = None
+    fit: Fit | None = None
     grid: dict[str, Side] | None = None  #: of the states of the data of the fit; that of the study if omitted
-    data: str | None = None  #: the data of the fit: a condition, which may name parameters, or `diagonal`; by default the region
+    data: Condition | None = None  #: of the fit: a condition, which may name parameters, a region, or `diagonal`; else the region
     reset: dict[str, Number] | None = None
     polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
 
     @model_validator(mode="after")
     def _one_region_one_map(self) -> Self:
-        one_of({"box": self.box, "where": self.where}, f"the piece {self.name!r}")
+        one_of({"box": self.box, "where": self.where, "region": self.region}, f"the piece {self.name!r}")
         one_of({"fit": self.fit, "reset": self.reset, "polynomial": self.polynomial}, f"the piece {self.name!r}")
         if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
             raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
@@ -60,6 +62,11 @@ class PieceSection(BaseModel):
             text = f"the piece {self.name!r}: 'grid' has the states of the data of a fit"
             raise ValueError(f"{text}; expected: beside 'fit' only, and without 'data: diagonal'")
         return self
+
+    @property
+    def separable(self) -> bool:
+        """Whether its fit is separable."""
+        return isinstance(self.fit, FitSection) and self.fit.separable is not None
 
 
 Pieces = tuple[PieceSection, ...]
@@ -83,7 +90,7 @@ class PiecePlan:
     region: Region
     family: str | None
     fit: PolyFit | None
-    data: Where | None  #: data of the fit, a condition also on parameters; None for the region or the states near the diagonals
+    data: Region | None  #: data of the fit, a condition also on parameters; None for the region or the states near the diagonals
     near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
     reset: dict[str, float] | None
     polynomial: PrintedMap | None
@@ -120,7 +127,7 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
     fit = bind_fit((*loc, "fit"), piece.fit, binding) if piece.fit else None
     reset = None if piece.reset is None else binding.some_coordinates((*loc, "reset"), piece.reset)
     near = piece.data == DIAGONAL
-    data = None if piece.data is None or near else binding.where((*loc, "data"), piece.data, parameters=True)
+    data = None if piece.data is None or near else binding.region((*loc, "data"), piece.data, parameters=True)
     if piece.polynomial is not None:
         with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
             piece.polynomial.of(binding.system)
@@ -134,6 +141,8 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
 def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
     if piece.box is not None:
         return binding.box((*loc, "box"), piece.box)
+    if piece.region is not None:
+        return binding.region((*loc, "region"), piece.region)
     return binding.where((*loc, "where"), piece.where or "")
 
 
@@ -163,17 +172,24 @@ def _piece(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) ->
     """One piece, fitted to its own data if the study defines them, otherwise to all states in its region."""
     if piece.polynomial is not None:
         family = plan.families.get(piece.family or "")
-        about = (family.words[0], _returns_of(family)) if family else ()
+        about = (_word_of(family), _returns_of(family)) if family else ()
         return Piece(piece.name, piece.region, piece.polynomial.of(system), *about)
     found, spec = data_and_spec(plan, system, known, piece)
     piece_map = build_composite(system.coordinates, system.letters, found, [spec]).pieces[0]
     return replace(piece_map, region=piece.region)
 
 
-def _returns_of(family: WordFamily) -> int:
+def _word_of(family: ReturnFamily) -> str:
+    """The word of a printed piece, by its family; none if this is not of words."""
+    return family.words[0] if isinstance(family, WordFamily) else ""
+
+
+def _returns_of(family: ReturnFamily) -> int:
     """The number of returns of the image of a printed piece, by the word of its family."""
-    if family.max_returns > 1 and (len(family.words) > 1 or is_pattern(family.words[0])):
-        text = f"the family {family.name!r} ({', '.join(family.words)}) does not say of how many returns a printed image is"
+    words = family.words if isinstance(family, WordFamily) else ()
+    if family.max_returns > 1 and (len(words) != 1 or is_pattern(words[0])):
+        about = f" ({', '.join(words)})" if words else ""
+        text = f"the family {family.name!r}{about} does not say of how many returns a printed image is"
         raise FitError(f"{text}; expected: words of one return, or one word of several, such as BBTB")
     return family.max_returns
 

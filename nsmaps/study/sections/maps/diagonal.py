@@ -15,9 +15,10 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
+from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
 from nsmaps.study.sections.base import Need, Section
-from nsmaps.study.sections.maps.fits import FitSection, bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import surfaces_size
 
 if TYPE_CHECKING:
@@ -36,10 +37,10 @@ class DiagonalSection(BaseModel):
     family: str
     delta: Number = Field(gt=1)
     slope: Number | None = Field(None, gt=0)
-    region: str | None = None
+    region: Condition | None = None
     sweep: Sweep | None = None
     shown: tuple[Number, ...] = ()  #: values of the sweep
-    orders: dict[Name, FitSection] = {}
+    orders: dict[Name, Fit] = {}
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
     grid: dict[str, Side] | None = None
 
@@ -93,7 +94,7 @@ def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
         raise source.error(("diagonal",), "'diagonal' has no grid; expected: 'grid' in this section, or the section 'grid'")
     if spec.sweep:
         binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
-    region = None if spec.region is None else binding.where(("diagonal", "region"), spec.region)
+    region = None if spec.region is None else binding.region(("diagonal", "region"), spec.region)
     with source.located(("diagonal",), Diagonal):
         filter = Diagonal(delta=spec.delta, slope=spec.slope, region=region)
     loc = ("grid",) if spec.grid is None else ("diagonal", "grid")

@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import BaseModel, Discriminator, Tag, model_validator
 
+from nsmaps.plugins import FIT
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.polyfit import Degree, Full, PolyFit, Separable
 from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import COPIES, Size
+from nsmaps.study.reading.classes import CLASS, OWN, Instance, created, form_of
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, one_of
 
@@ -46,9 +48,15 @@ class FitSection(BaseModel):
         return self
 
 
-def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
+Fit = Annotated[Annotated[FitSection, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+
+
+def bind_fit(loc: Loc, section: FitSection | Instance, binding: "Binding") -> PolyFit:
     """The fit that a section describes, whose names must be coordinates of the system."""
     source = binding.study.source
+    if isinstance(section, Instance):
+        fit: PolyFit = created(source, loc, section, FIT)
+        return fit
     for key in ("separable", "lines"):
         if getattr(section, key) is not None:
             binding.every_coordinate((*loc, key), getattr(section, key))
@@ -63,9 +71,10 @@ def bind_fit(loc: Loc, section: FitSection, binding: "Binding") -> PolyFit:
         return Separable(degrees=section.separable or {}, lines=section.lines, absolute=section.absolute)
 
 
-def fit_size(fit: FitSection, states: float) -> Size:
+def fit_size(fit: FitSection | Instance, states: float) -> Size:
     """The size of a dense least-squares problem of so many states."""
-    degrees = [d for each in (fit.full or {}).values() for d in ([each] if isinstance(each, int) else each.values())]
+    full = fit.full if isinstance(fit, FitSection) else None
+    degrees = [d for each in (full or {}).values() for d in ([each] if isinstance(each, int) else each.values())]
     terms = math.prod(float(degree + 1) for degree in degrees[:2]) if degrees else 50.0
     return Size(1e-9 * states * terms * terms, 8.0 * COPIES * states * terms)
 

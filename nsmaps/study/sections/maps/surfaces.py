@@ -2,17 +2,20 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Discriminator, Tag
 
 from nsmaps.exact.surfaces.compose import most_returns
-from nsmaps.exact.surfaces.family import LONG, WordFamily, is_pattern, letters_of
+from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern, letters_of
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces_among
 from nsmaps.exact.words import LONGER, encode
+from nsmaps.plugins import FAMILY, class_of
 from nsmaps.study.conclusions.texts import grid_text
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
+from nsmaps.study.reading.classes import CLASS, OWN, Instance, created, form_of
 from nsmaps.study.reading.values import Name, Side
 from nsmaps.study.sections.base import Need, Section
 
@@ -22,7 +25,8 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Spans = dict[str, Side]
-Families = dict[Name, tuple[str, ...]]
+Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+Families = dict[Name, Family]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,9 +58,17 @@ def _describe(spans: Spans, study: "Study") -> str:
 
 def surfaces_size(study: "Study", count: float, families: int) -> Size:
     """The size of the surfaces of some families over so many states."""
-    words = [word for family in study.families.values() for word in family]
-    max_length = max((LONG if is_pattern(word) else most_returns(word) for word in words), default=1)
+    max_length = max(map(_length, study.families.values()), default=1)
     return Size(RETURN * count * max_length, count * (STATE + COPIES * MEMBER * families))
+
+
+def _length(family: tuple[str, ...] | Instance) -> int:
+    """The number of returns that a family may need, for estimates."""
+    if isinstance(family, Instance):
+        return int(
+            (family.model_extra or {}).get("max_returns") or class_of(FAMILY, family.of).model_fields["max_returns"].default
+        )
+    return max(LONG if is_pattern(word) else most_returns(word) for word in family)
 
 
 def grid_size(study: "Study") -> Size:
@@ -81,9 +93,12 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return {"returns": about}
 
 
-def bind_family(name: str, words: Sequence[str], binding: "Binding") -> WordFamily:
+def bind_family(name: str, words: Sequence[str] | Instance, binding: "Binding | StudyResult") -> ReturnFamily:
     """A family; raises StudyError unless its words are returns of the system."""
     walls, first, source = binding.system.letters, binding.system.section_letters, binding.study.source
+    if isinstance(words, Instance):
+        family: ReturnFamily = created(source, ("families", name), words, FAMILY, name=name)
+        return family
     for number, word in enumerate(words):
         loc = ("families", name, number)
         with source.located(loc):
@@ -111,7 +126,7 @@ def _needed(word: str, first: tuple[str, ...]) -> int:
     return LONG if is_pattern(word) else max(sum(word.count(letter) for letter in first) - 1, 1)
 
 
-def _families(families: Families, binding: "Binding") -> dict[str, WordFamily]:
+def _families(families: Families, binding: "Binding") -> dict[str, ReturnFamily]:
     return {name: bind_family(name, words, binding) for name, words in families.items()}
 
 

@@ -1,0 +1,205 @@
+"""Studies with regions, fits and families of user-defined classes: run, stored, resumed, copied; errors at their place."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsmaps
+from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.plugins import FAMILY, FIT, REGION, class_of, system_class
+from nsmaps.study.reading.shipped import copy_study
+
+CLASSES = """
+import numpy as np
+import sympy as sp
+import nsmaps
+
+
+class Disc(nsmaps.Region):
+    centre: tuple[float, float]
+    radius: float
+
+    def contains(self, states):
+        x = np.asarray(states, float)
+        return ((x - self.centre) ** 2).sum(axis=1) <= self.radius**2
+
+    def condition(self):
+        v, phi = (sp.Symbol(str(name), real=True) for name in self.coordinates)
+        return (v - self.centre[0]) ** 2 + (phi - self.centre[1]) ** 2 <= self.radius**2
+
+
+class Even(nsmaps.PolyFit):
+    degree: int = 2
+
+    def exponents(self, coordinates, output):
+        return np.array([[k, j] for k in range(self.degree + 1) for j in range(3)])
+
+    def data(self, surface, output):
+        return np.ones(len(surface.start), bool)
+
+
+class Slow(nsmaps.ReturnFamily):
+    speed: float = 0.2
+
+    def contains(self, returns):
+        return returns.valid & (returns.start[:, 0] <= self.speed)
+
+
+class Crooked(Disc):
+    width: float = 1.0
+
+    def model_post_init(self, context):
+        self.width.nothing
+"""
+STUDY = """\
+system: ball
+parameters: {a: 0.2, r: 1/2}
+grid:
+  v: {from: 0.01, to: 0.5, points: 41}
+  phi: {from: 0, to: 2*pi, points: 41}
+families:
+  slow: {class: "mine.py:Slow", speed: 3/10}
+composite:
+  - name: disc
+    region: {class: "mine.py:Disc", centre: [1/5, pi/2], radius: 0.35}
+    family: slow
+    fit: {class: "mine.py:Even", absolute: [v]}
+  - name: other
+    where: 0 < 1
+    family: slow
+    fit: {full: {v: 2, phi: 2}}
+    data: {class: "mine.py:Disc", centre: [0.2, 2], radius: 1}
+diagonal:
+  family: slow
+  delta: 3
+  region: {class: "mine.py:Disc", centre: [0.2, 2], radius: 3}
+  orders: {even: {class: "mine.py:Even", degree: 1}, full: {full: {v: 1, phi: 2}}}
+orbits:
+  - {start: {v: 0.2, phi: 1.5}, returns: 3}
+figures: [words, surfaces, regions]
+"""
+
+
+def install(site: Path, package: str, points: dict[str, str], sources: dict[str, str]) -> None:
+    """A package on the path with entry points, by group."""
+    info = site / f"{package}-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("\n".join(f"[{group}]\n{point}" for group, point in points.items()))
+    for name, text in sources.items():
+        (site / name).parent.mkdir(parents=True, exist_ok=True)
+        (site / name).write_text(text)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a study and the file of its classes."""
+    (tmp_path / "mine.py").write_text(CLASSES)
+    (tmp_path / "own.yaml").write_text(STUDY)
+    return tmp_path
+
+
+def test_a_study_of_classes_is_run(folder: Path) -> None:
+    result = nsmaps.run(folder / "own.yaml")
+    surface = result.surfaces["slow"]
+    assert len(surface.start)
+    assert (surface.start[:, 0] <= 0.3).all()
+    disc, other = result.composite.pieces
+    inside = ((surface.start - [0.2, np.pi / 2]) ** 2).sum(axis=1) <= 0.35**2
+    assert disc.map.report.points.tolist() == [inside.sum()] * 2
+    assert disc.map.absolute == ("v",)
+    assert other.map.report.points.tolist() == [(((surface.start - [0.2, 2]) ** 2).sum(axis=1) <= 1).sum()] * 2
+    assert [name for name, _ in result.orders] == ["even", "full"]
+    assert result.family("slow").speed == 0.3
+
+
+def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
+    text = STUDY.replace('region: {class: "mine.py:Disc", centre: [1/5, pi/2], radius: 0.35}', "where: v < 0.2")
+    (folder / "own.yaml").write_text(text)
+    study, out = nsmaps.load_study(folder / "own.yaml"), folder / "run"
+    result = nsmaps.run(study, out=out)
+    read = nsmaps.read_result(out)
+    assert read.study == study
+    assert read.family("slow") == result.family("slow")
+    states = np.random.default_rng(1).uniform([0, 0], [0.5, 6], (200, 2))
+    assert (read.composite.piece_of(states) == result.composite.piece_of(states)).all()
+    assert np.unique(read.composite.piece_of(states)).tolist() == [0, 1]
+    again = nsmaps.run(study, out=out, resume=True)
+    assert again.timings == result.timings
+    (folder / "own.yaml").write_text(text.replace("speed: 3/10", "speed: 0.29"))
+    with pytest.raises(NsmapsError, match="another study"):
+        nsmaps.run(folder / "own.yaml", out=out, resume=True)
+    with pytest.raises(StudyError, match=r"own.yaml:7:17: the class is the file '.*mine.py:Slow', which would be executed"):
+        nsmaps.load_study(folder / "own.yaml", installed_only=True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        ('Disc", centre: [1/5', 'Disk", centre: [1/5', '"mine.py:Disk', "has no class 'Disk', did you mean 'Disc'"),
+        (
+            'mine.py:Even", abs',
+            'mine.py:Disc", abs',
+            '"mine.py:Disc", abs',
+            "is not a fit; expected: a class that inherits from nsmaps.PolyFit",
+        ),
+        ("radius: 0.35", "radus: 0.15", "radus", "unknown field of Disc 'radus'; expected: centre, radius, did you"),
+        ("radius: 0.35", "radius: wide", "wide", "unknown name 'wide'; expected: numbers"),
+        ("radius: 0.35", "radius: [1]", "[1]", "radius is [1]; expected: number"),
+        (", radius: 0.35", "", '{class: "mine.py:Disc", centre: [1/5', "the key 'radius' is missing"),
+        ("speed: 3/10", "sped: 3/10", "sped", "unknown field of Slow 'sped'; expected: max_returns, speed, did you"),
+        ("mine.py:Slow", "nsmaps:ReturnFamily", '"nsmaps:Ret', "nsmaps:ReturnFamily does not define contains; expected: all"),
+        ("mine.py:Slow", "slow", '"slow"', "no family 'slow' is installed; installed: none; or a class in a file"),
+        ("mine.py:Slow", "nowhere.else:Slow", '"nowhere', "nowhere.else failed to import: ModuleNotFoundError: No module"),
+        (
+            'mine.py:Disc", centre: [1/5, pi/2], radius: 0.35',
+            'mine.py:Crooked", centre: [1, 1], radius: 1',
+            '{class: "mine.py:Crooked',
+            "Crooked cannot be created: AttributeError: 'float'",
+        ),
+    ],
+)
+def test_errors_of_classes_are_at_their_place(folder: Path, old: str, new: str, place: str, message: str) -> None:
+    text = STUDY.replace(old, new, 1)
+    assert text != STUDY
+    (folder / "own.yaml").write_text(text)
+    with pytest.raises(StudyError) as caught:
+        nsmaps.load_study(folder / "own.yaml")
+    at = text.index(place)
+    line, column = text[:at].count("\n") + 1, at - text[:at].rfind("\n")
+    assert str(caught.value).startswith(f"{folder / 'own.yaml'}:{line}:{column}: "), caught.value
+    assert message in str(caught.value)
+
+
+def test_installed_classes_and_classes_of_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    site = tmp_path / "site"
+    points = {"regions": "disc = own_classes:Disc", "fits": "even = own_classes:Even", "families": "slow = own_classes:Slow"}
+    install(site, "own_classes", {f"nsmaps.{group}": each for group, each in points.items()}, {"own_classes.py": CLASSES})
+    monkeypatch.syspath_prepend(str(site))
+    assert class_of(REGION, "disc") is class_of(REGION, "own_classes:Disc")
+    assert class_of(FIT, "even").__name__ == "Even"
+    text = STUDY.replace("mine.py:Disc", "disc").replace("mine.py:Even", "even")
+    (tmp_path / "own.yaml").write_text(text.replace("mine.py:Slow", "slow"))
+    result = nsmaps.run(nsmaps.load_study(tmp_path / "own.yaml", installed_only=True))
+    assert {result.versions[name] for name in ("disc", "even", "slow")} == {"own_classes 1.0"}
+    assert type(result.family("slow")) is class_of(FAMILY, "own_classes:Slow")
+    (tmp_path / "own.yaml").write_text(text.replace("mine.py:Slow", "own_classes:Slow"))
+    assert nsmaps.load_study(tmp_path / "own.yaml").families["slow"].of == "own_classes:Slow"
+    with pytest.raises(
+        StudyError, match=r"the class is the module 'own_classes:Slow', .* expected: an installed class, by its name"
+    ):
+        nsmaps.load_study(tmp_path / "own.yaml", installed_only=True)
+
+
+def test_a_shipped_study_is_copied_with_the_files_of_its_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    site = tmp_path / "site"
+    text = STUDY.replace("system: ball", "system: own_shipped")
+    module = f"from {system_class('ball').__module__} import Ball"
+    sources = {"own_shipped/__init__.py": module, "own_shipped/studies/own.yaml": text, "own_shipped/studies/mine.py": CLASSES}
+    install(site, "own_shipped", {"nsmaps.systems": "own_shipped = own_shipped:Ball"}, sources)
+    monkeypatch.syspath_prepend(str(site))
+    (tmp_path / "to").mkdir()
+    written = copy_study("own_shipped/own", tmp_path / "to")
+    assert sorted(path.name for path in written) == ["mine.py", "own.yaml"]
+    assert nsmaps.load_study(tmp_path / "to" / "own.yaml").composite[0].region.of == f"{tmp_path}/to/mine.py:Disc"
