@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain as AttractingDomain
     from nsmaps.auxiliary.attracting_domain import attracting_domain as attracting_domain
+    from nsmaps.auxiliary.bounds import envelopes as envelopes
+    from nsmaps.auxiliary.envelope import Envelope as Envelope
     from nsmaps.auxiliary.full_map import FullAuxiliaryMap as FullAuxiliaryMap
     from nsmaps.cells.conley import MorseGraph as MorseGraph
     from nsmaps.cells.conley import conley_indices as conley_indices
@@ -86,6 +88,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.surfaces.surface import Axis as Axis
     from nsmaps.exact.surfaces.surface import Grid as Grid
     from nsmaps.exact.surfaces.surface import Surface as Surface
+    from nsmaps.exact.surfaces.sweep import surfaces as surfaces
     from nsmaps.exact.systems.hybrid import Guard as Guard
     from nsmaps.exact.systems.hybrid import HybridSystem as HybridSystem
     from nsmaps.exact.systems.hybrid import Section as Section
@@ -103,16 +106,24 @@ if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.surrogate import StripMap as StripMap
     from nsmaps.reduced.adaptive.surrogate import strip_map as strip_map
     from nsmaps.reduced.composite.composite import CompositeMap as CompositeMap
+    from nsmaps.reduced.composite.composite import Coverage as Coverage
     from nsmaps.reduced.composite.composite import Piece as Piece
+    from nsmaps.reduced.composite.composite import PieceSpec as PieceSpec
+    from nsmaps.reduced.composite.composite import build_composite as build_composite
     from nsmaps.reduced.composite.parametric import ParametricMap as ParametricMap
+    from nsmaps.reduced.composite.parametric import parametric_map as parametric_map
     from nsmaps.reduced.composite.printed import PrintedMap as PrintedMap
     from nsmaps.reduced.conditions.region import Box as Box
     from nsmaps.reduced.conditions.region import Region as Region
     from nsmaps.reduced.conditions.region import Where as Where
     from nsmaps.reduced.fit.filter import Diagonal as Diagonal
+    from nsmaps.reduced.fit.filter import DiagonalRegion as DiagonalRegion
+    from nsmaps.reduced.fit.filter import diagonal_region as diagonal_region
     from nsmaps.reduced.fit.polyfit import Full as Full
     from nsmaps.reduced.fit.polyfit import PolyFit as PolyFit
     from nsmaps.reduced.fit.polyfit import Separable as Separable
+    from nsmaps.reduced.fit.polyfit import compare_orders as compare_orders
+    from nsmaps.reduced.fit.polymap import FitReport as FitReport
     from nsmaps.reduced.fit.polymap import PolyMap as PolyMap
     from nsmaps.reduced.partition.partition import partition as partition
     from nsmaps.reduced.partition.result import PartitionResult as PartitionResult
@@ -192,17 +203,20 @@ _PUBLIC = {
     "interrupts": ("Interrupted",),
     "parallel": ("Jobs",),
     "plugins": ("load_system", "systems"),
-    "reduced.composite.composite": ("CompositeMap", "Piece"),
-    "reduced.fit.filter": ("Diagonal",),
-    "reduced.composite.parametric": ("ParametricMap",),
+    "reduced.composite.composite": ("CompositeMap", "Piece", "Coverage", "PieceSpec", "build_composite"),
+    "reduced.fit.filter": ("Diagonal", "DiagonalRegion", "diagonal_region"),
+    "reduced.composite.parametric": ("ParametricMap", "parametric_map"),
     "reduced.partition.partition": ("partition",),
     "reduced.partition.result": ("PartitionResult",),
     "reduced.partition.spec": ("Partition",),
-    "reduced.fit.polyfit": ("Full", "PolyFit", "Separable"),
-    "reduced.fit.polymap": ("PolyMap",),
+    "reduced.fit.polyfit": ("Full", "PolyFit", "Separable", "compare_orders"),
+    "reduced.fit.polymap": ("PolyMap", "FitReport"),
     "reduced.composite.printed": ("PrintedMap",),
     "reduced.conditions.region": ("Box", "Region", "Where"),
     "reduced.adaptive.surrogate": ("StripMap", "strip_map"),
+    "auxiliary.bounds": ("envelopes",),
+    "auxiliary.envelope": ("Envelope",),
+    "exact.surfaces.sweep": ("surfaces",),
     "study.store.archive": ("read_result",),
     "study.reading.reader": ("load_study",),
     "study.result": ("StudyResult",),

@@ -1,11 +1,15 @@
 """check_region: whether a region is the same set of states in numbers and in symbols."""
 
+import warnings
+from typing import Any
+
 import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.coordinates import TWO_PI, as_states, wrap
 from nsmaps.errors import CheckError
+from nsmaps.exact.systems.files import place_of
 from nsmaps.reduced.conditions.region import Region
 
 TRIALS, SIZES = 2000, (0.01, 0.1, 1.0, 10.0, 100.0)  #: random states of each size that are tried, of both signs
@@ -24,7 +28,9 @@ def check_region(region: Region, states: ArrayLike | None = None) -> None:
         raise CheckError(f"{region!r} is not a region; expected: an object of a class that inherits from nsmaps.Region")
     name = type(region).__name__
     trials = _random_states(region) if states is None else as_states(states, region.coordinates)
-    inside = region.contains(trials)
+    if (trials[:, angles := region.coordinates.angles] != wrap(trials[:, angles])).any():
+        raise CheckError(f"`states` of {name} have angles outside [0, 2 pi); expected: angles as regions are given them")
+    inside = _called(region, "contains", trials)
     if not (isinstance(inside, np.ndarray) and inside.dtype == bool and inside.shape == (len(trials),)):
         what = f"{inside.dtype} of shape {inside.shape}" if isinstance(inside, np.ndarray) else type(inside).__name__
         raise CheckError(
@@ -35,6 +41,19 @@ def check_region(region: Region, states: ArrayLike | None = None) -> None:
     _check_one_by_one(region, trials, inside)
     _check_no_states(region, trials[inside][0])
     _check_condition(region, trials, inside)
+    _warn_of_turns(region, trials, inside)
+
+
+def _called(region: Region, method: str, *given: Floats) -> Any:
+    """What a method gives; a CheckError with its place where it raises another error."""
+    try:
+        return getattr(region, method)(*given)
+    except Exception as error:
+        where, hint = place_of(type(region), method), ""
+        if method == "condition" and "truth value" in str(error):
+            hint = ". Inequalities of symbols are joined by sp.And, sp.Or and sp.Not, or by & | ~ between parentheses"
+        text = f"{type(region).__name__}.{method}{where} raises {type(error).__name__}: {error}{hint}"
+        raise CheckError(f"{text}; expected: no error for states of shape (N, {len(region.coordinates)})") from error
 
 
 def _random_states(region: Region) -> Floats:
@@ -51,7 +70,7 @@ def _check_one_by_one(region: Region, states: Floats, inside: np.ndarray) -> Non
                 f"{type(region).__name__}.contains says {inside[k]} of {states[k].tolist()} among {len(states)} states and "
                 f"{not inside[k]} of it alone; expected: each state judged by itself"
             )
-    if len(region.contains(states[:0])):
+    if len(_called(region, "contains", states[:0])):
         raise CheckError(f"{type(region).__name__}.contains finds states where there are none; expected: an empty array")
 
 
@@ -67,9 +86,26 @@ def _check_no_states(region: Region, state: Floats) -> None:
                 )
 
 
+def _warn_of_turns(region: Region, states: Floats, inside: np.ndarray) -> None:
+    """Warn of a region that ends beyond [0, 2 pi) of an angle, and not at the same place of the circle."""
+    for i in np.flatnonzero(region.coordinates.angles):
+        turn = TWO_PI * (np.arange(states.shape[1]) == i)
+        for sign in (-1, 1):
+            beyond = ~inside & region.contains(states + sign * turn) & ~region.contains(states + 2 * sign * turn)
+            if beyond.any():
+                name, state = region.coordinates[i], states[beyond][0]
+                warnings.warn(
+                    f"{type(region).__name__} contains {(state + sign * turn).tolist()}, and not {state.tolist()}, the same "
+                    f"place of the circle. Regions are asked about {name} in [0, 2 pi) alone; one across {name} = 0 compares, "
+                    f"for instance, cos({name} - c), or has an interval for each turn",
+                    stacklevel=3,
+                )
+                break
+
+
 def _check_condition(region: Region, states: Floats, inside: np.ndarray) -> None:
     """The condition in symbols holds of the same states."""
-    name, given = type(region).__name__, region.condition()
+    name, given = type(region).__name__, _called(region, "condition")
     symbols = [sp.Symbol(str(each), real=True) for each in region.coordinates]
     if not isinstance(given, sp.logic.boolalg.Boolean):
         raise CheckError(f"{name}.condition gives {given!r}; expected: a sympy Boolean, such as an inequality")

@@ -16,7 +16,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.plugins import study_files
 from nsmaps.reduced.conditions.region import Where
-from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
+from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.study.conclusions.verdict import conclusion
 
@@ -145,7 +145,7 @@ def test_table_of_fits(pair):
     region = Where(text="phi < pi/2", coordinates=system.coordinates)
     ours = {}
     for delta, order in TABLE:
-        near = surface.restricted(attracting(Diagonal(delta=delta, region=region), surface))
+        near = Diagonal(delta=delta, region=region).near(surface)
         ours[delta, order] = ORDERS[order].fit(near).report
     assert (ours[1.2, "poly23"].r2 >= (0.9992, 0.9998)).all()
     for key, (v, phi) in TABLE.items():

@@ -12,7 +12,7 @@ from sheets import NAMES, TWO_PI, returns_of
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import FitError
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region, near_diagonal, own_slopes
+from nsmaps.reduced.fit.filter import Diagonal, diagonal_region, near_diagonal, own_slopes
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import Full
 
@@ -66,17 +66,18 @@ def test_only_gentle_slopes_attract():
     gentle = Diagonal(delta=1.2, slope=1.0)
     v = surface.start[:, 0]
     inner = surface.on_grid(np.ones(len(v)))
+    passing = near.near(surface).member[surface.member]
     inner[[0, -1]] = inner[:, [0, -1]] = 0
-    expected = attracting(near, surface) & (np.abs(6 * (v - 0.8)) <= 1) & (inner.ravel()[surface.member] > 0)
-    np.testing.assert_array_equal(attracting(gentle, surface), expected)
-    assert 0 < expected.sum() < attracting(near, surface).sum()
+    expected = passing & (np.abs(6 * (v - 0.8)) <= 1) & (inner.ravel()[surface.member] > 0)
+    np.testing.assert_array_equal(gentle.near(surface).start, surface.start[expected])
+    assert 0 < expected.sum() < passing.sum()
 
 
 def test_a_region_restricts():
     surface = surface_of(lambda v, phi: (v, phi))
     for region in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
-        keep = attracting(Diagonal(delta=1.2, region=region), surface)
-        np.testing.assert_array_equal(keep, surface.start[:, 1] < math.pi / 2)
+        kept = Diagonal(delta=1.2, region=region).near(surface).start
+        np.testing.assert_array_equal(kept, surface.start[surface.start[:, 1] < math.pi / 2])
 
 
 def test_the_union_over_a_parameter():

@@ -1,4 +1,4 @@
-"""check_region and check_polyfit pass what is there, and say what is wrong with others."""
+"""check_region, check_polyfit and check_family pass what is there, and say what is wrong with others."""
 
 from typing import ClassVar
 
@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.errors import CheckError
+from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily
 from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
-from nsmaps.testing import check_polyfit, check_region
+from nsmaps.testing import check_family, check_polyfit, check_region
 
 NAMES = ("v", Angle("phi"))
 
@@ -111,6 +113,135 @@ def test_trial_states_of_a_region_may_be_given():
     check_region(small, [[0.5, 1.0], [0.6, 1.0]])
     with pytest.raises(CheckError, match="'v > 0' is not a region"):
         check_region("v > 0")
+
+
+class Joined(Disc):
+    """Inequalities joined as numbers are."""
+
+    def condition(self):
+        v, phi = sp.symbols("v phi", real=True)
+        return v > 0 and phi > 0
+
+
+class Planar(Disc):
+    """A method for one state."""
+
+    def contains(self, states):
+        v, phi = states
+        return v > phi
+
+
+class Across(Disc):
+    """States near (0.5, 0), in the plane instead of on the cylinder."""
+
+    def contains(self, states):
+        v, phi = np.asarray(states, float).T
+        return (v - 0.5) ** 2 + phi**2 < self.within**2
+
+    def condition(self):
+        v, phi = sp.symbols("v phi", real=True)
+        return (v - 0.5) ** 2 + phi**2 < self.within**2
+
+
+def test_errors_of_a_region_name_its_method_and_line():
+    with pytest.raises(
+        CheckError, match=r"Joined.condition \(.*test_check_others.py:\d+\) raises TypeError: .* joined by sp.And"
+    ):
+        check_region(Joined(coordinates=NAMES))
+    with pytest.raises(
+        CheckError, match=r"Planar.contains \(.*py:\d+\) raises ValueError: .*expected: no error for states of shape"
+    ):
+        check_region(Planar(coordinates=NAMES))
+    with pytest.raises(CheckError, match=r"`states` of Disc have angles outside \[0, 2 pi\)"):
+        check_region(Disc(coordinates=NAMES), [[0.5, -1.0]])
+
+
+def test_a_region_across_zero_of_an_angle_gives_a_warning():
+    with pytest.warns(
+        UserWarning, match=r"Across contains \[.*, -0.*\], and not \[.*\], the same place of the circle. Regions are"
+    ):
+        check_region(Across(coordinates=NAMES))
+    check_region(Across(coordinates=("v", "phi")))
+
+
+class Pair(nsmaps.System):
+    """A linear map."""
+
+    coordinates = ("x", "y")
+    k: float = 0.5
+
+    def first_return(self, states, derivative=False):
+        return nsmaps.Returns.of_map(self.coordinates, states, self.k * states)
+
+
+class Right(ReturnFamily):
+    """Returns from the right."""
+
+    def contains(self, returns):
+        return returns.start[:, 0] > 0
+
+
+class Median(Right):
+    """Judged by the company."""
+
+    def contains(self, returns):
+        return returns.start[:, 0] > np.median(returns.start[:, 0])
+
+
+class Counted(Right):
+    """Zeros and ones."""
+
+    def contains(self, returns):
+        return (returns.start[:, 0] > 0).astype(int)
+
+
+class Careless(Right):
+    """A method that changes what it is given."""
+
+    def contains(self, returns):
+        returns.start[:] = np.abs(returns.start)
+        return returns.start[:, 0] > 1
+
+
+class Highest(Right):
+    """A method that fails without returns."""
+
+    def contains(self, returns):
+        return returns.start[:, 0] > min(0, returns.start[:, 0].max())
+
+
+class Never(Right):
+    """No return."""
+
+    def contains(self, returns):
+        return np.zeros(len(returns), bool)
+
+
+def test_families_pass():
+    check_family(Right(name="right"), Pair())
+    check_family(
+        WordFamily(name="BB", words=("BB",)), nsmaps.load_system("bouncing_ball", Gamma=1.2, r=0.5), [[4.0, 0.5], [0.3, 1.0]]
+    )
+    with pytest.raises(CheckError, match=r"'right' is not a family; expected: .* nsmaps\.ReturnFamily"):
+        check_family("right", Pair())
+
+
+@pytest.mark.parametrize(
+    ("family", "why"),
+    [
+        (
+            Median,
+            r"Median.contains says True of the return from \[.*\] among 200 returns and False of it alone; expected: each return",
+        ),
+        (Counted, r"Counted.contains gives int64 of shape \(200,\) for 200 returns; expected: an array of bool, shape \(200,\)"),
+        (Careless, "Careless.contains changes the returns that it is given"),
+        (Highest, r"Highest.contains \(.*test_check_others.py:\d+\) of 0 returns: ValueError: "),
+        (Never, "none of 200 trial states has a return in Never; expected: `states` of which some have"),
+    ],
+)
+def test_a_family_that_is_none(family, why):
+    with pytest.raises(CheckError, match=why):
+        check_family(family(name="own"), Pair())
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.patterns import compiled
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import joined, most_returns
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
-from nsmaps.exact.systems.files import Transferable
+from nsmaps.exact.systems.files import Transferable, place_of
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import decode, encode
 
@@ -45,12 +46,28 @@ class ReturnFamily(BaseModel, Transferable, ABC):
         return Surface(self.name, grid, *members(system, system.first_return(grid.states()), self))
 
 
+def contained(family: ReturnFamily, returns: Returns) -> NDArray[np.bool_]:
+    """The returns that a family contains, shape (N,); a NsmapsError where its class gives anything else."""
+    name, count = f"{type(family).__name__}.contains", len(returns)
+    try:
+        found = family.contains(returns)
+    except NsmapsError:
+        raise
+    except Exception as error:
+        where = place_of(type(family), "contains")
+        raise NsmapsError(f"{name}{where} of {count} returns: {type(error).__name__}: {error}") from error
+    if not (isinstance(found, np.ndarray) and found.dtype == bool and found.shape == (count,)):
+        what = f"{found.dtype} of shape {found.shape}" if isinstance(found, np.ndarray) else type(found).__name__
+        raise NsmapsError(f"{name} gives {what} for {count} returns; expected: an array of bool, shape ({count},)")
+    return found
+
+
 def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDArray[np.bool_], Returns]:
     """The first returns, of N, with which a member of the family begins, and these members.
 
     A member is the shortest sequence of at most `family.max_returns` returns that the family contains.
     """
-    found = family.contains(returns) & returns.valid
+    found = contained(family, returns) & returns.valid
     rows, row = np.arange(len(returns)), returns
     numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
     on, margin = ~found & returns.valid, {} if returns.margin is None else {"margin": True}  # systems with modes take none
@@ -59,7 +76,7 @@ def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDA
         if not len(rows):
             break
         row = joined(row, system.first_return(row.image, row.derivative is not None, **margin))
-        hit = family.contains(row) & row.valid
+        hit = contained(family, row) & row.valid
         numbers.append(rows[hit])
         parts.append(row.select(hit))
         on = ~hit & row.valid

@@ -31,6 +31,15 @@ class Diagonal(BaseModel):
     slope: Number | None = Field(None, gt=0, description="upper bound on abs(dx'_i/dx_i)")
     region: Region | None = Field(None, description="the region considered; all states if omitted")
 
+    def near(self, surface: Surface) -> Surface:
+        """The part of a surface that passes the filter."""
+        mask = near_diagonal(surface.returns, self.delta)
+        if self.region is not None:
+            mask &= self.region.over(surface.coordinates).contains(surface.start)
+        if self.slope is not None:
+            mask &= (np.abs(own_slopes(surface)) <= self.slope).all(axis=1)
+        return surface.restricted(mask)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DiagonalRegion(WithCoordinates):
@@ -69,16 +78,6 @@ def own_slopes(surface: Surface) -> Floats:
     return slopes
 
 
-def attracting(diagonal: Diagonal, surface: Surface) -> Bools:
-    """A mask of the surface's states that pass the filter, shape (M,)."""
-    mask = near_diagonal(surface.returns, diagonal.delta)
-    if diagonal.region is not None:
-        mask &= diagonal.region.over(surface.coordinates).contains(surface.start)
-    if diagonal.slope is not None:
-        mask &= (np.abs(own_slopes(surface)) <= diagonal.slope).all(axis=1)
-    return mask
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Attracting:
     """The filter for first returns anywhere, with exact derivatives: 1 for those that pass, else 0, as parts of a `Mesh`."""
@@ -110,7 +109,7 @@ def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]])
     if len(names) != 1:
         given = " and ".join(f"({each})" for each in sorted(names, key=str)) or "none"
         raise FitError(f"the surfaces near the diagonals have coordinates {given}; expected: one or more, of the same")
-    near = [(float(value), surface.restricted(attracting(diagonal, surface))) for value, surface in sweeps]
+    near = [(float(value), diagonal.near(surface)) for value, surface in sweeps]
     values = tuple((value, surface.start) for value, surface in near)
     start = np.unique(np.concatenate([states for _, states in values]), axis=0)
     hull = np.stack([start.min(axis=0), start.max(axis=0)], axis=1) if len(start) else np.full((start.shape[1], 2), np.nan)

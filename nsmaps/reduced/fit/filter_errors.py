@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.reduced.fit.filter import Diagonal, attracting
+from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.fit.polyfit import PolyFit, fit_orders
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -29,7 +29,7 @@ def compare_deltas(
     """
     found = []
     for delta in dict.fromkeys((diagonal.delta, *deltas)):
-        near = surface.restricted(attracting(diagonal.model_copy(update={"delta": delta}), surface))
+        near = diagonal.model_copy(update={"delta": delta}).near(surface)
         try:
             found.append(NearDiagonals(delta, near, fit_orders(near, fits)))
         except FitError as error:

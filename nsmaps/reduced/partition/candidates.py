@@ -10,7 +10,7 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
-from nsmaps.reduced.fit.filter import Diagonal, attracting
+from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.fit.polyfit import stretch_of
 from nsmaps.reduced.partition.cell import rounded, side_of
 
@@ -55,7 +55,7 @@ def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> 
     for code in np.unique(returns.codes[returns.valid]):
         member = returns.valid & (returns.codes == code)
         surface = Surface("word", grid, member, returns.select(member))
-        found.append(surface.start[attracting(Diagonal(delta=delta, slope=slope, region=None), surface)])
+        found.append(Diagonal(delta=delta, slope=slope, region=None).near(surface).start)
     return np.concatenate(found)
 
 

@@ -12,7 +12,7 @@ from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.reduced.fit.filter import Diagonal, attracting, diagonal_region
+from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.classes import Condition
@@ -130,7 +130,7 @@ def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float,
 
 def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], Box]:
     """The part of a surface that is near the diagonals at the study's own parameters, and its hull."""
-    near = surface.restricted(attracting(plan.bound["diagonal"].filter, surface))
+    near = plan.bound["diagonal"].filter.near(surface)
     if len(near.start) < 2:
         raise FitError(
             f"the family {surface.name!r} has {len(near.start)} states near the diagonals on the grid; expected: 2 or more"
