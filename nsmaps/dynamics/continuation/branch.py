@@ -68,6 +68,11 @@ class Branch:
         """The events of one kind, such as `fold`."""
         return tuple(event for event in self.events if event.kind == kind)
 
+    @property
+    def doubling(self) -> Event | None:
+        """The first event at which a branch of twice the period begins: a period doubling, or a border with one."""
+        return next((event for event in self.events if event.doubles), None)
+
 
 @dataclass(frozen=True, slots=True)
 class GrowingBranch:

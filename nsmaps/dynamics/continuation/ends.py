@@ -11,6 +11,7 @@ from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
+from nsmaps.dynamics.continuation.pieces import border_met
 from nsmaps.dynamics.motion import has_rest
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.outcome import Outcome
@@ -42,12 +43,25 @@ def end_of(grown: GrowingBranch, along: Floats) -> str:
             f"lost at {last.value:.9g}, where the number of impacts before chatter is summed changes; expected: complete chatter "
             "as one event, by CompleteChatter or, with modes, a section at a clock"
         )
+    event = event or _leaves_its_pieces(grown, along)
     for end in (_grazes, _never_returns, _shrinks, _meets_a_border, _has_no_image):
         event = event or end(grown, beyond)
     if event is not None:
         grown.events.append(event)
         return event.kind
     return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
+
+
+def _leaves_its_pieces(grown: GrowingBranch, along: Floats) -> Event | None:
+    """The border of a piece given by a formula next to the last point; a cycle there of finite slopes ends the branch."""
+    met = border_met(grown.curve, grown.points[-1], along)
+    if met is None:
+        return None
+    point = met.point if met.side == 0 else grown.points[-1]
+    border, detail = met.at.outcome(grown.curve, met.point.value, met.point.orbit.states)
+    if met.side == 0:
+        grown.add(point, max(float(along @ grown.curve.difference(point.y, grown.points[-1].y)), 0.0))
+    return Event(BORDER, met.point.value, met.precision, point.orbit, detail, border, at=met.at)
 
 
 def _domain_ends(grown: GrowingBranch, beyond: float) -> Event | None:

@@ -9,19 +9,24 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Step, correct, tangent
 from nsmaps.continuation.zeros import PRECISION, locate
+from nsmaps.dynamics.continuation.border import WITH_DOUBLING
 from nsmaps.dynamics.continuation.crossing import crossing_within
+from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
 GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domain"
 CHATTER_ENDS, DETACHMENT, HOMOCLINIC = "end of complete chatter", "detachment", "homoclinic bifurcation"
+AT_INFINITY = "cycle at infinity"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
 DEFICIENT = 0.01  #: share of the least singular value beside a point, below which its equations may be dependent next to it
 TURNS = "the branch turns back, as the two halves of a pitchfork do"
 ASIDE = 1e-2  #: share of the distance of two neighbours, within which halves of a cycle coincide
+AFFINE = "degenerate: the pieces are affine, and a segment of states has twice the period, at this value alone"
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
@@ -34,7 +39,8 @@ class Event:
     (an impact speed or a clearance falls to zero and the words change), `border collision` (the words change without a graze),
     `end of complete chatter` (impacts accumulate at the release; see `CompleteChatter`), `detachment` (beyond it a body that is
     released from its contact remains there for all times), `homoclinic bifurcation` (the orbit takes ever more time, next to an
-    equilibrium) or `end of the valid domain` (there is no map beyond).
+    equilibrium), `cycle at infinity` (its states grow without bound, as a multiplier of affine pieces tends to 1) or `end of the
+    valid domain` (there is no map beyond).
     """
 
     kind: str
@@ -44,11 +50,17 @@ class Event:
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
     border: str = ""  #: `persistence` or `non-smooth fold`, perhaps `with doubling`, or `end at a gap`; "" where unknown
     towards: Floats | None = None  #: at a branch point, how states and parameter change along the branch, shape (q n + 1,)
+    at: AtBorder | None = None  #: at a border of pieces given by formulas, which states are there, and the pieces beyond it
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
         """Of the orbit, shape (n,)."""
         return self.orbit.multipliers
+
+    @property
+    def doubles(self) -> bool:
+        """True if a branch of twice the period begins here, and can be followed."""
+        return self.kind == DOUBLING or (self.at is not None and self.border.endswith(WITH_DOUBLING))
 
 
 def _known(point: OrbitPoint) -> NDArray[np.complex128]:
@@ -113,7 +125,7 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
                 known, turns = crossing or known, crossing is not None
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
         if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # otherwise two real ones whose product is one
-            detail = "" if known else "not located: somewhere in the step before this orbit"
+            detail = _degenerate(curve, point, kind) if known else "not located: somewhere in the step before this orbit"
             event = Event(kind, point.value, precision, point.orbit, detail)
             if turns:
                 event = replace(event, kind=BRANCH_POINT, detail=TURNS)
@@ -121,6 +133,12 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
                 event = replace(event, towards=curve.physical(curve.difference(step.end.y, step.start.y)))
             found.append((s, event))
     return [event for _, event in sorted(found, key=lambda pair: pair[0])]
+
+
+def _degenerate(curve: OrbitCurve, point: OrbitPoint, kind: str) -> str:
+    """What is special of a period doubling of a cycle of affine pieces."""
+    map = curve.map_of(point.value) if kind == DOUBLING else None
+    return AFFINE if isinstance(map, PiecewiseMap) and map.is_affine else ""
 
 
 def may_cross(step: Step[OrbitPoint], point: OrbitPoint) -> bool:

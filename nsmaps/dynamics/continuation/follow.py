@@ -8,10 +8,12 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
+from nsmaps.dynamics.continuation.border import GAP, PERSISTENCE
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.crossing import other_tangent
 from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
-from nsmaps.dynamics.continuation.events import BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
+from nsmaps.dynamics.continuation.pieces import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
 from nsmaps.errors import NsmapsError, check_class
@@ -19,6 +21,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
+PASSED = 8  #: greatest number of borders that a cascade passes without a doubling
 CLOSED = "closed"  #: the reason of a branch that returns to its first orbit
 
 
@@ -93,15 +96,18 @@ def doubled_branch(
 ) -> Branch:
     """The branch of cycles of twice the period that begins at a period doubling; other arguments as `continue_branch`.
 
-    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, at a fixed parameter.
+    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, at a fixed parameter; at a border with doubling
+    of pieces given by formulas it makes the returns of one side and then of the other.
 
     Raises:
-        NsmapsError: the event is not a period doubling, or other arguments are invalid.
+        NsmapsError: no branch of twice the period is known to begin at the event, or other arguments are invalid.
     """
     check_class(event, Event, "a branch of twice the period begins at an event of another branch")
-    if event.kind != DOUBLING:
-        raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}")
+    if not event.doubles:
+        raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}, or a border collision of formulas with doubling")
     extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
+    if event.kind != DOUBLING:
+        return _beyond(map_of, event, bounds, tolerance, extent, 0, 1)
     orbit = event.orbit
     values, vectors = np.linalg.eig(orbit.derivative)
     u = [vectors[:, np.argmin(np.abs(values + 1))].real]
@@ -130,23 +136,49 @@ def switched_branch(
 ) -> Branch:
     """The other branch at a branch point, such as that of the asymmetric orbits at a pitchfork, in one of its two directions.
 
+    At a `border collision` of pieces given by formulas it is the branch of the orbits with the pieces beyond the border, which
+    begins at a millionth of the scale from it: on the other side of the parameter at a `persistence`, on the same one at a fold.
+
     Args:
         side: 1 or -1, the direction. Both halves of a pitchfork are on the same side of the parameter, and mirror images.
 
     Raises:
-        NsmapsError: the event is not a branch point that was located, no second branch is found there, or other arguments, which
-            are as of `continue_branch`, are invalid.
+        NsmapsError: the event is neither a branch point that was located nor such a border, no second branch is found there, or
+            other arguments, which are as of `continue_branch`, are invalid.
     """
     check_class(event, Event, "a branch that crosses another one begins at an event of that one")
-    if event.kind != BRANCH_POINT or event.towards is None:
-        raise NsmapsError(f"the event is a {event.kind}; expected: a {BRANCH_POINT} of a branch")
     extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
+    if event.at is not None:
+        return _beyond(map_of, event, bounds, tolerance, extent, 1)
+    if event.kind != BRANCH_POINT or event.towards is None:
+        raise NsmapsError(f"the event is a {event.kind}; expected: a {BRANCH_POINT}, or a {BORDER} of pieces given by formulas")
     curve = curve_from(map_of, event.orbit, event.parameter, bounds, tolerance)
     start, own = curve.evaluate(curve.y(event.orbit.states, event.parameter)), curve.scaled(event.towards)
     along = None if start is None else other_tangent(curve, start, own / np.linalg.norm(own))
     if start is None or along is None:
         raise NsmapsError(f"no second branch is found at {event.parameter:.9g}; expected: a {BRANCH_POINT} that was located")
     return _follow(curve, start, side * along, extent, fresh=True)
+
+
+def _beyond(
+    map_of: Callable[[float], ReturnMap],
+    event: Event,
+    bounds: tuple[float, float],
+    tolerance: float,
+    extent: _Extent,
+    *sides: int,
+) -> Branch:
+    """The branch that begins at a border, with the pieces of its sides one after the other."""
+    assert event.at is not None
+    curve = curve_from(map_of, event.orbit, event.parameter, bounds, tolerance)
+    curve = replace(curve, period=len(sides) * curve.period)
+    start = event.at.beyond(curve, event.parameter, event.orbit.states, *sides) if event.border != GAP else None
+    if start is None:
+        raise NsmapsError(
+            f"no branch begins at {event.parameter:.9g} ({event.detail}); expected: a border at which the map is continuous"
+        )
+    border = curve.y(np.tile(event.orbit.states, (len(sides), 1)), event.parameter)
+    return _follow(curve, start, tangent(start, curve.difference(start.y, border)), extent, fresh=False)
 
 
 @shows
@@ -161,8 +193,9 @@ def cascade(
 ) -> tuple[Branch, ...]:
     """The branches from an orbit to its first period doubling, from there to the next, and so on.
 
-    There are as many as doublings, or fewer: the last one then states why it ended without one. Steps decrease with the
-    period.
+    There are as many as doublings, or fewer: the last one then states why it ended without one. A branch that ends at a border
+    of pieces given by formulas, as a `persistence`, is continued by a further branch beyond it; there may be a doubling at the
+    border too. Steps decrease with the period.
     Arguments and errors as `continue_branch`.
     """
     first = continue_branch(map_of, orbit, value, bounds, direction, step, until=(DOUBLING,))
@@ -181,10 +214,17 @@ def doublings_of(
 
     `step` is that of the given branch, and decreases with the period; other arguments as `doubled_branch`.
     """
-    branches = [branch]
-    while len(branches) <= max_doublings and (found := branches[-1].of_kind(DOUBLING)):
-        step /= 2
-        branches.append(doubled_branch(map_of, found[0], bounds, step, until=(DOUBLING,), kinds=kinds))
+    branches, doublings, passed = [branch], 0, 0
+    while doublings < max_doublings:
+        event, last = branches[-1].doubling, branches[-1].events[-1:]
+        if event is not None:
+            step, doublings = step / 2, doublings + 1
+            branches.append(doubled_branch(map_of, event, bounds, step, until=(DOUBLING,), kinds=kinds))
+        elif passed < PASSED and last and last[0].at is not None and last[0].border in (PERSISTENCE, ""):
+            passed += 1
+            branches.append(switched_branch(map_of, last[0], bounds, step=step, until=(DOUBLING,), kinds=kinds))
+        else:
+            break
     return tuple(branches[1:])
 
 
@@ -201,6 +241,9 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
             grown.add(step.end, step.length)
         if not ended and step.last:
             ended = f"the range ends at {step.end.value:g}"
+        elif not ended and (far := infinity_met(curve, step.end, float(np.sign(step.turned[-1])))):
+            grown.events.append(Event(AT_INFINITY, *far, step.end.orbit, "a multiplier tends to 1"))
+            ended = AT_INFINITY
         elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):
             ended = CLOSED
         elif not ended and len(grown.points) >= extent.max_points:

@@ -226,7 +226,10 @@ def _curve(
     """The curve of the event's condition."""
     if event.kind not in get_args(Kind):
         raise NsmapsError(f"the event is a {event.kind}; expected: {', '.join(get_args(Kind))}")
-    orbit, kind = event.orbit, next(kind for kind in get_args(Kind) if kind == event.kind)
+    orbit, kind, at = event.orbit, next(kind for kind in get_args(Kind) if kind == event.kind), event.at
+    if at is not None:
+        along = curve_from(at.along(lambda first: map_of(first, second)), orbit, event.parameter, bounds[0], tolerance)
+        return CriticalCurve(at.along(map_of), along, *bounds[1], kind, side=at)
     along, side = curve_from(lambda first: map_of(first, second), orbit, event.parameter, bounds[0], tolerance), None
     if kind == "border collision":
         side = _side(map_of(event.parameter, second), orbit.states, along.scale)

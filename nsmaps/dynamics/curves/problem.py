@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import map_or_reason
@@ -99,7 +100,7 @@ class CriticalCurve:
     high: float  #: its greatest
     kind: Kind
     least: float = 0.0  #: clearance of orbits beside a graze or a border on the curve, in units of branches
-    side: Side | None = None  #: where the border is, of a border collision
+    side: Side | AtBorder | None = None  #: where the border is, of a border collision
 
     @property
     def unit(self) -> float:
@@ -162,7 +163,7 @@ class CriticalCurve:
     def _conditions(self, map: ReturnMap, returns: Returns) -> Floats:
         """The condition of M orbits, given by their M q returns, shape (M,), zero on the curve."""
         shape = (-1, self.along.period, returns.start.shape[1])
-        if self.least:
+        if self.least or self.side is not None:
             return self.clearance(map, returns.start.reshape(shape)) - self.least
         assert returns.derivative is not None
         first, *others = returns.derivative.reshape(*shape, shape[-1]).swapaxes(0, 1)
@@ -179,6 +180,10 @@ class CriticalCurve:
 
         It is zero by a coordinate that an orbit keeps, as of a body in contact, so that states beside have other words.
         """
+        if isinstance(self.side, AtBorder):
+            first, second = self.values(y)
+            by_first = self.side.equation(self.in_first(second), here)[1]
+            return np.append(by_first, self.side.equation(self.in_second(first), here)[1][-1])
         h, size = min(H, self.least / 100) if self.least else H, len(y)
         found = np.empty((2, size))
         for sign, row in zip((1, -1), found, strict=True):

@@ -12,6 +12,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.piecewise.formulas import Choices, PieceFormulas, formulas_of
 from nsmaps.exact.piecewise.program import compiled_program, program
+from nsmaps.exact.piecewise.prolonged import Pieces
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import encode
 
@@ -23,6 +24,11 @@ class CompiledPieces:
     coordinates: Coordinates
     formulas: PieceFormulas
     values: Floats
+
+    @property
+    def pieces(self) -> Pieces:
+        """Its pieces at any state."""
+        return Pieces(self.coordinates, self.formulas, self.values)
 
     def first_returns(self, start: Floats, derivative: bool) -> Returns:
         """The first returns of states (N, n), on all cores."""

@@ -1,7 +1,7 @@
 """A return map that is given by formulas, in pieces: the first whose condition holds gives the image."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
     from nsmaps.exact.piecewise.compiled import CompiledPieces
+    from nsmaps.exact.piecewise.prolonged import Prolonged
 
 
 class PiecewiseMap(System, ExactMap):
@@ -34,6 +35,11 @@ class PiecewiseMap(System, ExactMap):
     def letters(self) -> tuple[str, ...]:
         """The letters of the pieces, of which words consist."""
         return self._compiled().formulas.letters
+
+    @property
+    def is_affine(self) -> bool:
+        """True if images and borders are affine in the coordinates, of which none is an angle."""
+        return self._compiled().pieces.affine
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The images of a batch of states, and their derivatives by the formulas.
@@ -65,6 +71,18 @@ class PiecewiseMap(System, ExactMap):
             ParameterError: a name is not one of a numerical parameter.
         """
         return self._compiled().sensitivities(as_states(states, self.coordinates), self.direction(rates))
+
+    def prolonged(self, pieces: Sequence[int], lowest: Floats, free: Sequence[int] = ()) -> "Prolonged":
+        """The map on the states of cycles by the formulas of given pieces, of `free` states beyond their borders too.
+
+        Args:
+            pieces: numbers of the pieces of the q states of a cycle, as of `letters`.
+            lowest: shape (q, n), from which the turns of angles begin in formulas.
+            free: numbers of states.
+        """
+        from nsmaps.exact.piecewise.prolonged import Prolonged
+
+        return Prolonged(self, self._compiled().pieces, tuple(pieces), lowest, tuple(free))
 
     def rests(self, states: ArrayLike) -> Floats:
         """NaN, as nothing rests, shape (N,)."""

@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.continuation.events import DOUBLING
 from nsmaps.dynamics.continuation.follow import CLOSED
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import System
@@ -219,7 +218,7 @@ def _about(event: "Event") -> str:
 
 def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
     """Whether all requested successive doublings were found: confirmed, not required, text."""
-    found = {branch: branch.of_kind(DOUBLING)[0] for branch in branches if branch.of_kind(DOUBLING)}
+    found = {branch: branch.doubling for branch in branches if branch.doubling is not None}
     asked = section.doublings * max(sum(branch.period == section.period for branch in found), 1)
     at = ", ".join(f"{event.parameter:.8g}" for event in found.values())
     if len(found) == asked:
@@ -246,7 +245,11 @@ BRANCHES = Section[Branches](
     type=Branches,
     default=(),
     stored=Stored,
-    holds={"dynamics.continuation.events": ("Event",), "dynamics.continuation.branch": ("Branch",)},
+    holds={
+        "dynamics.continuation.events": ("Event",),
+        "dynamics.continuation.branch": ("Branch",),
+        "dynamics.continuation.pieces": ("AtBorder",),
+    },
     check=_check,
     bind=_bind,
     compute=_compute,
