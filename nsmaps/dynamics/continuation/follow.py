@@ -215,8 +215,10 @@ def doublings_of(
     `step` is that of the given branch, and decreases with the period; other arguments as `doubled_branch`.
     """
     branches, doublings, passed = [branch], 0, 0
-    while doublings < max_doublings:
+    while max_doublings >= 0:
         event, last = branches[-1].doubling, branches[-1].events[-1:]
+        if event is not None and doublings == max_doublings:
+            break
         if event is not None:
             step, doublings = step / 2, doublings + 1
             branches.append(doubled_branch(map_of, event, bounds, step, until=(DOUBLING,), kinds=kinds))

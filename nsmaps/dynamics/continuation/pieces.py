@@ -41,11 +41,12 @@ class AtBorder:
     own: tuple[int, ...]  #: numbers of the q pieces on the cycle's side
     other: tuple[int, ...]  #: and on the other side; -1 for none
     lowest: Floats  #: shape (2, q, n), from which turns of angles begin on either side
+    free: tuple[int, ...]  #: numbers of states that may lie beyond borders
 
     def prolonged(self, map: ReturnMap, *sides: int) -> Prolonged:
         """A map on cycles by the pieces of one side (0: own, 1: other), or of one after the other."""
         pieces = tuple(piece for side in sides for piece in (self.own, self.other)[side])
-        free = tuple(k + len(self.own) * turn for turn in range(len(sides)) for k in self.states)
+        free = tuple(k + len(self.own) * turn for turn in range(len(sides)) for k in self.free)
         known = PiecewiseMap.require(map, "pieces beyond their borders")
         return known.prolonged(pieces, np.concatenate([self.lowest[side] for side in sides]), free)
 
@@ -59,14 +60,14 @@ class AtBorder:
         found = map.borders(states.reshape(-1, states.shape[-1]))[0]
         return found.reshape(*states.shape[:2], -1)[:, self.states[0], self.borders[0]]
 
-    def equation(self, curve: OrbitCurve, point: OrbitPoint) -> tuple[float, Floats]:
+    def equation(self, curve: OrbitCurve, point: OrbitPoint, value: float) -> tuple[float, Floats]:
         """The distance from the first border in the curve's units, and its derivatives by the unknowns, shape (q n + 1,).
 
-        The maps of the curve are those of `prolonged`.
+        The maps of the curve are those of `prolonged`, and the value is that of its parameter.
         """
-        map, k, j = curve.map_of(point.value), self.states[0], self.borders[0]
+        map, k, j = curve.map_of(value), self.states[0], self.borders[0]
         assert isinstance(map, Prolonged)
-        rates = parameter_rates(curve.map_of, point.value, curve.unit, map)
+        rates = parameter_rates(curve.map_of, value, curve.unit, map)
         values, gradients, along = map.borders(point.orbit.states, rates)
         row, by_state = np.zeros(len(point.y)), gradients[k, j] * curve.scale
         row[:-1].reshape(point.orbit.states.shape)[k] = by_state * np.sqrt(curve.period)
@@ -115,6 +116,8 @@ class AtBorder:
         )
         if min(self.other) < 0:
             return "", place
+        if len(states) > 1 and curve.coordinates.near(states, states[:1], AT_ONCE, curve.scale).all():
+            return "", f"all {len(self.own)} states at {of.names[self.borders[0]]}: the cycle shrinks to a point"
         (here, steep), (there, beyond) = (self.returns(curve, map, states, side) for side in (0, 1))
         off = np.abs(curve.coordinates.difference(here.image, there.image)) / curve.scale
         if not off.max() <= (NEAR * np.sqrt(NEARBY) if steep or beyond else CONTINUOUS):
@@ -157,13 +160,16 @@ def border_met(curve: OrbitCurve, last: OrbitPoint, along: Floats) -> Met | None
     map = curve.map_of(last.value)
     if not isinstance(map, PiecewiseMap):
         return None
-    found = [met for at in _near(curve, map, last) for met in _located(curve, at, last)]
+    near = list(_near(curve, map, last))
+    own = sum((at.lowest[:1] for at in near), np.zeros(()))  # of all states that are beside the cut of an angle
+    together = [replace(at, lowest=np.where(at.lowest == 0, own, at.lowest)) for at in near]
+    found = [met for at in together for met in _located(curve, at, last)]
     ahead = [(float(along @ curve.difference(met.point.y, last.y)), met) for met in found]
     ahead = [(way, met) for way, met in ahead if way >= -STALLED]
     if not ahead:
         return None
     first = min(ahead, key=lambda pair: pair[0])[1]
-    return replace(first, at=_all_at_once(curve, first, [met.at for met in found]))
+    return replace(first, at=_all_at_once(curve, first, near))
 
 
 def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint) -> Iterator[AtBorder]:
@@ -185,7 +191,7 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint) -> Iterator[At
         both = np.array([lowest, lowest])
         if cut >= 0:
             both[:, k, cuts[cut]] = (-np.pi, np.pi) if sign > 0 else (np.pi, -np.pi)
-        yield AtBorder((int(k),), (int(j),), (sign,), own, other, both)
+        yield AtBorder((int(k),), (int(j),), (sign,), own, other, both, tuple(range(len(own))))
 
 
 def _pieces(map: PiecewiseMap, point: OrbitPoint) -> tuple[int, ...]:
@@ -210,7 +216,7 @@ def _solved(curve: OrbitCurve, at: AtBorder, y: Floats) -> tuple[OrbitPoint, flo
         point = curve.evaluate(y)
         if point is None:
             return None
-        distance, row = at.equation(curve, point)
+        distance, row = at.equation(curve, point, point.value)
         try:
             inverse = np.linalg.inv(np.vstack([point.jacobian, row]))
         except np.linalg.LinAlgError:
@@ -237,8 +243,8 @@ def _all_at_once(curve: OrbitCurve, first: Met, others: list[AtBorder]) -> AtBor
             other, lowest = (*at.other[:k], each.other[k], *at.other[k + 1 :]), at.lowest.copy()
             lowest[:, k] = each.lowest[:, k]
             joined = at.states + each.states, at.borders + each.borders, at.signs + each.signs
-            at = AtBorder(*joined, at.own, other, lowest)
-    return at
+            at = AtBorder(*joined, at.own, other, lowest, ())
+    return replace(at, free=at.states)
 
 
 def infinity_met(curve: OrbitCurve, last: OrbitPoint, way: float) -> tuple[float, float] | None:
@@ -249,7 +255,7 @@ def infinity_met(curve: OrbitCurve, last: OrbitPoint, way: float) -> tuple[float
     map = curve.map_of(last.value)
     if not (np.abs(last.y[:-1]).max() > LARGE and isinstance(map, PiecewiseMap) and map.is_affine):
         return None
-    at, states = AtBorder((), (), (), _pieces(map, last), (), np.zeros((2, *last.orbit.states.shape))), last.orbit.states
+    at, states = AtBorder((), (), (), _pieces(map, last), (), np.zeros((2, *last.orbit.states.shape)), ()), last.orbit.states
 
     def singular(value: float) -> float:
         returns = at.prolonged(curve.map_of(value), 0).first_return(states, derivative=True)
@@ -259,8 +265,8 @@ def infinity_met(curve: OrbitCurve, last: OrbitPoint, way: float) -> tuple[float
 
     value, step = last.value, STEP * curve.unit
     slope = (singular(value) - singular(value - way * step)) / (way * step)
-    far = value - FARTHER * singular(value) / slope if slope else np.inf
-    if not (curve.low <= far <= curve.high and (far - value) * way > 0 and singular(value) * singular(far) < 0):
+    far = float(np.clip(value - FARTHER * singular(value) / slope, curve.low, curve.high)) if slope else value
+    if not ((far - value) * way > 0 > singular(value) * singular(far)):
         return None
     at_infinity = float(brentq(singular, value, far, xtol=1e-15 * curve.unit))
     near = curve.map_of(at_infinity + NEXT * (value - at_infinity))

@@ -182,8 +182,8 @@ class CriticalCurve:
         """
         if isinstance(self.side, AtBorder):
             first, second = self.values(y)
-            by_first = self.side.equation(self.in_first(second), here)[1]
-            return np.append(by_first, self.side.equation(self.in_second(first), here)[1][-1])
+            by_first = self.side.equation(self.in_first(second), here, first)[1]
+            return np.append(by_first, self.side.equation(self.in_second(first), here, second)[1][-1])
         h, size = min(H, self.least / 100) if self.least else H, len(y)
         found = np.empty((2, size))
         for sign, row in zip((1, -1), found, strict=True):

@@ -2,21 +2,23 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy as sp
-from sympy.core.relational import Relational
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
-from nsmaps.exact.flows.laws import rows_source
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.piecewise.formulas import PieceFormulas
 from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Returns
+
+if TYPE_CHECKING:
+    import sympy as sp
+    from sympy.core.relational import Relational
+
+    from nsmaps.exact.piecewise.formulas import PieceFormulas
 
 Rows = tuple[Floats, Floats, Floats]  #: values (N, B), derivatives by states (N, B, n) and along parameters (N, B)
 
@@ -30,22 +32,20 @@ class Pieces:
     """
 
     coordinates: Coordinates
-    formulas: PieceFormulas
+    formulas: "PieceFormulas"
     values: Floats  #: of the parameters
-
-    @property
-    def relations(self) -> tuple[sp.Expr, ...]:
-        """The differences of both sides of the relations in the conditions."""
-        return _relations(self.formulas)
 
     @property
     def names(self) -> tuple[str, ...]:
         """The borders as equations of coordinates and parameters."""
+        from sympy import Symbol
+
         of = self.formulas
-        plain = {x: sp.Symbol(name) for x, name in zip(of.variables, self.coordinates, strict=True)}
-        plain |= {symbol: sp.Symbol(str(symbol).removeprefix("_p_")) for symbol in of.symbols}
+        plain = {x: Symbol(name) for x, name in zip(of.variables, self.coordinates, strict=True)}
+        plain |= {symbol: Symbol(str(symbol).removeprefix("_p_")) for symbol in of.symbols}
         cuts = [name for name, angle in zip(self.coordinates, self.coordinates.angles, strict=True) if angle]
-        return *(f"{relation.subs(plain)} = 0" for relation in self.relations), *(f"{name} = 0" for name in cuts)
+        sides = [(relation.lhs.subs(plain), relation.rhs.subs(plain)) for relation in _relations(of)]
+        return tuple(f"{one} = {other}" for one, other in [*sides, *((name, 0) for name in cuts)])
 
     @property
     def affine(self) -> bool:
@@ -54,7 +54,7 @@ class Pieces:
 
     def borders(self, states: Floats, rates: Floats | None = None) -> Rows:
         """The functions at states, shape (N, n), whose angles are on any turn."""
-        known = self._rows(self.relations, states, rates)
+        known = self._rows(_differences(self.formulas), states, rates)
         circle = np.flatnonzero(self.coordinates.angles)
         cuts = np.remainder(states[:, circle] + np.pi, TWO_PI) - np.pi
         by_states = np.broadcast_to(np.eye(len(self.coordinates))[circle], (len(states), len(circle), len(self.coordinates)))
@@ -65,7 +65,7 @@ class Pieces:
         """The images of states (N, n) by the formulas of a piece, on any turn; the derivatives as those of `borders`."""
         return self._rows(self.formulas.images[piece], states, rates)
 
-    def _rows(self, rows: Sequence[sp.Expr], states: Floats, rates: Floats | None) -> Rows:
+    def _rows(self, rows: "Sequence[sp.Expr]", states: Floats, rates: Floats | None) -> Rows:
         of, count, n = self.formulas, len(rows), len(self.coordinates)
         symbols = of.variables if rates is None else (*of.variables, *of.symbols)
         run, out = _function(tuple(rows), symbols, of), np.empty((len(states), count * (1 + len(symbols))))
@@ -77,26 +77,41 @@ class Pieces:
 
 
 @lru_cache(maxsize=64)
-def _relations(formulas: PieceFormulas) -> tuple[sp.Expr, ...]:
-    found = list[sp.Expr]()
+def _relations(formulas: "PieceFormulas") -> "tuple[Relational, ...]":
+    """The relations in the conditions, those between the same two sides once."""
+    from sympy import expand
+    from sympy.core.relational import Relational
+
+    found = dict[Any, Relational]()
     for condition in formulas.conditions:
         for relation in sorted(condition.atoms(Relational), key=str):
-            difference = sp.expand(relation.lhs - relation.rhs)
-            if difference not in found and sp.expand(-difference) not in found:
-                found.append(difference)
-    return tuple(found)
+            difference = expand(relation.lhs - relation.rhs)
+            if -difference not in found:
+                found.setdefault(difference, relation)
+    return tuple(found.values())
 
 
 @lru_cache(maxsize=64)
-def _is_affine(formulas: PieceFormulas) -> bool:
-    rows = [*_relations(formulas), *(image for images in formulas.images for image in images)]
-    return not any(sp.diff(row, x).has(*formulas.variables) for row in rows for x in formulas.variables)
+def _differences(formulas: "PieceFormulas") -> "tuple[sp.Expr, ...]":
+    return tuple(relation.lhs - relation.rhs for relation in _relations(formulas))
+
+
+@lru_cache(maxsize=64)
+def _is_affine(formulas: "PieceFormulas") -> bool:
+    from sympy import diff
+
+    rows = [*_differences(formulas), *(image for images in formulas.images for image in images)]
+    return not any(diff(row, x).has(*formulas.variables) for row in rows for x in formulas.variables)
 
 
 @lru_cache(maxsize=256)
-def _function(rows: tuple[sp.Expr, ...], symbols: tuple[sp.Symbol, ...], of: PieceFormulas) -> Callable[..., None]:
+def _function(rows: "tuple[sp.Expr, ...]", symbols: "tuple[sp.Symbol, ...]", of: "PieceFormulas") -> Callable[..., None]:
     """A function that writes rows, and then their derivatives by some symbols, of a state: NaN where one has no value."""
-    formulas = [*rows, *(sp.diff(row, symbol) for row in rows for symbol in symbols)]
+    from sympy import diff
+
+    from nsmaps.exact.flows.laws import rows_source
+
+    formulas = [*rows, *(diff(row, symbol) for row in rows for symbol in symbols)]
     names: dict[str, Any] = {"math": math}
     exec(rows_source(formulas, range(len(formulas)), of.variables, of.symbols), names)
 
@@ -160,9 +175,8 @@ class Prolonged(ExactMap):
         words = [self.of.formulas.letters[self.pieces[k % len(self.pieces)]] for k in range(len(start))]
         image = np.where(self._belongs(start)[:, None], image, np.nan)
         found = Returns.of_map(self.coordinates, start, image, slopes, words, self.of.formulas.letters)
-        keep = found.outcome != Outcome.escaped
-        object.__setattr__(found, "outcome", np.where(keep, found.outcome, Outcome.uncovered).astype(np.int8))
-        return found
+        outcome = np.where(found.outcome == Outcome.escaped, Outcome.uncovered, found.outcome)
+        return replace(found, outcome=outcome.astype(np.int8))
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivatives of the images of M cycles by the parameters, shape (M q, n)."""

@@ -1,0 +1,165 @@
+"""Border collisions of maps given by formulas, against closed forms, exact polynomials and values of sixty digits."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import sympy as sp
+from nsmaps_border_collision import BorderCollision, BorderCollision1
+from nsmaps_circle_map import GapCircleMap, PlateauCircleMap
+from nsmaps_square_root import SquareRoot, SquareRootPlane
+
+import nsmaps
+from nsmaps import Along
+from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
+from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch, switched_branch
+from nsmaps.errors import NsmapsError
+
+EXACT = 1e-14
+
+
+def ending(map, name, cycle, bounds, direction):
+    """The branch of a cycle, and the event at its end."""
+    branch = continue_branch(Along(map, name), cycle, getattr(map, name), bounds, direction)
+    event = branch.events[-1]
+    assert branch.ended == event.kind
+    return branch, event
+
+
+def gap(mu, q, a=0.5):
+    """The map with a gap, and its cycle."""
+    map = BorderCollision1(a_L=a, a_R=a, mu=mu, jump=-1.0)
+    cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.1], 500).final, q)
+    assert cycle.converged
+    return map, cycle
+
+
+@pytest.mark.parametrize(("p", "q"), [(1, 2), (2, 5), (1, 9)])
+def test_a_cycle_of_a_gap_map_ends_where_a_state_is_at_the_border(p, q):
+    """The window of p/q: x_k = mu/(1 - a) - the sum of the subtractions, by fractions; its ends are where a state is zero."""
+    a = Fraction(1, 2)
+    subtracted = [(k + 1) * p // q - k * p // q for k in range(q)]
+    weights = [sum(a ** ((k - j - 1) % q) * subtracted[j] for j in range(q)) / (1 - a**q) for k in range(q)]
+    low, high = (
+        (1 - a) * most(w for w, s in zip(weights, subtracted, strict=True) if s == own) for most, own in ((max, 1), (min, 0))
+    )
+    assert low < high
+    map, cycle = gap(float((low + high) / 2), q)
+    for direction, end, letter, other in (("down", low, "R", "L"), ("up", high, "L", "R")):
+        _, event = ending(map, "mu", cycle, (-0.1, 1.1), direction)
+        assert abs(event.parameter - float(end)) <= event.precision < 1e-13
+        assert event.border == GAP
+        k = event.at.states[0]
+        assert (cycle.words[k], event.orbit.states[k, 0]) == (letter, pytest.approx(0, abs=EXACT))
+        assert event.detail == f"state {k + 1} ({letter}) at x = 0, beyond which is {other}; the map jumps"
+    with pytest.raises(NsmapsError, match=r"no branch begins at .*the map jumps.*expected: a border at which the map is contin"):
+        switched_branch(Along(map, "mu"), event, (-0.1, 1.1))
+
+
+def test_the_border_of_a_gap_map_is_a_curve():
+    map, cycle = gap(0.5, 2)
+    _, event = ending(map, "mu", cycle, (0.2, 0.8), "up")
+    curve = nsmaps.bifurcation_curve(lambda mu, a: map.at(mu=mu, a_L=a, a_R=a), event, 0.5, ((0.2, 0.8), (0.3, 0.9)), step=0.2)
+    mu, a = curve.parameters.T
+    assert len(a) > 5
+    assert np.abs(mu - 1 / (1 + a)).max() < EXACT
+    assert curve.kind == "border collision"
+
+
+def test_a_fixed_point_of_tents_passes_the_border_and_doubles_there():
+    """For mu < 0 L with the multiplier 1/2; for mu > 0 R with -3/2, unstable, and LR with -3/4."""
+    map = BorderCollision1(a_L=0.5, a_R=-1.5, mu=-0.5)
+    first, event = ending(map, "mu", nsmaps.periodic_orbit(map, [-1.0]), (-1, 1), "up")
+    assert abs(event.parameter) <= event.precision < 1e-13
+    assert (event.border, event.detail) == (
+        PERSISTENCE + WITH_DOUBLING,
+        "state 1 (L) at x = 0, beyond which is R; multipliers 0.5 and -1.5",
+    )
+    assert first.points[-1] == pytest.approx(0, abs=EXACT)
+    beyond = switched_branch(Along(map, "mu"), event, (-1, 1))
+    assert beyond.points[:, 0, 0] == pytest.approx(beyond.parameter / 2.5, abs=1e-12)
+    assert beyond.multipliers.ravel() == pytest.approx(np.full(len(beyond.parameter), -1.5))
+    doubled = doubled_branch(Along(map, "mu"), event, (-1, 1))
+    assert sorted(doubled.words[0]) == ["L", "R"]
+    assert doubled.multipliers.ravel() == pytest.approx(np.full(len(doubled.parameter), -0.75))
+    assert (beyond.parameter[-1], doubled.parameter[-1]) == (1, 1)
+    whole = cascade(Along(map, "mu"), nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1))
+    assert [branch.period for branch in whole] == [1, 2]
+    passing = cascade(Along(map.at(a_R=-0.5), "mu"), nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1))
+    assert [(branch.period, str(branch.words[0, 0])) for branch in passing] == [(1, "L"), (1, "R")]
+
+
+PLANE = {"tau_L": Fraction(1, 5), "delta_L": Fraction(4, 5), "delta_R": Fraction(9, 10)}
+
+
+def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
+    """LLR of the normal form: x = 0 at tau_R = -1.02, and det(1 - J) = 0 for the product J of the derivatives."""
+    tau = sp.Symbol("tau")
+    left, right = (sp.Matrix([[t, 1], [-d, 0]]) for t, d in ((sp.Rational(1, 5), sp.Rational(4, 5)), (tau, sp.Rational(9, 10))))
+    (infinite,) = sp.solve((sp.eye(2) - right * left**2).det(), tau)
+    map = BorderCollision(**{name: float(value) for name, value in PLANE.items()}, tau_R=-1.5)
+    cycle = nsmaps.periodic_orbit(map, [[-0.5, -0.5], [-0.3, 0.4], [1.3, 0.2]], 3)
+    assert sorted(cycle.words) == ["L", "L", "R"]
+    _, event = ending(map, "tau_R", cycle, (-4, 0), "up")
+    assert event.parameter == pytest.approx(-1.02, abs=1e-13)
+    assert event.border == NONSMOOTH_FOLD
+    partner = switched_branch(Along(map, "tau_R"), event, (-2, 0), max_points=5)
+    assert sorted(partner.words[0]) == ["L", "R", "R"]
+    assert (partner.parameter[1:] < -1.02).all()
+    gone, at = ending(map, "tau_R", cycle, (-3, 0), "down")
+    assert at.kind == "cycle at infinity"
+    assert at.parameter == pytest.approx(float(infinite), abs=1e-12)
+    assert len(gone.parameter) < 500
+
+
+def test_a_doubling_of_affine_pieces_is_degenerate():
+    """At tau_R = -1 - delta_R a segment of states has period two; the cycle LR begins where it meets the border."""
+    map = BorderCollision(tau_L=1.4, delta_L=0.5, tau_R=-1.2, delta_R=0.4)
+    branches = cascade(Along(map, "tau_R"), nsmaps.periodic_orbit(map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", doublings=3)
+    assert [sorted(branch.words[0]) for branch in branches] == [["R"], ["R", "R"], ["L", "R"]]
+    assert branches[0].events[0].detail.startswith("degenerate: the pieces are affine")
+    assert np.abs(branches[1].parameter + 1.4).max() < 1e-12
+    assert branches[1].events[-1].border == ""
+    assert branches[2].parameter[-1] == -1.6
+
+
+def test_square_roots_have_an_infinite_slope_at_the_border():
+    """LR of Nordmark's map ends at mu = 1; in the plane 0.169720659347409857371 was found with sixty digits."""
+    map = SquareRoot(a=0.5, mu=0.5625)
+    cycle = nsmaps.periodic_orbit(map, [0.49], 2)
+    _, event = ending(map, "mu", cycle, (0.1, 1.2), "up")
+    assert event.parameter == pytest.approx(1.0, abs=1e-14)
+    assert event.border == NONSMOOTH_FOLD
+    assert event.detail.endswith("(L) at x = 0, beyond which is R; the slope of R is infinite")
+    curve = nsmaps.bifurcation_curve(Along(map, "mu", "a"), event, 0.5, ((0.1, 1.2), (0.1, 0.9)), step=0.2)
+    assert curve.parameters[:, 0] == pytest.approx(np.ones(len(curve.parameters)), abs=1e-13)  # R maps 1 to 0 at mu = 1
+    plane = SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)
+    cycle = nsmaps.periodic_orbit(plane, nsmaps.orbit(plane, [0.1, 0.0], 300).final, 3)
+    _, event = ending(plane, "rho", cycle, (0.005, 0.5), "up")
+    assert event.parameter == pytest.approx(0.169720659347409857371, abs=1e-15)
+    whole = cascade(Along(map, "mu"), nsmaps.periodic_orbit(map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), doublings=1)
+    assert [str(branch.words[0, 0]) for branch in whole] == ["L", "R"]
+    assert whole[1].events[0].parameter == pytest.approx(0.75, abs=1e-12)  # 1/(2 sqrt(x)) = 1 at x = 1/4
+    low = nsmaps.periodic_orbit(map.at(mu=0.07), [0.0596], 3)
+    _, event = ending(map.at(mu=0.07), "mu", low, (0.0, 0.2), "down")
+    assert event.kind == "period doubling" or event.detail.startswith("all 3 states")
+
+
+def test_borders_lie_at_the_cut_of_an_angle_too():
+    """Rotation number 1/2: of the plateau a state is at its ends, of the gap map b and 1 - ... are b = 2/3 and b = 5/6."""
+    plateau = PlateauCircleMap(w=0.5, Omega=0.3)
+    cycle = nsmaps.periodic_orbit(plateau, nsmaps.orbit(plateau, [0.1], 100).final, 2)
+    assert sorted(cycle.words) == ["F", "S"]
+    places = []
+    for direction in ("down", "up"):
+        _, event = ending(plateau, "Omega", cycle, (0.0, 1.0), direction)
+        assert event.border == NONSMOOTH_FOLD
+        places.append((event.parameter, event.detail.split(" at ")[1].split(",")[0]))
+    (low, at_low), (high, at_high) = places
+    assert (low, high) == pytest.approx((1 / 6, 1 / 3), abs=1e-14)
+    assert (at_high, at_low) == ("phi = 0", "phi = 2*pi*(1 - w)")
+    gapped = GapCircleMap(a=0.5, b=0.75)
+    cycle = nsmaps.periodic_orbit(gapped, nsmaps.orbit(gapped, [0.1], 100).final, 2)
+    ends = [ending(gapped, "b", cycle, (0.5, 0.99), direction)[1] for direction in ("down", "up")]
+    assert [event.parameter for event in ends] == pytest.approx([2 / 3, 5 / 6], abs=1e-14)
+    assert [event.border for event in ends] == [GAP, GAP]
