@@ -32,11 +32,10 @@ if TYPE_CHECKING:
     from nsmaps.reduced.fit.filter_errors import NearDiagonals
     from nsmaps.reduced.partition.result import PartitionResult
     from nsmaps.reduced.validation.speed import Speed
+    from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.longrun.noise import NoiseResult
-    from nsmaps.study.sections.longrun.orbits import OrbitPair
+    from nsmaps.study.sections.fields import NoiseResult, OrbitPair
     from nsmaps.study.sections.maps.composite import PieceSection
-    from nsmaps.study.study import Study
     from nsmaps.symbolic.curve_iterates import SecondIterate
 
 T = TypeVar("T")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
+    from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
 
 T = TypeVar("T")
 

@@ -21,8 +21,8 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from nsmaps.figures.png import write_png
-from nsmaps.figures.row import file_part
 from nsmaps.figures.style import STYLE
+from nsmaps.files.storage import file_part
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend

@@ -1,6 +1,5 @@
 """A row of the catalogue of figures: what a figure shows, and what it needs of a result."""
 
-import re
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -10,17 +9,8 @@ from nsmaps.figures.need import Need
 
 if TYPE_CHECKING:
     from nsmaps.figures.page import Sheet
+    from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.study import Study
-
-
-def file_part(part: str) -> str:
-    """The name of a part of a result, such as a domain, as file names have it.
-
-    >>> file_part("exact from R1+")
-    'exact-from-R1+'
-    """
-    return re.sub(r"[^\w.+]+", "-", part)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
-"""Files and folders that appear whole or not at all, whatever stops the program or the disk while they are written."""
+"""Files and folders that appear whole or not at all, whatever stops the program or the disk while they are written; names."""
 
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -70,3 +71,12 @@ def sweep(folder: Path) -> None:
         with suppress(OSError):
             if time() - path.stat().st_mtime > HOUR:
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def file_part(part: str) -> str:
+    """The name of a part of a result, such as a domain, as file names have it.
+
+    >>> file_part("exact from R1+")
+    'exact-from-R1+'
+    """
+    return re.sub(r"[^\w.+]+", "-", part)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.study.sections.longrun.orbits import OrbitPair
+    from nsmaps.study.sections.fields import OrbitPair
 
 
 def returns(result: StudyResult, part: str) -> str:

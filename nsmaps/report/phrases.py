@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 
-from nsmaps.figures.row import file_part
+from nsmaps.files.storage import file_part
 from nsmaps.study.result import StudyResult
 
 MOST = 5  #: parts of a list that are named

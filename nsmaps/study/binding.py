@@ -1,6 +1,6 @@
-"""From a study to the objects that it describes: system, grid, regions and fits; an error names the line that is wrong."""
+"""The objects that a study describes, and how its keys become objects; an error names the line that is wrong."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -9,20 +9,17 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.returnmap import map_or_reason
-from nsmaps.errors import SystemDefinitionError, UnknownSystemError
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.surfaces.family import ReturnFamily
+from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern, letters_of
 from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.words import encode
 from nsmaps.parallel import SERIAL, Jobs
-from nsmaps.plugins import REGION, system_class
-from nsmaps.reduced.conditions.condition import as_number
+from nsmaps.plugins import FAMILY, REGION
 from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.study.reading.classes import Instance, created
+from nsmaps.study.reading.head import Head as Study
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.references import check_references
 from nsmaps.study.reading.values import Bounds, Range, Span
-from nsmaps.study.sections import SECTIONS
-from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -54,31 +51,6 @@ class Plan:
     def portion(self, number: int, count: int, *names: str) -> Jobs:
         """The jobs of one of `count` equal portions of a step, with its own folder under these names."""
         return self.jobs.share(number / count, (number + 1) / count, *names)
-
-
-def prepare(study: Study) -> Plan:
-    """The study's objects; raises StudyError at the first line that is not consistent with the system or the study."""
-    binding = Binding(study, _system(study))
-    check_references(study)
-    named = [section for section in SECTIONS if study.names(section.key)]
-    return Plan(study, binding.system, {each.key: each.bind(getattr(study, each.key), binding) for each in named})
-
-
-def _system(study: Study) -> "System":
-    source = study.source
-    try:
-        cls = system_class(study.system)
-    except (UnknownSystemError, SystemDefinitionError) as error:
-        raise source.error(("system",), str(error)) from error
-    texts = set(cls.model_fields) - set(cls.parameter_names())  # fields that are not numbers, such as choices and switches
-    for name in [name for name in study.parameters if name not in texts]:
-        with source.located(("parameters", name)):
-            as_number(study.parameters[name])
-    with source.located(("parameters",) if study.parameters else ("system",), cls):
-        system = study.system_object()
-    with source.located(("system",)):
-        system.coordinates  # noqa: B018 - a system with modes reads its formulas for them
-    return system
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,6 +114,23 @@ class Binding:
         found: Region = created(self.study.source, loc, given, REGION, coordinates=self.system.coordinates)
         return found
 
+    def family(self, name: str) -> ReturnFamily:
+        """A family of the study; raises StudyError unless its words are returns of the system."""
+        walls, first, source = self.system.letters, self.system.section_letters, self.study.source
+        words: Sequence[str] | Instance = self.study.families[name]
+        if isinstance(words, Instance):
+            family: ReturnFamily = created(source, ("families", name), words, FAMILY, name=name)
+            return family
+        for number, word in enumerate(words):
+            loc = ("families", name, number)
+            with source.located(loc):
+                encode(letters_of(word), walls)
+            if not (letters_of(word).startswith(first) and len(word) > len(min(first))):
+                raise source.error(loc, f"the word {word!r} is not a return; expected: words that {_ends(self.system, first)}")
+        ends = {} if len(first) == 1 and first[0] else {"max_returns": max(_needed(word, first) for word in words)}
+        with source.located(("families", name), WordFamily, words=""):
+            return WordFamily(name=name, words=tuple(words), **ends)
+
     def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
         """The values in the order of the system's coordinates; raises StudyError if one is missing."""
         self.some_coordinates(loc, values)
@@ -156,3 +145,19 @@ class Binding:
         for name in values:
             self.study.source.known((*loc, name), name, self.system.coordinates, "coordinate", key=True)
         return dict(values)
+
+
+def _ends(system: "System", first: tuple[str, ...]) -> str:
+    """Where returns begin and end."""
+    from nsmaps.exact.systems.system import ImpactSystem
+
+    if isinstance(system, ImpactSystem):
+        return f"begin on the base wall {first[0]!r} and end on it or in its release"
+    return f"begin with a letter of the section, {' or '.join(map(repr, first))}, and end with one or in its release"
+
+
+def _needed(word: str, first: tuple[str, ...]) -> int:
+    """The number of returns that a word may need, of which each begins with one of several letters, or with none."""
+    if "" in first:
+        return 1
+    return LONG if is_pattern(word) else max(sum(word.count(letter) for letter in first) - 1, 1)

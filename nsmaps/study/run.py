@@ -17,9 +17,10 @@ from nsmaps.parallel import Jobs
 from nsmaps.plugins import is_installed
 from nsmaps.progress import Progress, Work, working
 from nsmaps.study.ahead import compiling_ahead
-from nsmaps.study.binding import Plan, prepare
+from nsmaps.study.binding import Plan
 from nsmaps.study.conclusions.verdict import verdicts
 from nsmaps.study.limits import check_sizes
+from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.steps import STEPS, steps_of

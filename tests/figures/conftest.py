@@ -50,8 +50,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.longrun.noise import NoiseResult
-from nsmaps.study.sections.longrun.orbits import OrbitPair
+from nsmaps.study.sections.fields import NoiseResult, OrbitPair
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 from nsmaps.symbolic.curve_iterates import SecondIterate

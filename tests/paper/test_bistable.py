@@ -5,7 +5,7 @@ import pytest
 from nsmaps import Noise, load_study, load_system, noisy_orbits, periodic_orbit
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.noise.residence import residence
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 from nsmaps.study.steps import steps_of
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from nsmaps.exact.compiling import compiled
 from nsmaps.study import ahead
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import load_study
 
 SAME_CODE = """
@@ -16,7 +16,7 @@ import gc, sys
 from numba.core.registry import CPUDispatcher
 from nsmaps.exact.compiling.compiled import _Kept
 from nsmaps.study import ahead
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import load_study
 from nsmaps.study.run import run
 

@@ -11,7 +11,8 @@ from ruamel.yaml import YAML
 import nsmaps
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.plugins import study_files
-from nsmaps.study.sections.longrun.orbits import ORBITS, OrbitPair
+from nsmaps.study.sections.fields import OrbitPair
+from nsmaps.study.sections.longrun.orbits import ORBITS
 
 SECTIONS = ("system", "parameters", "grid", "families", "composite", "orbits")
 

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 import nsmaps
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 from nsmaps.study.sections.maps import refits
 
 STUDY = """

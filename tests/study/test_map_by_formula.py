@@ -5,7 +5,7 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 
 CLASSES = """
 import numpy as np

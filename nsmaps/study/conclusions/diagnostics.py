@@ -7,23 +7,27 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.reduced.fit.polyfit import POOR
-from nsmaps.study.reading.values import DIAGONAL
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.sets.domains import DomainSection
+    from nsmaps.study.sections.kept import Run as StudyResult
 
 SAMPLED = 100_000  #: states of the box of a piece that the composite map is asked for
 
 
-def on_domain(result: "StudyResult", section: "DomainSection", domain: "AttractingDomain") -> str:
-    """Possible reasons why a box is not forward invariant, each after a semicolon; empty if there are none."""
-    own = pieces_of_others(result) if section.map != "exact" and section.require else ""
-    box = "" if section.box == DIAGONAL else _before(result, "its start box is that of the study at")
-    return "".join(f"; {text}" for text in (_fit(result, section.map), _words(result, domain), box, own) if text)
+def on_domain(result: "StudyResult", of: str, domain: "AttractingDomain", written: bool, required: bool) -> str:
+    """Possible reasons why a box is not forward invariant, each after a semicolon; empty if there are none.
+
+    Args:
+        of: the name of the map.
+        written: whether the start box is written in the study.
+        required: whether the study requires a claim on the domain.
+    """
+    own = pieces_of_others(result) if of != "exact" and required else ""
+    box = _before(result, "its start box is that of the study at") if written else ""
+    return "".join(f"; {text}" for text in (_fit(result, of), _words(result, domain), box, own) if text)
 
 
 def elsewhere(result: "StudyResult", domain: "AttractingDomain") -> str:
@@ -35,13 +39,13 @@ def elsewhere(result: "StudyResult", domain: "AttractingDomain") -> str:
     return "" if held else "; it contains no attractor of the study's orbits of the exact map"
 
 
-def share_carried_out(result: "StudyResult", section: "DomainSection", domain: "AttractingDomain") -> float | None:
+def share_carried_out(result: "StudyResult", of: str, domain: "AttractingDomain") -> float | None:
     """The share of sampled states of the last box of a piece that the composite map carries out of it; None for other domains.
 
     A piece is bounded by itself; the composite map has its values only where the piece decides.
     """
     map = result.composite
-    if map is None or not domain.forward_invariant or section.map not in {piece.name for piece in map.pieces}:
+    if map is None or not domain.forward_invariant or of not in {piece.name for piece in map.pieces}:
         return None
     low, high = domain.box.T
     states = np.random.default_rng(0).uniform(low, high, (SAMPLED, len(low)))

@@ -12,7 +12,7 @@ from nsmaps.arrays import Floats
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.study.reading.values import Range, Span
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.kept import Run as StudyResult
 
 EXACT = "exact map"
 COMPOSITE = "composite map"

@@ -9,7 +9,8 @@ from nsmaps.errors import StudyError, near_match
 from nsmaps.exact.systems.parameters import with_parameters
 from nsmaps.files.complaints import accepted_keys
 from nsmaps.plugins import system_class
-from nsmaps.study.study import Study, scalar
+from nsmaps.study.reading.head import scalar
+from nsmaps.study.study import Study
 
 
 def assignments(texts: Sequence[str]) -> dict[str, str]:

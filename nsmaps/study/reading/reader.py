@@ -10,7 +10,7 @@ from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import is_file, is_installed, study_files, study_names, system_names
-from nsmaps.study.binding import prepare
+from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.classes import instances
 from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.overrides import changed

@@ -1,9 +1,9 @@
 """The sections of a study, a module each, in the order in which a run computes them.
 
-To add one, write its module and name it here: in SECTIONS and, for type checkers, in Kept if it adds fields to a result.
+To add one, write its module and name it here; for type checkers the fields that it adds to a result stand in `Kept`.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nsmaps.study.sections.base import Section
 from nsmaps.study.sections.longrun.basins import BASINS
@@ -60,36 +60,3 @@ SECTIONS: tuple[Section[Any], ...] = (
     PROOF,
     HORSESHOE,
 )
-
-if TYPE_CHECKING:
-    from nsmaps.study.sections.longrun import basins, noise, observables, orbits
-    from nsmaps.study.sections.maps import composite, diagonal, parametric, partition, second_iterate, slices, surfaces
-    from nsmaps.study.sections.parameters import bifurcation, branches, chart, global_continuation, lyapunov, optimum, stability
-    from nsmaps.study.sections.sets import auxiliary_map, domains, exit_times, manifolds, morse
-
-    class Kept(
-        surfaces.Stored,
-        slices.Stored,
-        diagonal.Stored,
-        composite.Stored,
-        partition.Stored,
-        parametric.Stored,
-        orbits.Stored,
-        bifurcation.Stored,
-        branches.Stored,
-        stability.Stored,
-        chart.Stored,
-        lyapunov.Stored,
-        basins.Stored,
-        global_continuation.Stored,
-        manifolds.Stored,
-        observables.Stored,
-        optimum.Stored,
-        noise.Stored,
-        domains.Stored,
-        auxiliary_map.Stored,
-        exit_times.Stored,
-        morse.Stored,
-        second_iterate.Again,
-    ):
-        """The fields that sections add to a result."""

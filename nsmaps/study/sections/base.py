@@ -6,28 +6,20 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
+from nsmaps.study.sections.kept import Verdict as Verdict
 
 if TYPE_CHECKING:  #: also for the modules of sections
     from nsmaps.exact.systems.parameters import System as System
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
-    from nsmaps.study.result import StudyResult as StudyResult
-    from nsmaps.study.study import Study as Study
+    from nsmaps.study.reading.head import Head
+    from nsmaps.study.sections.kept import Run
+
+    Study = Head
+    StudyResult = Run
 
 S = TypeVar("S")
 Need = tuple[Loc, str, str]  #: the place and the part of a study that needs a section, and that section
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """One claim about one map, whether it is confirmed, and the numbers on which this is based."""
-
-    name: str  #: such as "partition: tolerance met"
-    of: str  #: the map to which it applies, such as "fitted map R1" or "exact map"
-    holds: bool
-    required: bool
-    text: str
-    shows: str = ""  #: the meaning of a failure that the study expects
 
 
 class Requiring(Protocol):

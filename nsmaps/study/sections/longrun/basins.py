@@ -1,7 +1,6 @@
 """The section `basins`: basins of attraction of the exact map over a grid, and of the composite map beside them."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,9 +12,9 @@ from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.reading.values import SPEC, Compared, Side
 from nsmaps.study.sections.base import Need, Section, Table
+from nsmaps.study.sections.fields import BasinsFields
 
 if TYPE_CHECKING:
-    from nsmaps.arrays import Ints
     from nsmaps.dynamics.attractors.basins import Basins, Boundary
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -34,16 +33,6 @@ class BasinsSection(BaseModel):
     boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
     grid: dict[str, Side] | None = None  #: that of the study if omitted
     map: Compared = ("exact",)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for basins."""
-
-    basins: "Basins | None" = None  #: of the grid
-    boundary: "Boundary | None" = None  #: between them
-    reduced_basins: "Basins | None" = None  #: those of the composite map, if the study requests them
-    same_attractor: "Ints | None" = None  #: for each attractor of the composite map, the index of that of the exact map it is on
 
 
 def _needs(spec: BasinsSection) -> Iterator[Need]:
@@ -159,7 +148,7 @@ def _percent(share: float) -> str:
 BASINS = Section[BasinsSection](
     key="basins",
     type=BasinsSection | None,
-    stored=Stored,
+    stored=BasinsFields,
     holds={"dynamics.attractors.basins": ("Basins", "Boundary")},
     needs=_needs,
     bind=_bind,

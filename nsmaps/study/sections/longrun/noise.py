@@ -1,7 +1,6 @@
 """The section `noise`: the exact map under a forcing by noise or noise on its images, and the composite map so."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -17,6 +16,7 @@ from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
 from nsmaps.study.sections.base import Need, Section, Table
+from nsmaps.study.sections.fields import NoiseFields, NoiseResult
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
@@ -76,25 +76,6 @@ class NoiseSection(BaseModel):
             text = f"expected: motions of one or more words, and min_returns of at least their number, {length}"
             raise ValueError(f"min_returns is {self.min_returns}; {text}")
         return self
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoiseResult:
-    """Residence and impacts under noise of each amplitude."""
-
-    sigma: tuple[float, ...]
-    stays: "tuple[Residence, ...]"  #: one per amplitude
-    ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
-    impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
-    counted: "tuple[Residence, ...]" = ()  #: as `stays`, with the return as the unit of time, where it is compared with
-    reduced: "tuple[Residence, ...]" = ()  #: that of the composite map under kicks, see `KickedMap`; none if not in the study
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for noise."""
-
-    noise: NoiseResult | None = None
 
 
 def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
@@ -241,12 +222,12 @@ def _needs(spec: NoiseSection) -> Iterator[Need]:
 NOISE = Section[NoiseSection](
     key="noise",
     type=NoiseSection | None,
-    stored=Stored,
+    stored=NoiseFields,
     holds={
         "dynamics.diagrams.impacts": ("ImpactDiagram",),
         "dynamics.noise.orbits": ("Noise",),
         "dynamics.noise.residence": ("Residence",),
-        "study.sections.longrun.noise": ("NoiseResult",),
+        "study.sections.fields": ("NoiseResult",),
     },
     bind=_bind,
     calls=lambda spec: ("noise",),

@@ -1,7 +1,6 @@
 """The section `observables`: means of quantities on the orbits, diagrams, branches and basins of the exact map."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -15,6 +14,7 @@ from nsmaps.study.conclusions.texts import plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Section, Table
+from nsmaps.study.sections.fields import ObservablesFields
 from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
@@ -39,14 +39,6 @@ class ObservablesSection(BaseModel):
         if not self.quantities and not self.formulas:
             raise ValueError("there is no observable; expected: names in 'quantities', or entries of 'formulas'")
         return self
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for observables."""
-
-    observables: "dict[str, AttractorMeans]" = field(default_factory=dict)  #: by section: of orbits, the diagram, the basins
-    branch_observables: "dict[str, tuple[CycleMeans, ...]]" = field(default_factory=dict)  #: by branch, of parts with orbits
 
 
 def _check(spec: ObservablesSection, study: "Study") -> None:
@@ -174,7 +166,7 @@ def _values(values: Floats) -> str:
 OBSERVABLES = Section[ObservablesSection](
     key="observables",
     type=ObservablesSection | None,
-    stored=Stored,
+    stored=ObservablesFields,
     holds={
         "exact.observables.spec": ("Observable",),
         "dynamics.observables.means": ("Mean",),

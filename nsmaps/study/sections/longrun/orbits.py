@@ -1,7 +1,6 @@
 """The section `orbits`: orbits of starts under the exact and the reduced map, and their limit sets."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,13 +17,12 @@ from nsmaps.study.conclusions.texts import finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Section, Verdict
+from nsmaps.study.sections.fields import OrbitPair, OrbitsFields
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.exact.events import ModeTrack
     from nsmaps.exact.returnmap import ReturnMap
-    from nsmaps.exact.trajectory import Track
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
@@ -42,28 +40,6 @@ class OrbitSection(BaseModel):
 
 
 Orbits = tuple[OrbitSection, ...]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class OrbitPair:
-    """The orbits of one start: of the exact map and, if the study has one, of the composite map."""
-
-    start: Floats  #: shape (n,)
-    exact: "Orbit"
-    composite: "Orbit | None"
-    track: "Track | ModeTrack | None" = (
-        None  #: the exact motion at and between its first impacts or events, if the study requests it
-    )
-    ends: "LimitSet | None" = None  #: the limit set of the exact orbit; None if the orbit ended
-    composite_ends: "LimitSet | None" = None
-    counterpart_ends: "LimitSet | None" = None  #: as `ends`, but only of the states after as many returns as the pieces have
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for orbits."""
-
-    orbits: tuple[OrbitPair, ...] = ()
 
 
 def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
@@ -221,12 +197,12 @@ ORBITS = Section[Orbits](
     key="orbits",
     type=Orbits,
     default=(),
-    stored=Stored,
+    stored=OrbitsFields,
     holds={
         "exact.events": ("Events", "ModeTrack"),
         "exact.trajectory": ("Track",),
         "reduced.validation.words": ("Misleads",),
-        "study.sections.longrun.orbits": ("OrbitPair",),
+        "study.sections.fields": ("OrbitPair",),
     },
     bind=_bind,
     compute=_compute,

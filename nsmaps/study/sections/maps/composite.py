@@ -23,9 +23,10 @@ from nsmaps.study.reading.classes import Condition, Instance
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side, one_of
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
+from nsmaps.study.sections.fields import CompositeFields
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import Fit, FitSection, bind_fit, fit_size, report_numbers
-from nsmaps.study.sections.maps.surfaces import bind_family, surfaces_size
+from nsmaps.study.sections.maps.surfaces import surfaces_size
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import Coverage
@@ -71,15 +72,6 @@ class PieceSection(BaseModel):
 
 Pieces = tuple[PieceSection, ...]
 Surfaces = dict[str, Surface]  #: by family
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for composite map."""
-
-    composite: "CompositeMap | None" = None
-    coverage: "Coverage | None" = None  #: of the study's grid
-    misleads: "Misleads | None" = None  #: words and images on the study's grid that differ from those of the exact map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,7 +125,7 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
             piece.polynomial.of(binding.system)
         if piece.family is not None and piece.family in binding.study.families:
             with binding.study.source.located((*loc, "family")):
-                _returns_of(bind_family(piece.family, binding.study.families[piece.family], binding))
+                _returns_of(binding.family(piece.family))
     grid = None if piece.grid is None else binding.grid((*loc, "grid"), piece.grid)
     return PiecePlan(piece.name, region, piece.family, fit, data, near, reset, piece.polynomial, grid)
 
@@ -271,7 +263,7 @@ COMPOSITE = Section[Pieces](
     key="composite",
     type=Pieces,
     default=(),
-    stored=Stored,
+    stored=CompositeFields,
     claims={"covered": ("composite", "grid")},
     needs=_needs,
     check=_check,

@@ -18,14 +18,12 @@ from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
 from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.fields import DiagonalFields
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import surfaces_size
 
 if TYPE_CHECKING:
-    from nsmaps.reduced.fit.filter import DiagonalRegion
-    from nsmaps.reduced.fit.filter_errors import NearDiagonals
     from nsmaps.reduced.fit.polyfit import PolyFit
-    from nsmaps.reduced.fit.polymap import FitReport
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -59,15 +57,6 @@ class DiagonalSection(BaseModel):
                 some = f"one of its {len(values)}, such as {values[near.argmin()]:.6g}" if len(values) else "none without 'sweep'"
                 raise ValueError(f"'shown' has {value:g}, which the sweep lacks; expected: {some}")
         return self
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for states near the diagonals."""
-
-    diagonal: "DiagonalRegion | None" = None
-    orders: "tuple[tuple[str, FitReport], ...]" = ()  #: fits compared near the diagonals, table TableDeltaErr
-    near: "tuple[NearDiagonals, ...]" = ()  #: at the study's own parameters, for `delta` and each of `deltas`
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,7 +157,7 @@ def _orders(result: "StudyResult") -> list[dict[str, Any]]:
 DIAGONAL = Section[DiagonalSection](
     key="diagonal",
     type=DiagonalSection | None,
-    stored=Stored,
+    stored=DiagonalFields,
     holds={"reduced.fit.filter_errors": ("NearDiagonals",), "reduced.fit.filter": ("DiagonalRegion",)},
     needs=_needs,
     check=_check,

@@ -1,7 +1,7 @@
 """The section `parametric`: the composite map as a function of a parameter."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
@@ -15,6 +15,7 @@ from nsmaps.study.conclusions.texts import finite, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import SPEC, Points, in_order
 from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
+from nsmaps.study.sections.fields import ParametricFields
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -78,14 +79,6 @@ class ParametricSection(BaseModel):
     def number_of_nodes(self) -> int:
         """The number of Chebyshev nodes."""
         return self.nodes or 2 * self.highest + 1
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for parametric map."""
-
-    parametric: "ParametricMap | None" = None
-    agreement: "Agreement | None" = None  #: of the attractors of the parametric map with those of the exact map
 
 
 def _needs(spec: ParametricSection) -> Iterator[Need]:
@@ -260,7 +253,7 @@ def _errors(report: ParametricReport, names: tuple[str, ...], parameter: str) ->
 PARAMETRIC = Section[ParametricSection](
     key="parametric",
     type=ParametricSection | None,
-    stored=Stored,
+    stored=ParametricFields,
     holds={
         "reduced.composite.parametric": ("ParametricMap", "ParametricReport"),
         "dynamics.diagrams.agreement": ("Agreement",),

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,24 +18,15 @@ from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.reading.values import ATTRACTING
 from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
+from nsmaps.study.sections.fields import PartitionFields
 from nsmaps.study.sections.maps.composite import MAP, judged
 
 if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.fit.polymap import PolyMap
-    from nsmaps.reduced.validation.speed import Speed
     from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 MET = "partition: tolerance met"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for the partition, besides its composite map."""
-
-    partition: "PartitionResult | None" = None  #: the result of the general algorithm
-    accurate: "AccurateResult | None" = None  #: the result of the kind `accurate`, without a composite map
-    speed: "Speed | None" = None  #: of the reduced map, compared with the exact one
 
 
 def _stands_for(spec: Partition) -> tuple[str, ...]:
@@ -159,7 +150,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
 PARTITION = Section[Partition](
     key="partition",
     type=Partition | None,
-    stored=Stored,
+    stored=PartitionFields,
     holds={
         "reduced.adaptive.accurate": ("AccurateResult",),
         "reduced.adaptive.validate": ("HeldOut",),

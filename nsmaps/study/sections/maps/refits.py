@@ -1,19 +1,23 @@
-"""The composite map of a study fitted at other values of the parameters."""
+"""The maps of a study at other values of the parameters, the composite map fitted there."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsmaps.errors import FitError, NsmapsError
+from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.sweep import surfaces, surfaces_among
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, data_of
+from nsmaps.reduced.conditions.region import Where
 from nsmaps.study.sections.maps.composite import Surfaces, composite_of, data_and_spec, region_of_data
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Floats, Ints
-    from nsmaps.study.sections.base import Plan, System
+    from nsmaps.exact.returnmap import ReturnMap
+    from nsmaps.study.sections.base import Plan, StudyResult, System
 
 
 def refits(
@@ -61,3 +65,32 @@ def _surfaces_in(plan: "Plan", system: "System", numbers: "Ints") -> Surfaces:
     found = surfaces_among(system, returns, plan.grid, plan.families.values())
     masks = {name: np.isin(np.arange(plan.grid.size), numbers[surface.member]) for name, surface in found.items()}
     return {name: replace(surface, member=masks[name]) for name, surface in found.items()}
+
+
+def map_along(plan: "Plan", result: "StudyResult", of: str, parameter: str) -> "Callable[[float], ReturnMap]":
+    """A map of a study as a function of a parameter, which can be pickled.
+
+    The composite map is fitted at each value, and so is a piece, whose map then applies to all states.
+    """
+    system_at = Along(plan.system, parameter)
+    if of == "exact":
+        return system_at
+    if of == "parametric":
+        assert result.parametric is not None
+        return result.parametric.at
+    if of == "composite":
+        return _Refitted(plan, system_at)
+    (piece,) = (piece for piece in plan.bound["composite"] if piece.name == of)
+    anywhere = replace(piece, region=Where(text="0 < 1", coordinates=plan.system.coordinates), data=piece.data or piece.region)
+    return _Refitted(replace(plan, bound=plan.bound | {"composite": (anywhere,)}), system_at)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Refitted:
+    """The composite map over a parameter, fitted at each value."""
+
+    plan: "Plan"
+    system_at: "Along[System]"
+
+    def __call__(self, value: float) -> CompositeMap:
+        return refit(self.plan, self.system_at(value))[0]

@@ -1,21 +1,20 @@
 """The section `second_iterate`: the second iterate of the piece of one domain."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.reading.values import ATTRACTING, SPEC
 from nsmaps.study.sections.base import Need, Section
-from nsmaps.study.sections.maps.named import pieces_with_a_map
+from nsmaps.study.sections.fields import SecondIterateFields
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Plan, Study, StudyResult
-    from nsmaps.symbolic.curve_iterates import SecondIterate
 
 
 class SecondIterateSection(BaseModel):
@@ -29,13 +28,6 @@ class SecondIterateSection(BaseModel):
     domain: str
     order: Literal["max_first", "min_first"] = "max_first"
     updates: tuple[Annotated[int, Field(ge=1)], ...] = ()  #: shown, by number
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Again:
-    """The fields of a result, recomputed from the coefficients of the piece when a run is read."""
-
-    second_iterate: "SecondIterate | None" = None
 
 
 def _needs(spec: SecondIterateSection) -> Iterator[Need]:
@@ -85,7 +77,7 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
 SECOND_ITERATE = Section[SecondIterateSection](
     key="second_iterate",
     type=SecondIterateSection | None,
-    stored=Again,
+    stored=SecondIterateFields,
     again=_again,
     needs=_needs,
     check=_check,

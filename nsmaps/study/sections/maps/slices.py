@@ -1,6 +1,5 @@
 """The section `slices`: first returns along one coordinate, at fixed values of the others."""
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, Field
@@ -12,9 +11,9 @@ from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, Span
 from nsmaps.study.sections.base import Section
+from nsmaps.study.sections.fields import SlicesFields
 
 if TYPE_CHECKING:
-    from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Cut = tuple[str, Axis, dict[str, float]]  #: the coordinate that varies, its values, and the values of the others
@@ -30,13 +29,6 @@ class SliceSection(BaseModel):
 
 
 Slices = tuple[SliceSection, ...]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for slices."""
-
-    slices: "tuple[Slice, ...]" = ()  #: first returns along one coordinate
 
 
 def _bind(spec: Slices, binding: "Binding") -> tuple[Cut, ...]:
@@ -72,7 +64,7 @@ SLICES = Section[Slices](
     key="slices",
     type=Slices,
     default=(),
-    stored=Stored,
+    stored=SlicesFields,
     holds={"exact.surfaces.slice": ("Slice",)},
     bind=_bind,
     compute=_compute,

@@ -1,40 +1,30 @@
 """The sections `grid` and `families`: first returns of all states of a grid, and return surfaces."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import Discriminator, Tag
 
 from nsmaps.exact.surfaces.compose import most_returns
-from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern, letters_of
+from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces_among
-from nsmaps.exact.words import LONGER, encode
+from nsmaps.exact.words import LONGER
 from nsmaps.plugins import FAMILY, class_of
 from nsmaps.study.conclusions.texts import grid_text
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
-from nsmaps.study.reading.classes import CLASS, OWN, Instance, created, form_of
+from nsmaps.study.reading.classes import CLASS, OWN, Instance, form_of
 from nsmaps.study.reading.values import Name, Side
 from nsmaps.study.sections.base import Need, Section
+from nsmaps.study.sections.fields import SurfacesFields
 
 if TYPE_CHECKING:
-    from nsmaps.exact.returns import Returns
-    from nsmaps.exact.surfaces.surface import Surface
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Spans = dict[str, Side]
 Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
 Families = dict[Name, Family]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for grid."""
-
-    returns: "Returns | None" = None  #: the first returns of every state of the grid, of any word and outcome
-    surfaces: "dict[str, Surface]" = field(default_factory=dict)
 
 
 def _grid(spans: Spans, binding: "Binding") -> Grid:
@@ -93,41 +83,8 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     return {"returns": about}
 
 
-def bind_family(name: str, words: Sequence[str] | Instance, binding: "Binding | StudyResult") -> ReturnFamily:
-    """A family; raises StudyError unless its words are returns of the system."""
-    walls, first, source = binding.system.letters, binding.system.section_letters, binding.study.source
-    if isinstance(words, Instance):
-        family: ReturnFamily = created(source, ("families", name), words, FAMILY, name=name)
-        return family
-    for number, word in enumerate(words):
-        loc = ("families", name, number)
-        with source.located(loc):
-            encode(letters_of(word), walls)
-        if not (letters_of(word).startswith(first) and len(word) > len(min(first))):
-            raise source.error(loc, f"the word {word!r} is not a return; expected: words that {_ends(binding.system, first)}")
-    ends = {} if len(first) == 1 and first[0] else {"max_returns": max(_needed(word, first) for word in words)}
-    with source.located(("families", name), WordFamily, words=""):
-        return WordFamily(name=name, words=tuple(words), **ends)
-
-
-def _ends(system: "System", first: tuple[str, ...]) -> str:
-    """Where returns begin and end."""
-    from nsmaps.exact.systems.system import ImpactSystem
-
-    if isinstance(system, ImpactSystem):
-        return f"begin on the base wall {first[0]!r} and end on it or in its release"
-    return f"begin with a letter of the section, {' or '.join(map(repr, first))}, and end with one or in its release"
-
-
-def _needed(word: str, first: tuple[str, ...]) -> int:
-    """The number of returns that a word may need, of which each begins with one of several letters, or with none."""
-    if "" in first:
-        return 1
-    return LONG if is_pattern(word) else max(sum(word.count(letter) for letter in first) - 1, 1)
-
-
 def _families(families: Families, binding: "Binding") -> dict[str, ReturnFamily]:
-    return {name: bind_family(name, words, binding) for name, words in families.items()}
+    return {name: binding.family(name) for name in families}
 
 
 def _needs(families: Families) -> Iterator[Need]:
@@ -138,7 +95,7 @@ GRID = Section[Spans](
     key="grid",
     type=Spans | None,
     step="surfaces",
-    stored=Stored,
+    stored=SurfacesFields,
     holds={"exact.surfaces.surface": ("Axis", "Grid", "Surface")},
     bind=_grid,
     compute=_compute,

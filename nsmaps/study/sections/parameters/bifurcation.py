@@ -1,7 +1,7 @@
 """The section `bifurcation`: attractors of maps over a parameter."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -12,11 +12,13 @@ from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, known, returns_text
+from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Need, Section, Table, Verdict
+from nsmaps.study.sections.fields import BifurcationFields
 from nsmaps.study.sections.maps.composite import pieces_size
-from nsmaps.study.sections.maps.named import map_along, maps_along
+from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
 from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, widest
 
@@ -54,14 +56,6 @@ class BifurcationSection(Range):
     def ways(self) -> int:
         """The number of passes through the values."""
         return 2 if self.direction == "both" else 1
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for bifurcation diagrams."""
-
-    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite, parametric, a piece
-    windows: "dict[str, tuple[Window, ...]]" = field(default_factory=dict)  #: the same: the widest intervals of one motion
 
 
 def _needs(spec: BifurcationSection) -> Iterator[Need]:
@@ -200,7 +194,7 @@ def _spoken(border: "Border") -> str:
 BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
-    stored=Stored,
+    stored=BifurcationFields,
     holds={
         "dynamics.diagrams.bifurcation": ("Bifurcation",),
         "dynamics.diagrams.windows": ("Window",),

@@ -1,7 +1,6 @@
 """The section `branches`: periodic orbits of the exact map followed in a parameter, with their events."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -17,6 +16,7 @@ from nsmaps.study.conclusions.texts import known, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import BranchesFields
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
@@ -72,13 +72,6 @@ class BranchSection(BaseModel):
 
 
 Branches = tuple[BranchSection, ...]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for branches."""
-
-    branches: "dict[str, tuple[Branch, ...]]" = field(default_factory=dict)  #: by name: one per direction, then doubled cycles
 
 
 def _check(spec: Branches, study: "Study") -> None:
@@ -244,7 +237,7 @@ BRANCHES = Section[Branches](
     key="branches",
     type=Branches,
     default=(),
-    stored=Stored,
+    stored=BranchesFields,
     holds={
         "dynamics.continuation.events": ("Event",),
         "dynamics.continuation.branch": ("Branch",),

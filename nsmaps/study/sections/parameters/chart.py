@@ -1,7 +1,6 @@
 """The section `chart`: the attractors at every pixel of the plane of two parameters."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
@@ -16,14 +15,12 @@ from nsmaps.study.conclusions.texts import computed_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import ChartFields
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
 from nsmaps.study.sections.parameters.motions import NONE
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.charts.chart import Chart
-    from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.dynamics.diagrams.stability import EventCurve
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of motions in a table
@@ -65,14 +62,6 @@ class ChartSection(BaseModel):
     def orbits(self) -> int:
         """The number of orbits of a pixel."""
         return len(self.starts) * (2 if self.direction == "both" else 1)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for a chart."""
-
-    chart: "Chart | None" = None
-    chart_curves: "dict[str, BifurcationCurve | EventCurve]" = field(default_factory=dict)  #: by event and branch
 
 
 def _bind(spec: ChartSection, binding: "Binding") -> Floats:
@@ -154,7 +143,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
 CHART = Section[ChartSection](
     key="chart",
     type=ChartSection | None,
-    stored=Stored,
+    stored=ChartFields,
     holds={"dynamics.charts.chart": ("Chart",), "dynamics.charts.motions": ("Motion",)},
     check=lambda spec, study: check_curves("chart", spec.sweep, spec.curves, study),
     bind=_bind,

@@ -1,7 +1,6 @@
 """The section `global_continuation`: attractors of the exact map over a parameter, and their stability against kicks."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +14,7 @@ from nsmaps.study.conclusions.texts import plain, range_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.reading.values import Bounds, Range
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import GlobalContinuationFields
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
@@ -38,13 +38,6 @@ class GlobalContinuationSection(Range):
     directions: int = Field(16, ge=1)
     states: int = Field(8, ge=1)
     seed: int = Field(0, ge=0)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for attractors over a parameter."""
-
-    global_continuation: "GlobalContinuation | None" = None
 
 
 def _bind(spec: GlobalContinuationSection, binding: "Binding") -> Box:
@@ -128,7 +121,7 @@ def _range(values: Floats) -> str:
 GLOBAL_CONTINUATION = Section[GlobalContinuationSection](
     key="global_continuation",
     type=GlobalContinuationSection | None,
-    stored=Stored,
+    stored=GlobalContinuationFields,
     holds={"dynamics.attractors.continued": ("GlobalContinuation",)},
     bind=_bind,
     compute=_compute,

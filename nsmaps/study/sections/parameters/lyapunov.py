@@ -1,7 +1,6 @@
 """The section `lyapunov`: Lyapunov exponents of the exact map over a parameter."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -15,6 +14,7 @@ from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import LyapunovFields
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 from nsmaps.study.sections.parameters.motions import Row
 
@@ -35,13 +35,6 @@ class LyapunovSection(Range):
     returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
     discard: int = Field(1000, ge=0)
     direction: Literal["up", "down"] | None = None
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for Lyapunov exponents."""
-
-    lyapunov: "LyapunovSweep | None" = None
 
 
 def _bind(spec: LyapunovSection, binding: "Binding") -> Floats:
@@ -132,7 +125,7 @@ def _range(values: Floats) -> str:
 LYAPUNOV = Section[LyapunovSection](
     key="lyapunov",
     type=LyapunovSection | None,
-    stored=Stored,
+    stored=LyapunovFields,
     holds={"dynamics.lyapunov": ("Lyapunov", "LyapunovSweep")},
     bind=_bind,
     compute=_compute,

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from nsmaps.dynamics.attractors.coexistence import Coexistence
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.kept import Run as StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
 PAIRS = 5  #: of coexisting motions that a sentence names

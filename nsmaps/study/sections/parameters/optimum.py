@@ -1,19 +1,19 @@
 """The section `optimum`: the parameters at which a periodic motion of the exact map delivers most of an observable."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, Field
 
-from nsmaps.arrays import Floats
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import NoisyOptimum, OptimumFields
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import Optimum
@@ -54,23 +54,6 @@ class OptimumSection(BaseModel):
     returns: int = Field(1000, ge=1)
     starts: int = Field(5, ge=1)
     noisy: OptimumNoiseSection | None = None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoisyOptimum:
-    """The observable at an optimum under noise, for each of K amplitudes."""
-
-    sigma: tuple[float, ...]
-    value: Floats  #: shape (K,), mean over all realisations that did not end
-    error: Floats  #: shape (K,), standard error
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for an optimum."""
-
-    optimum: "Optimum | None" = None
-    noisy_optimum: NoisyOptimum | None = None
 
 
 def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
@@ -216,13 +199,13 @@ def _gain(active: bool, gain: float) -> str:
 OPTIMUM = Section[OptimumSection](
     key="optimum",
     type=OptimumSection | None,
-    stored=Stored,
+    stored=OptimumFields,
     holds={
         "dynamics.attractors.basins": ("Basins",),
         "dynamics.design.conditions": ("Condition",),
         "dynamics.design.optimum": ("Attempt", "Optimum"),
         "exact.observables.spec": ("Observable",),
-        "study.sections.parameters.optimum": ("NoisyOptimum",),
+        "study.sections.fields": ("NoisyOptimum",),
     },
     bind=_bind,
     calls=lambda spec: ("noise",) if spec.noisy else (),

@@ -1,7 +1,6 @@
 """The section `stability`: attractors over two parameters."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -15,13 +14,12 @@ from nsmaps.study.conclusions.texts import returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Section, Verdict
+from nsmaps.study.sections.fields import StabilityFields
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.branches import Way
 from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -43,14 +41,6 @@ class StabilitySection(BaseModel):
         if self.sweep.parameter == self.across.parameter:
             raise ValueError(f"'sweep' and 'across' have the same parameter {self.sweep.parameter!r}; expected: two parameters")
         return self
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for stability diagram."""
-
-    stability: "StabilityDiagram | None" = None
-    curves: "dict[str, BifurcationCurve | EventCurve]" = field(default_factory=dict)  #: by event and branch
 
 
 def _bind(spec: StabilitySection, binding: "Binding") -> Floats:
@@ -104,7 +94,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
 STABILITY = Section[StabilitySection](
     key="stability",
     type=StabilitySection | None,
-    stored=Stored,
+    stored=StabilityFields,
     holds={
         "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram"),
         "dynamics.curves.curve": ("BifurcationCurve",),

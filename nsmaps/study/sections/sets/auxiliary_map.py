@@ -1,7 +1,6 @@
 """The section `auxiliary_map`: the full auxiliary map of eq. auxM, its generic orbit, and the exit times of its regions."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, Field
@@ -9,15 +8,14 @@ from pydantic import BaseModel, Field
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Need, Section, Table, Verdict
-from nsmaps.study.sections.maps.named import pieces_with_a_map
+from nsmaps.study.sections.fields import AuxiliaryMapFields
 from nsmaps.study.sections.sets.exit_times import row_numbers
 
 if TYPE_CHECKING:
-    from nsmaps.auxiliary.full_map import AuxiliaryOrbit
-    from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 OF = "full auxiliary map"
@@ -35,14 +33,6 @@ class AuxiliaryMapSection(BaseModel):
     cells: int = Field(32, ge=1)
     start: dict[str, Number]
     returns: int = Field(400, ge=1)
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for the full auxiliary map."""
-
-    auxiliary_map: "AuxiliaryOrbit | None" = None
-    auxiliary_exits: "ExitTimes | None" = None  #: of its regions, and arrival in A_1
 
 
 def _needs(spec: AuxiliaryMapSection) -> Iterator[Need]:
@@ -135,7 +125,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
 AUXILIARY_MAP = Section[AuxiliaryMapSection](
     key="auxiliary_map",
     type=AuxiliaryMapSection | None,
-    stored=Stored,
+    stored=AuxiliaryMapFields,
     holds={"auxiliary.full_map": ("AuxiliaryOrbit", "AuxiliaryRegion")},
     needs=_needs,
     check=_check,

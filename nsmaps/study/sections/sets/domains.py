@@ -1,7 +1,6 @@
 """The section `domains`: attracting domains, each of one map from one start box."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -15,11 +14,12 @@ from nsmaps.reduced.fit.polyfit import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
 from nsmaps.study.conclusions.texts import finite, intervals
+from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
 from nsmaps.study.sections.base import Need, Section, Verdict, claimed
+from nsmaps.study.sections.fields import DomainsFields
 from nsmaps.study.sections.maps.diagonal import near_diagonals
-from nsmaps.study.sections.maps.named import map_title, pieces_with_a_map
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
@@ -43,13 +43,6 @@ class DomainSection(BaseModel):
 
 
 Domains = tuple[DomainSection, ...]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for domains."""
-
-    domains: "dict[str, AttractingDomain]" = field(default_factory=dict)
 
 
 def _needs(spec: Domains) -> Iterator[Need]:
@@ -176,7 +169,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         if domain is not None:
             yield _verdict(section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain))
             yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
-            if (share := share_carried_out(result, section, domain)) is not None:
+            if (share := share_carried_out(result, section.map, domain)) is not None:
                 yield _of_composite(section, share)
 
 
@@ -202,7 +195,8 @@ def trapped_text(result: "StudyResult", section: DomainSection, domain: "Attract
         skips = _of_several_returns(result, section.map)
         between = "; the states between these returns are not bounded" if skips else ""
         return f"yes: {reason}{between}{elsewhere(result, domain)}"
-    return f"no: {domain.reason} ({domain.status}){on_domain(result, section, domain)}"
+    reasons = on_domain(result, section.map, domain, section.box != DIAGONAL, bool(section.require))
+    return f"no: {domain.reason} ({domain.status}){reasons}"
 
 
 def _of_several_returns(result: "StudyResult", of: str) -> bool:
@@ -226,7 +220,7 @@ DOMAINS = Section[Domains](
     key="domains",
     type=Domains,
     default=(),
-    stored=Stored,
+    stored=DomainsFields,
     holds={
         "auxiliary.attracting_domain": ("AttractingDomain",),
         "auxiliary.envelope": ("Envelope",),

@@ -1,7 +1,7 @@
 """The section `exit_times`: returns of the exact map until orbits leave the regions of the composite map."""
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, Field
@@ -12,10 +12,10 @@ from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Need, Section, Table
+from nsmaps.study.sections.fields import ExitTimesFields
 
 if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
-    from nsmaps.cells.periodic_points import CycleSearch
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -27,14 +27,6 @@ class ExitTimesSection(BaseModel):
     depth: int = Field(3, ge=0, le=12)
     cells: int = Field(32, ge=1)
     period: int | None = Field(None, ge=1, le=12)  #: longest period of the cycles that are sought in the window
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for exit times."""
-
-    cycles: "CycleSearch | None" = None  #: of the window of the transient regions
-    exit_times: "ExitTimes | None" = None
 
 
 def _needs(spec: ExitTimesSection) -> Iterator[Need]:
@@ -100,7 +92,7 @@ EXIT_TIMES = Section[ExitTimesSection](
     key="exit_times",
     was="transient",
     type=ExitTimesSection | None,
-    stored=Stored,
+    stored=ExitTimesFields,
     holds={"cells.periodic_points": ("CycleSearch",), "cells.exit_times": ("ExitTimes",)},
     needs=_needs,
     bind=_bind,

@@ -1,7 +1,6 @@
 """The section `manifolds`: stable and unstable manifolds of saddles of the exact map."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ from nsmaps.study.conclusions.texts import yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Section, Table, Verdict
+from nsmaps.study.sections.fields import ManifoldsFields
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import Manifold
@@ -37,14 +37,6 @@ class ManifoldSection(BaseModel):
 
 
 Manifolds = tuple[ManifoldSection, ...]
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for manifolds."""
-
-    manifolds: "dict[str, tuple[Manifold, ...]]" = field(default_factory=dict)  #: by name: the unstable one, then the stable one
-    no_manifold: dict[str, str] = field(default_factory=dict)  #: by name, the reason why one of them is not there
 
 
 def _check(spec: Manifolds, study: "Study") -> None:
@@ -134,7 +126,7 @@ MANIFOLDS = Section[Manifolds](
     key="manifolds",
     type=Manifolds,
     default=(),
-    stored=Stored,
+    stored=ManifoldsFields,
     holds={"dynamics.manifolds.manifold": ("Manifold",)},
     check=_check,
     bind=_bind,

@@ -1,7 +1,6 @@
 """The section `morse`: a cover of the invariant sets of the exact map in a window, by enclosure."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from pydantic import BaseModel, Field
@@ -11,9 +10,9 @@ from nsmaps.study.conclusions.texts import intervals, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Section, Verdict, claimed
+from nsmaps.study.sections.fields import MorseFields
 
 if TYPE_CHECKING:
-    from nsmaps.cells.morse_sets import MorseCover, Trap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -26,14 +25,6 @@ class MorseSection(BaseModel):
     depth: int = Field(4, ge=0, le=12)
     cells: int = Field(8, ge=1)  #: per axis, on the first level
     require: tuple[Literal["forward_invariant"], ...] = ()
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stored:
-    """The fields of a result for cover."""
-
-    morse: "MorseCover | None" = None  #: of the invariant sets in the window, by enclosure of the exact map
-    trap: "Trap | None" = None  #: the closed set around its first minimal component
 
 
 def _bind(spec: MorseSection, binding: "Binding") -> Box:
@@ -83,7 +74,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
 MORSE = Section[MorseSection](
     key="morse",
     type=MorseSection | None,
-    stored=Stored,
+    stored=MorseFields,
     holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
     bind=_bind,
     calls=lambda spec: ("boxes",),

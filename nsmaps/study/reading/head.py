@@ -1,0 +1,81 @@
+"""The keys of a study's file other than its sections."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import AfterValidator, BaseModel, Field, PrivateAttr
+
+from nsmaps.errors import NsmapsError
+from nsmaps.plugins import system_class
+from nsmaps.reduced.conditions.condition import read_number
+from nsmaps.study.reading.classes import instances
+from nsmaps.study.reading.locations import Loc, Source
+from nsmaps.study.reading.values import SPEC
+
+if TYPE_CHECKING:
+    from nsmaps.exact.systems.parameters import System
+
+
+def scalar(value: object) -> object:
+    """A number, an expression of one (`pi/3`), a switch, or a word; the system determines which of these is valid."""
+    if isinstance(value, bool | int | float):
+        return value
+    if not isinstance(value, str):
+        raise ValueError("not a number, switch or word")
+    try:
+        return read_number(value)
+    except NsmapsError:
+        return value
+
+
+Parameter = Annotated[Any, AfterValidator(scalar)]
+
+
+class Head(BaseModel):
+    """The keys of a study other than its sections, which for type checkers are attributes of any kind."""
+
+    model_config = SPEC
+    was: ClassVar[dict[str, str]] = {}  #: keys by the names that they had in earlier studies
+    name: str = Field("study", max_length=500, pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
+    title: str = Field("", max_length=2000)
+    system: str = Field(max_length=1000)
+    parameters: dict[str, Parameter] = {}
+    _source: Source = PrivateAttr(default=Source())
+
+    def model_post_init(self, context: Any) -> None:
+        """Store the source of the study, for errors that are found later."""
+        self._source = context if isinstance(context, Source) else Source(self.name)
+
+    @property
+    def source(self) -> Source:
+        """The source from which the study was read."""
+        return self._source
+
+    def system_object(self) -> "System":
+        """The system with the study's parameters; raises as `system_class`, and ValidationError for parameters."""
+        return system_class(self.system)(**self.parameters)
+
+    def classes(self) -> dict[Loc, str]:
+        """The names of all classes of the study: that of the system, and those of its regions, fits and families, by place."""
+        return {("system",): self.system} | {
+            (*loc, "class"): each["class"] for loc, each in instances(self.model_dump(by_alias=True))
+        }
+
+    def names(self, key: str) -> bool:
+        """True if the study names a section."""
+        return bool(self.__dict__[key])
+
+    def once(self, key: str, names: Sequence[str]) -> None:
+        """Raise StudyError at the first entry of a section whose name occurs before."""
+        for number, name in enumerate(names):
+            if name in names[:number]:
+                text = f"the name {name!r} is given twice; expected: different names"
+                raise self.source.error((key, number, "name"), text)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...
+
+        figures: tuple[str, ...]
+        require: tuple[str, ...]
+        expected_failures: dict[str, str]
