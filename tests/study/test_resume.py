@@ -22,7 +22,7 @@ from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study import steps
-from nsmaps.study.sections.maps import named
+from nsmaps.study.sections.maps import refits
 from nsmaps.study.store import run_folder as folders
 
 
@@ -145,7 +145,7 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     text = COMPOSITE if follow is None else COMPOSITE.replace("discard: 16", "discard: 16, direction: both")
     Path("s.yaml").write_text(text)
     whole = run("s.yaml")
-    refit, values = named.refit, []
+    refit, values = refits.refit, []
 
     def stop(plan: object, system: ImpactSystem) -> object:
         if len(values) == 3:
@@ -153,12 +153,12 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
         values.append(system.parameters["a"])
         return refit(plan, system)
 
-    monkeypatch.setattr(named, "refit", stop)
+    monkeypatch.setattr(refits, "refit", stop)
     with pytest.raises(Interrupted):
         run("s.yaml", out="out")
     assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
     before = [*values]
-    monkeypatch.setattr(named, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
+    monkeypatch.setattr(refits, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
     exact = diagrams.settled
     of: list[type] = []
     monkeypatch.setattr(diagrams, "settled", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
