@@ -20,7 +20,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.registry import SECTIONS
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System

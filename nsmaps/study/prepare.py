@@ -6,7 +6,7 @@ from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import as_number
 from nsmaps.study.binding import Binding, Plan
 from nsmaps.study.reading.references import check_references
-from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import MISSING, field, fields, make_dataclass
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.kept import Run
+from nsmaps.study.sections.registry import SECTIONS
 
 
 def _fields() -> Iterator[tuple[str, Any, Any]]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from nsmaps.study.binding import Plan
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Section
+from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 

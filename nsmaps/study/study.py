@@ -8,7 +8,7 @@ from pydantic import create_model
 
 from nsmaps.figures.catalogue import FigureName
 from nsmaps.study.reading.head import Head
-from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.registry import SECTIONS
 
 if TYPE_CHECKING:
     Claim = str

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from nsmaps import load_study, plugins
 from nsmaps.cli.cli import app
 from nsmaps.study.conclusions.summary import about
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Section
+from nsmaps.study.sections.registry import SECTIONS
 
 SHIPPED = [name for name in plugins.study_names() if name.split("/")[0] in ("vi_pair", "bouncing_ball", "impact_oscillator")]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from commands import told
 
-from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.registry import SECTIONS
 
 FASTEST = '''
 """The section `fastest`: the largest images of the states of the grid."""

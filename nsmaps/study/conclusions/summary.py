@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Table
+from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
 from nsmaps.study.sections.parameters.motions import coexisting
+from nsmaps.study.sections.registry import SECTIONS
 
 
 def verdicts(result: StudyResult) -> tuple[Verdict, ...]:

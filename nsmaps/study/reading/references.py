@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Need
+from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 

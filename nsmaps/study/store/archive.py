@@ -33,8 +33,8 @@ from nsmaps.study.estimates import GIGABYTE
 from nsmaps.study.limits import memory_limit
 from nsmaps.study.reading.reader import read_study
 from nsmaps.study.result import KEPT, StudyResult
-from nsmaps.study.sections import SECTIONS
 from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.store.renewed import renewed
 from nsmaps.study.store.run_folder import RECORD, move_ready, replace_results
 from nsmaps.study.store.serialize import Arrays, decode, encode

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
-from nsmaps.study.sections import SECTIONS
+from nsmaps.study.sections.registry import SECTIONS
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
 SHARED = {  #: classes of several sections, by module
