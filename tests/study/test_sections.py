@@ -79,7 +79,7 @@ SECTION = Section(
     tables=tables,
 )
 '''
-LINE = "import nsmaps.study.sections as sections, fastest; sections.SECTIONS += (fastest.SECTION,)\n"
+LINE = "import nsmaps.study.sections.registry as registry, fastest; registry.SECTIONS += (fastest.SECTION,)\n"
 STUDY = """\
 system: ball
 parameters: {a: 0.2}
