@@ -74,6 +74,11 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import orbit as orbit
     from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
     from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
+    from nsmaps.dynamics.rotation.number import RotationNumber as RotationNumber
+    from nsmaps.dynamics.rotation.number import rotation_number as rotation_number
+    from nsmaps.dynamics.rotation.staircase import Plateau as Plateau
+    from nsmaps.dynamics.rotation.staircase import Staircase as Staircase
+    from nsmaps.dynamics.rotation.staircase import staircase as staircase
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
@@ -179,6 +184,8 @@ _PUBLIC = {
     "dynamics.observables.observe": ("Observed", "observe"),
     "dynamics.orbit": ("Orbit", "orbit"),
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
+    "dynamics.rotation.number": ("RotationNumber", "rotation_number"),
+    "dynamics.rotation.staircase": ("Plateau", "Staircase", "staircase"),
     "dynamics.search": ("periodic_orbits",),
     "dynamics.diagrams.stability": ("StabilityDiagram", "stability_diagram"),
     "dynamics.charts.chart": ("Chart", "chart"),

@@ -1,17 +1,19 @@
 """The ends of branches: at a graze, a border, the end of complete chatter, or where there is no map."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
+from nsmaps.continuation.core import Step, tangent
 from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
-from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event
-from nsmaps.dynamics.continuation.pieces import border_met
+from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event, between
+from nsmaps.dynamics.continuation.pieces import Met, border_met
 from nsmaps.dynamics.motion import has_rest
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.outcome import Outcome
@@ -55,12 +57,26 @@ def end_of(grown: GrowingBranch, along: Floats) -> str:
 def _leaves_its_pieces(grown: GrowingBranch, along: Floats) -> Event | None:
     """The border of a piece given by a formula next to the last point; a cycle there of finite slopes ends the branch."""
     met = border_met(grown.curve, grown.points[-1], along)
+    return None if met is None else _at_border(grown, met, along)
+
+
+def border_ahead(grown: GrowingBranch, along: Floats, reach: float, kinds: Collection[str]) -> list[Event]:
+    """The events up to a border of a piece given by a formula within an arclength, at which a branch ends; none without one."""
+    last, met = grown.points[-1], border_met(grown.curve, grown.points[-1], along, reach)
     if met is None:
-        return None
-    point = met.point if met.side == 0 else grown.points[-1]
+        return []
+    way = float(along @ grown.curve.difference(met.point.y, last.y))
+    smooth = replace(grown.curve, map_of=met.at.along(grown.curve.map_of))
+    before = between(smooth, Step(last, along, met.point, tangent(met.point, along), way, False), kinds) if way > 0 else []
+    return [*before, _at_border(grown, met, along)]
+
+
+def _at_border(grown: GrowingBranch, met: Met, along: Floats) -> Event:
+    """The event at a border; a cycle there of finite slopes is added to the branch."""
+    last, point = grown.points[-1], met.point if met.side == 0 else grown.points[-1]
     border, detail = met.at.outcome(grown.curve, met.point.value, met.point.orbit.states)
     if met.side == 0:
-        grown.add(point, max(float(along @ grown.curve.difference(point.y, grown.points[-1].y)), 0.0))
+        grown.add(point, max(float(along @ grown.curve.difference(point.y, last.y)), 0.0))
     return Event(BORDER, met.point.value, met.precision, point.orbit, detail, border, at=met.at)
 
 

@@ -11,7 +11,7 @@ from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.dynamics.continuation.border import GAP, PERSISTENCE
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.crossing import other_tangent
-from nsmaps.dynamics.continuation.ends import SMALLEST, end_of
+from nsmaps.dynamics.continuation.ends import SMALLEST, border_ahead, end_of
 from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
 from nsmaps.dynamics.continuation.pieces import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
@@ -250,6 +250,11 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
             ended = CLOSED
         elif not ended and len(grown.points) >= extent.max_points:
             ended = f"{extent.max_points} orbits, before the range was covered: followed to {step.end.value:.9g}"
+        for event in () if ended else border_ahead(grown, step.turned, extent.step, extent.kinds):
+            grown.events.append(event)
+            ended = event.kind if event.kind in (*extent.until, HALVING, BORDER) else ""
+            if ended:
+                break
         if ended:
             break
         last, fresh = step.turned, False

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.continuation.core import correct, length
+from nsmaps.continuation.core import correct, length, tangent
 from nsmaps.dynamics.continuation.border import GAP, NEAR, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING, Multipliers, counts
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, parameter_rates
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
@@ -26,6 +26,7 @@ NEARBY = 1e-10  #: from a border at which the slope of a piece is infinite
 CONTINUOUS = 1e-9  #: difference of the images by both pieces, as a share of the scale
 LEFT = 1e-6, 1e-5, 1e-4, 1e-3  #: distances beyond it, in the scale, at which the cycles of the other side are sought
 AT_ONCE = 1e-9  #: distance of further states from their borders, in the scale, that are there with the first
+STRAIGHT = 0.98  #: least cosine between the directions at a point and at a border ahead of it
 LARGE = 4.0  #: states, in the curve's units, from which on a cycle may go to infinity
 STEP, FARTHER, NEXT = 1e-6, 2.0, 1e-3  #: of the search for it, in the parameter's range and as shares of the distance
 STEPS, STALLED, ROUNDING = 20, 1e-9, 1e-15  #: of Newton's method: most, and the length from which on they are rounding
@@ -151,37 +152,55 @@ class Met:
     precision: float  #: of the parameter, by rounding
 
 
-def border_met(curve: OrbitCurve, last: OrbitPoint, along: Floats) -> Met | None:
-    """The border of a piece given by a formula that a branch meets next to its last point; None where there is none.
+def border_met(curve: OrbitCurve, last: OrbitPoint, along: Floats, reach: float = 0.0) -> Met | None:
+    """The border of a piece given by a formula that a branch meets next after a point; None where there is none.
 
     Args:
         along: unit tangent of the branch.
+        reach: arclength within which the border is expected; 0 for the end of a branch, next to its last point.
     """
     map = curve.map_of(last.value)
     if not isinstance(map, PiecewiseMap):
         return None
-    near = list(_near(curve, map, last))
+    near = list(_near(curve, map, last, along, reach))
     own = sum((at.lowest[:1] for at in near), np.zeros(()))  # of all states that are beside the cut of an angle
     together = [replace(at, lowest=np.where(at.lowest == 0, own, at.lowest)) for at in near]
-    found = [met for at in together for met in _located(curve, at, last)]
+    found = [met for at in together for met in _located(curve, at, last, reach or CLOSE)]
     ahead = [(float(along @ curve.difference(met.point.y, last.y)), met) for met in found]
     ahead = [(way, met) for way, met in ahead if way >= -STALLED]
     if not ahead:
         return None
     first = min(ahead, key=lambda pair: pair[0])[1]
-    return replace(first, at=_all_at_once(curve, first, near))
+    met = replace(first, at=_all_at_once(curve, first, near))
+    return met if not reach or _is_next(curve, met, along) else None
 
 
-def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint) -> Iterator[AtBorder]:
-    """The borders near the states of a cycle beyond which there is another piece, one at a time."""
+def _is_next(curve: OrbitCurve, met: Met, along: Floats) -> bool:
+    """True if a border ahead is in the range, the branch does not bend before it, and the other states are in their pieces."""
+    if met.side or not curve.low <= met.point.value <= curve.high or tangent(met.point, along) @ along < STRAIGHT:
+        return False
+    there = met.at.prolonged(curve.map_of(met.point.value), 0)
+    return bool(there.first_return(met.point.orbit.states).valid.all())
+
+
+def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats, reach: float) -> Iterator[AtBorder]:
+    """The borders near the states of a cycle, or ahead of them, beyond which there is another piece, one at a time."""
     states = last.orbit.states
     letters, own, lowest = last.orbit.words, _pieces(map, last), np.zeros(states.shape)
-    values, gradients, _ = map.prolonged(own, lowest).borders(states)
+    values, gradients, rates = map.prolonged(own, lowest).borders(
+        states, parameter_rates(curve.map_of, last.value, curve.unit, map)
+    )
     sizes, cuts = np.linalg.norm(gradients * curve.scale, axis=-1), np.flatnonzero(curve.coordinates.angles)
-    for k, j in zip(*np.nonzero((np.abs(values) <= CLOSE * sizes) & (sizes > 0)), strict=True):
-        foot = states[k] - values[k, j] * _normal(gradients[k, j], curve.scale) / sizes[k, j]
+    moved, ahead = curve.states(along), (np.abs(values) <= CLOSE * sizes) & (sizes > 0)
+    feet = states[:, None] - (values / np.where(sizes > 0, sizes, 1.0) ** 2)[..., None] * gradients * curve.scale**2
+    if reach:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            way = -values / (np.einsum("kjn,kn->kj", gradients, moved) + rates * along[-1] * curve.unit)
+        ahead = (way >= 0) & (way <= reach) & (sizes > 0)
+        feet = states[:, None] + way[..., None] * moved[:, None]
+    for k, j in zip(*np.nonzero(ahead), strict=True):
         step = BEYOND * _normal(gradients[k, j], curve.scale)
-        found = map.first_return(curve.coordinates.wrap(np.array([foot + step, foot - step]))).words.tolist()
+        found = map.first_return(curve.coordinates.wrap(np.array([feet[k, j] + step, feet[k, j] - step]))).words.tolist()
         cut = j - values.shape[1] + len(cuts)
         if letters[k] not in found or (found[0] == found[1] and cut < 0):
             continue
@@ -199,12 +218,12 @@ def _pieces(map: PiecewiseMap, point: OrbitPoint) -> tuple[int, ...]:
     return tuple(map.letters.index(word) for word in point.orbit.words)
 
 
-def _located(curve: OrbitCurve, at: AtBorder, last: OrbitPoint) -> Iterator[Met]:
+def _located(curve: OrbitCurve, at: AtBorder, last: OrbitPoint, reach: float) -> Iterator[Met]:
     """The cycle at a border, by the pieces of the side on which slopes are finite; none where Newton's method fails."""
     for side in (0, 1) if min(at.other) >= 0 else (0,):
         there = replace(curve, map_of=at.along(curve.map_of, side))
         found = _solved(there, at, last.y)
-        if found is not None and length(curve.difference(found[0].y, last.y)) <= CLOSE:
+        if found is not None and length(curve.difference(found[0].y, last.y)) <= 2 * reach:
             yield Met(at, found[0], side, found[1])
             return
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -14,9 +15,12 @@ from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import CHAOS, UNRESOLVED, kind_of, without_turns
 from nsmaps.dynamics.orbit import returns_of
+from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.rotation.number import counted, steps
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 NARROWEST = 0.02  #: share of the range of the parameter: narrower windows have no borders
 FEWEST = 4  #: values in a window; beside a doubling, motions that have not converged pass for chaos
@@ -92,6 +96,14 @@ class Runs:
         """The motion of a run, as if whole turns were unknown."""
         row = self.order[sum(self.runs[run]) // 2]
         return without_turns(self.motion(run), int(self.diagram.period[row, 0]))
+
+    def rotation(self, run: int) -> str:
+        """The rotation number p/q of a run's cycle; "" without one, and of maps not given by formulas."""
+        row = self.order[sum(self.runs[run]) // 2]
+        period, (map, _) = int(self.diagram.period[row, 0]), map_or_reason(self.map_of, float(self.diagram.values[row]))
+        name = counted(map, self.diagram.coordinates) if period and isinstance(map, PiecewiseMap) else ""
+        turns, words = self.diagram.turns[row, 0, :period].astype(np.int64), self.diagram.words[row, 0, :period].tolist()
+        return str(Fraction(steps(turns, words, self.diagram.coordinates, name), period)) if name else ""
 
     def cycle(self, run: int, way: int) -> Located | None:
         """The stable cycle of a run near its end on one side (way 1 or -1); None if it has none."""

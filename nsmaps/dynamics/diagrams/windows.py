@@ -25,6 +25,7 @@ class Window:
     low: Border
     high: Border
     seen: tuple[float, float] = (nan, nan)  #: least and greatest value of the diagram in it; NaN in runs of earlier versions
+    rotation: str = ""  #: rotation number p/q of a cycle of a map given by formulas with one angle, or in two pieces
 
 
 def windows(
@@ -62,4 +63,4 @@ def _window(runs: Runs, run: int, between: dict[tuple[int, int], Pair]) -> Windo
     ends = Border(last, 0.0, RANGE) if after is None else between[run, after][0]
     seen = (first, begins), (last, ends)
     (low, lower), (high, upper) = sorted(seen, key=lambda pair: pair[0])
-    return Window(runs.motion(run), runs.name_by_returns(run), lower, upper, (low, high))
+    return Window(runs.motion(run), runs.name_by_returns(run), lower, upper, (low, high), runs.rotation(run))

@@ -178,9 +178,14 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
     ends = (f"{section.parameter} from", "to")
     yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
-    found = [(of, w.label, _spoken(w.low), _spoken(w.high)) for of, windows in result.windows.items() for w in windows]
+    found = [(of, _named(w), _spoken(w.low), _spoken(w.high)) for of, windows in result.windows.items() for w in windows]
     if found:
         yield Table("Windows", ("map", "motion", *ends), tuple(found))
+
+
+def _named(window: "Window") -> str:
+    """The motion of a window, with its rotation number."""
+    return f"{window.label}, rotation number {window.rotation}" if window.rotation else window.label
 
 
 def _spoken(border: "Border") -> str:

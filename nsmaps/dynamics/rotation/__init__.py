@@ -1,0 +1,1 @@
+"""Rotation numbers of orbits, and the steps of rotation numbers over a parameter."""
