@@ -14,6 +14,7 @@ from nsmaps import Noise, Observable, noisy_orbits
 from nsmaps.exact import kernel
 from nsmaps.exact.noise import modes
 from nsmaps.exact.observables import totals
+from nsmaps.exact.observables.formulas import plan_of
 
 BELT = nsmaps.load_system("belt", zeta=0.02, vb=0.3, mu_k=0.4, mu_s=0.6, w=0.9, A=0.25)
 PAIR = nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
@@ -23,12 +24,12 @@ MANY = 5_000_000  #: returns, which take much longer than until Ctrl-C
 
 
 def summed(system: Any, states: int, returns: int) -> Any:
-    return totals.totals_of(system, totals.plan_of(system, FORCE), np.tile(STARTS[system], (states, 1)), returns)
+    return totals.totals_of(system, plan_of(system, FORCE), np.tile(STARTS[system], (states, 1)), returns)
 
 
 def slopes(states: int) -> Any:
     start, rates = np.tile(STARTS[BELT], (states, 1)), np.ones(len(BELT.parameters))
-    return totals.slopes_of(BELT, totals.plan_of(BELT, FORCE), start, rates)
+    return totals.slopes_of(BELT, plan_of(BELT, FORCE), start, rates)
 
 
 def noisy(returns: int, realisations: int) -> Any:
