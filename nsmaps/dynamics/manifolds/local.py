@@ -15,6 +15,16 @@ ACCURATE, WORST = 1e-11, 1e-6  #: errors of its end: at which a length is taken,
 BESIDE = 1e-2  #: distance at which derivatives are compared for the curvature, as a share of the length
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Saddle:
+    """A side of a manifold at a state of a saddle."""
+
+    slope: Floats  #: shape (2,), of length one in units of the scale
+    multiplier: float  #: of the returns, above 1
+    returns: int  #: those of the cycle, or twice as many if these turn the side over to the other
+    derivative: Floats  #: shape (2, 2), of the returns
+
+
 @dataclass(frozen=True, slots=True)
 class LocalCurve:
     """The curve state + slope s + bend s^2/2 for 0 <= s <= length, which n returns map to itself but for an error.
@@ -38,10 +48,8 @@ class LocalCurve:
         return self.coordinates.wrap(self.state + self.scale * (s * self.slope + s**2 / 2 * self.bend))
 
 
-def local_curve(
-    map: ReturnMap, state: Floats, derivative: Floats, returns: int, slope: Floats, multiplier: float, scale: Floats
-) -> LocalCurve:
-    """The curve from a saddle in the direction of an eigenvector of the derivative (2, 2) of n returns.
+def local_curve(map: ReturnMap, state: Floats, saddle: Saddle, scale: Floats) -> LocalCurve:
+    """The curve from a state of a saddle in the direction of one side.
 
     Its curvature is that of the manifold, by differences of exact derivatives; its length is halved until its end is mapped
     onto it to 1e-11 of the scale, or to the best that there is.
@@ -49,8 +57,8 @@ def local_curve(
     Raises:
         NsmapsError: no curve beside the saddle is smooth: words change at it.
     """
-    coordinates = Coordinates(map.coordinates)
-    own = derivative * scale / scale[:, None]
+    coordinates, returns, slope, multiplier = Coordinates(map.coordinates), saddle.returns, saddle.slope, saddle.multiplier
+    own = saddle.derivative * scale / scale[:, None]
     _, words, _ = several(map, state[None], returns)
     best: LocalCurve | None = None
     length = FARTHEST

@@ -8,10 +8,12 @@ import numpy as np
 from nsmaps.arrays import Floats, Ints, brief
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.manifolds.growth import Growth, grown
-from nsmaps.dynamics.manifolds.local import LocalCurve, local_curve
+from nsmaps.dynamics.manifolds.local import Saddle, local_curve
+from nsmaps.dynamics.manifolds.segments import Pieces, grown_exactly
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.systems.reversed import of_reversed, restitution, reversed_system, to_reversed
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.progress import shows
@@ -36,7 +38,7 @@ class Manifold(WithCoordinates):
     side: Ints  #: shape (N,), from 0: sides 2 k and 2 k + 1 begin at state k of the saddle
     piece: Ints  #: shape (N,), of the side, from 0: a curve without a jump
     scale: Floats  #: shape (2,), units of arclength and gap: those of the saddle, a radian of an angle
-    gap: float  #: largest distance of neighbours on a piece
+    gap: float  #: largest distance of neighbours on a piece; infinity where pieces are polygons, with these as corners
     error: float  #: the largest distance of the ends of the local curves from their images: an estimate of their error
     ended: tuple[str, ...]  #: the reason why each side ends
 
@@ -68,9 +70,12 @@ def manifold(
     neighbours of one word remain at a larger distance than `gap`. It is cut too where there is no image, and at states that
     stick, of which all images are one. A jump and back between two neighbours of one word is missed.
 
+    Of a map whose pieces and borders are affine a manifold is a polygon, found exactly but for rounding: its segments are mapped
+    by their ends and cut at borders, and `gap` is not used.
+
     The stable manifold is the unstable one of the inverse. An impact system with a restitution above zero on every wall has one:
-    the same system in reversed time. States that reach the saddle after a chatter or rest are not on it. Other maps need an
-    `inverse`.
+    the same system in reversed time. States that reach the saddle after a chatter or rest are not on it. A map given by formulas
+    has that of `PiecewiseMap.inverse`, of several preimages the one in the first piece. Other maps need an `inverse`.
 
     Args:
         map: with two coordinates.
@@ -78,7 +83,7 @@ def manifold(
         which: "unstable" or "stable".
         length: of each side, in units of the manifold's `scale`.
         gap: largest distance of neighbours, in the same units.
-        inverse: the inverse of the map, for the stable manifold of a map other than an impact system.
+        inverse: the inverse of the map, for the stable manifold of a map other than an impact system or one given by formulas.
         max_points: largest number of states of a side.
 
     Raises:
@@ -89,6 +94,8 @@ def manifold(
     grow = (length, gap, max_points)
     if which == "unstable":
         return _unstable(map, orbit, scale, *grow)
+    if inverse is None and isinstance(map, PiecewiseMap):
+        inverse = map.inverse()
     if inverse is not None:
         found = _unstable(inverse, _reversed_orbit(inverse, orbit, orbit.states, scale), scale, *grow)
         return _stable(found, orbit, found.states, scale)
@@ -106,18 +113,25 @@ def manifold(
 def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
     """The unstable manifold, in a scale."""
     sides = [(k, sign) for k in range(len(orbit.states)) for sign in (1.0, -1.0)]
-    curves = [_local(map, orbit, k, sign, scale) for k, sign in sides]
-    parts = [grown(Growth(map, curve, length, gap, max_points)) for curve in curves]
+    saddles = [_saddle(orbit, k, sign, scale) for k, sign in sides]
+    starts = [(k, saddle) for (k, _), saddle in zip(sides, saddles, strict=True)]
+    if isinstance(map, PiecewiseMap) and map.is_affine:
+        pieces, gap = Pieces.of(map, scale), np.inf
+        found = [grown_exactly(pieces, orbit, k, saddle, length, max_points) for k, saddle in starts]
+        parts, errors = [part for part, _ in found], [off for _, off in found]
+    else:
+        curves = [local_curve(map, orbit.states[k], saddle, scale) for k, saddle in starts]
+        parts = [grown(Growth(map, curve, length, gap, max_points)) for curve in curves]
+        errors = [curve.error for curve in curves]
     states, arclength, piece = (np.concatenate([part[k] for part in parts]) for k in range(3))
     side = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
-    error, ended = max(curve.error for curve in curves), tuple(part[3] for part in parts)
-    multiplier = float(orbit.multipliers[0].real)
-    coordinates = orbit.returns.coordinates
+    error, ended = max(errors), tuple(part[3] for part in parts)
+    multiplier, coordinates = float(orbit.multipliers[0].real), orbit.returns.coordinates
     return Manifold(coordinates, "unstable", orbit.states, multiplier, states, arclength, side, piece, scale, gap, error, ended)
 
 
-def _local(map: ReturnMap, orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> LocalCurve:
-    """The start of one side at the state k: of twice as many returns if one turns it over to the other side."""
+def _saddle(orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> Saddle:
+    """The start of one side at the state k."""
     assert orbit.returns.derivative is not None
     product = np.eye(2)
     for derivative in np.roll(orbit.returns.derivative, -k, axis=0):
@@ -126,9 +140,9 @@ def _local(map: ReturnMap, orbit: PeriodicOrbit, k: int, sign: float, scale: Flo
     at = int(np.abs(values).argmax())
     value, slope = float(values[at].real), vectors[:, at].real
     slope = sign * slope / np.linalg.norm(slope) * np.copysign(1.0, slope[np.abs(slope).argmax()])
-    returns = len(orbit.states) * (1 if value > 0 else 2)
-    product, value = (product, value) if value > 0 else (product @ product, value**2)
-    return local_curve(map, orbit.states[k], product, returns, slope, value, scale)
+    if value > 0:
+        return Saddle(slope, value, len(orbit.states), product)
+    return Saddle(slope, value**2, 2 * len(orbit.states), product @ product)
 
 
 def _reversed_orbit(inverse: ReturnMap, orbit: PeriodicOrbit, states: Floats, scale: Floats) -> PeriodicOrbit:

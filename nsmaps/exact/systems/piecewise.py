@@ -31,6 +31,24 @@ class PiecewiseMap(System, ExactMap):
     def pieces(self, x: SimpleNamespace) -> Mapping[str, tuple[Any, Mapping[str, Any]]]:
         """The pieces by their letters: each a condition, the last perhaps True, and the images by coordinate."""
 
+    def preimages(self, x: SimpleNamespace) -> Mapping[str, Mapping[str, Any]] | None:
+        """For each piece the state before a return to x, by coordinate: formulas for `inverse` that sympy does not find."""
+        return None
+
+    def inverse(self) -> "PiecewiseMap":
+        """The inverse: the state before a return to each, in the first piece that has one.
+
+        The equations of each piece are solved by sympy, unless `preimages` gives their solutions. A state without a preimage in
+        its piece is `uncovered`.
+
+        Raises:
+            SystemDefinitionError: the equations of a piece are not solved.
+        """
+        from nsmaps.exact.piecewise.inverse import inverse_of
+
+        found: PiecewiseMap = inverse_of(self)
+        return found
+
     @property
     def letters(self) -> tuple[str, ...]:
         """The letters of the pieces, of which words consist."""
