@@ -217,7 +217,7 @@ def test_no_module_imports_itself_by_way_of_others(tmp_path: Path) -> None:
     modules = {".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file for file in FILES}
     graph = {name: imported(file, set(modules)) for name, file in modules.items()}
     assert sum(map(len, graph.values())) > 2000
-    assert circles(graph) == [["nsmaps.reduced.composite.compiled", "nsmaps.reduced.composite.composite"]]
+    assert circles(graph) == []
     (tmp_path / "type.py").write_text("if TYPE_CHECKING:\n    from nsmaps.study import run\ndef f():\n    import nsmaps.errors")
     assert imported(tmp_path / "type.py", set(modules)) == {"nsmaps.study", "nsmaps.study.run", "nsmaps.errors"}
 

@@ -17,7 +17,7 @@ from nsmaps.reduced.composite.kernel import BLOCK, CompositeTables, Work, orbits
 from nsmaps.reduced.conditions.bytecode import Code, code_of, depth_of
 
 if TYPE_CHECKING:
-    from nsmaps.reduced.composite.composite import CompositeMap
+    from nsmaps.reduced.composite.piece import Pieces as CompositeMap
     from nsmaps.reduced.fit.polymap import PolyMap
 
 

@@ -9,11 +9,14 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief, finite_rows
-from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
+from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.returnmap import ReturnMap, single_returns
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
+from nsmaps.reduced.composite.piece import Piece as Piece
+from nsmaps.reduced.composite.piece import Pieces
+from nsmaps.reduced.composite.piece import piece_named as piece_named
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
@@ -21,32 +24,6 @@ from nsmaps.reduced.fit.polymap import PolyMap
 
 ONCE = 10_000_000  #: regions times states that NumPy evaluates in the time of loading the compiled loop
 SAMPLE = 100  #: number of uncovered states that a coverage lists as examples
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
-    """One piece of a composite map: its region and its map."""
-
-    name: str
-    region: Region
-    map: PolyMap
-    word: str = ""  #: the most frequent word of its data; "" for a reset or where none is known
-    returns: int = 1  #: successive returns after which the image is reached, as 2 for the word BBTB
-
-    @property
-    def title(self) -> str:
-        """Its name on one line, with its word and its number of returns where it is several."""
-        about = ", ".join([self.word] * bool(self.word) + [f"{self.returns} returns"] * (self.returns > 1))
-        return " ".join(self.name.split()) + (f" ({about})" if about else "")
-
-
-def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
-    """The piece of a name among some."""
-    for piece in pieces:
-        if piece.name == name:
-            return piece
-    names = [piece.name for piece in pieces]
-    raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,14 +44,10 @@ class Coverage:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CompositeMap(WithCoordinates, ReturnMap):
+class CompositeMap(Pieces, ReturnMap):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
 
     __repr__ = brief
-
-    coordinates: Coordinates
-    walls: tuple[str, ...]
-    pieces: tuple[Piece, ...]
 
     def piece_of(self, states: ArrayLike) -> Ints:
         """The number of the first piece that contains each state (N, n), -1 where there is none; shape (N,)."""
@@ -89,11 +62,6 @@ class CompositeMap(WithCoordinates, ReturnMap):
     def piece(self, name: str) -> Piece:
         """The piece of a name."""
         return piece_named(self.pieces, name)
-
-    @property
-    def several(self) -> bool:
-        """True if the image of a piece is that of several returns."""
-        return any(piece.returns > 1 for piece in self.pieces)
 
     @property
     def title(self) -> str:

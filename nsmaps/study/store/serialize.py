@@ -27,7 +27,8 @@ SHARED = {  #: classes of several sections, by module
     "dynamics.periodic": ("PeriodicOrbit",),
     "exact.returns": ("Impacts", "Margin", "Returns"),
     "exact.words": ("Alphabet",),
-    "reduced.composite.composite": ("CompositeMap", "Coverage", "Piece"),
+    "reduced.composite.composite": ("CompositeMap", "Coverage"),
+    "reduced.composite.piece": ("Piece",),
     "reduced.fit.polymap": ("FitReport", "PolyMap"),
     "reduced.conditions.region": ("Box", "Where"),
 }

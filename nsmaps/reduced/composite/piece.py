@@ -1,0 +1,49 @@
+"""The pieces of a composite map, in their order."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.errors import NsmapsError, near_match
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.polymap import PolyMap
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """One piece of a composite map: its region and its map."""
+
+    name: str
+    region: Region
+    map: PolyMap
+    word: str = ""  #: the most frequent word of its data; "" for a reset or where none is known
+    returns: int = 1  #: successive returns after which the image is reached, as 2 for the word BBTB
+
+    @property
+    def title(self) -> str:
+        """Its name on one line, with its word and its number of returns where it is several."""
+        about = ", ".join([self.word] * bool(self.word) + [f"{self.returns} returns"] * (self.returns > 1))
+        return " ".join(self.name.split()) + (f" ({about})" if about else "")
+
+
+def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
+    """The piece of a name among some."""
+    for piece in pieces:
+        if piece.name == name:
+            return piece
+    names = [piece.name for piece in pieces]
+    raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces(WithCoordinates):
+    """Pieces over the same coordinates, of which the first that contains a state applies."""
+
+    coordinates: Coordinates
+    walls: tuple[str, ...]
+    pieces: tuple[Piece, ...]
+
+    @property
+    def several(self) -> bool:
+        """True if the image of a piece is that of several returns."""
+        return any(piece.returns > 1 for piece in self.pieces)
