@@ -1,18 +1,19 @@
 """The boost converter: references M8, closed forms at other parameters, and the same circuit as a system with modes."""
 
-import json
 import math
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 from nsmaps_boost_converter import BoostConverter
+from piecewise_references import cyclic, number, rows
 
 import nsmaps
 from nsmaps import Along, Guard, HybridSystem, Section
+from nsmaps.dynamics.search import periodic_orbits_by_word
+from nsmaps.symbolic.kneading import topological_entropy
 
-TABLE = json.loads((Path(__file__).parents[1] / "data" / "maps" / "M8.json").read_text(encoding="utf-8"))
+TABLE = rows("M8")
 ROWS = [row for name in ("integer_alpha", "other_alpha", "compensation") for row in TABLE[name]]
 FIXED = [row for row in ROWS if "fixed_point" in row]
 CYCLES = [(row, orbit) for row in ROWS for orbit in row.get("periodic_orbits", ())]
@@ -21,9 +22,9 @@ ROUNDED = 1 + 1e-9  #: times alpha: multiplied by 2 or 4, doubles lose no digit 
 
 
 def system_of(row):
-    """The converter of a row in continuous conduction: the current is above zero where x = Iref - i is below alpha."""
-    given = {name: float(value) for name, value in row["parameters"].items()}
-    return BoostConverter(**given, Iref=given["alpha"] + 1)
+    """The converter of a row in continuous conduction: the current is above zero where x = I_ref - i is below alpha."""
+    alpha, ramp = (float(row["parameters"].get(name, "0")) for name in ("alpha", "mc"))
+    return BoostConverter(alpha=alpha, m_c=ramp, I_ref=alpha + 1)
 
 
 def named(value):
@@ -34,31 +35,48 @@ def named(value):
 
 @pytest.mark.parametrize("row", FIXED, ids=named)
 def test_a_fixed_point(row):
-    system, x = system_of(row), float(Fraction(row["fixed_point"]))
-    orbit = nsmaps.periodic_orbit(system, [system.Iref - x + 1e-3])
+    system, x = system_of(row), number(row["fixed_point"])
+    orbit = nsmaps.periodic_orbit(system, [system.I_ref - x + 1e-3])
     assert (orbit.words, orbit.stable) == (("S",), row["stable"])
-    assert system.Iref - orbit.states[0, 0] == pytest.approx(x, rel=1e-12)
-    assert orbit.multipliers[0].real == pytest.approx(float(Fraction(row["multiplier"])), rel=1e-12)
+    assert system.I_ref - orbit.states[0, 0] == pytest.approx(x, rel=1e-12)
+    assert orbit.multipliers[0].real == pytest.approx(number(row["multiplier"]), rel=1e-12)
 
 
 @pytest.mark.parametrize(("row", "cycle"), CYCLES, ids=named)
 def test_a_cycle(row, cycle):
-    system, x = system_of(row), float(Fraction(cycle["point"]))
-    orbit = nsmaps.periodic_orbit(system, [system.Iref - x + 1e-5], cycle["period"])
+    system, x = system_of(row), number(cycle["point"])
+    orbit = nsmaps.periodic_orbit(system, [system.I_ref - x + 1e-5], cycle["period"])
     assert ("".join(orbit.words), orbit.exists) == (cycle["word"], True)
-    assert system.Iref - orbit.states[0, 0] == pytest.approx(x, rel=1e-12)
-    assert orbit.multipliers[0].real == pytest.approx(float(Fraction(cycle["multiplier"])), rel=1e-12)
+    assert system.I_ref - orbit.states[0, 0] == pytest.approx(x, rel=1e-12)
+    assert orbit.multipliers[0].real == pytest.approx(number(cycle["multiplier"]), rel=1e-12)
+
+
+def test_there_are_no_other_cycles():
+    """All words up to period 5 at alpha = 2.5."""
+    (row,) = [row for row in TABLE["other_alpha"] if row["parameters"]["alpha"] == "2.5"]
+    found = sorted(cyclic(orbit.word) for orbit in periodic_orbits_by_word(system_of(row), 5))
+    assert found == sorted(cyclic(cycle["word"]) for cycle in row["periodic_orbits"] if cycle["period"] <= 5)
+
+
+@pytest.mark.parametrize("row", TABLE["integer_alpha"], ids=named)
+def test_topological_entropies(row):
+    """The largest root of x^m = x^(m-1) + ... + 1."""
+    m = int(row["parameters"]["alpha"])
+    growth = float(row["growth"])
+    assert max(np.roots([1, *[-1] * m]).real) == pytest.approx(growth, rel=1e-13)
+    assert topological_entropy(system_of(row)) == pytest.approx(math.log(growth), rel=1e-12)
+    assert float(row["topological_entropy"]) == pytest.approx(math.log(growth), rel=1e-15)
 
 
 @pytest.mark.parametrize("row", [row for row in ROWS if "lyapunov_exact" in row or row.get("lyapunov")], ids=named)
 def test_exponents_of_long_orbits(row):
     """2 ln m/(m + 1) for whole numbers m, where 2/(m + 1) of the returns switch; other values of long runs."""
     system = system_of(row)
-    alpha, start = system.alpha, [system.Iref - 0.3141592653]
+    alpha, start = system.alpha, [system.I_ref - 0.3141592653]
     found = nsmaps.lyapunov(system.at(alpha=alpha * ROUNDED), start, RETURNS)
     share = (nsmaps.orbit(system.at(alpha=alpha * ROUNDED), start, RETURNS).words == "S").mean()
     if "lyapunov_exact" in row:
-        value, error, switching = float(row["lyapunov_exact"]), 0.0, float(Fraction(row["share_of_switching"]))
+        value, error, switching = float(row["lyapunov_exact"]), 0.0, number(row["share_of_switching"])
         assert value == pytest.approx(2 * math.log(alpha) / (alpha + 1), rel=1e-15)
     else:
         known = row["lyapunov"]
@@ -71,24 +89,24 @@ def test_exponents_of_long_orbits(row):
 @pytest.mark.parametrize("row", [row for row in ROWS if row.get("stable")], ids=named)
 def test_exponents_of_stable_fixed_points(row):
     system = system_of(row)
-    found = nsmaps.lyapunov(system, [system.Iref - 0.3], 100).exponents[0]
+    found = nsmaps.lyapunov(system, [system.I_ref - 0.3], 100).exponents[0]
     assert found == pytest.approx(math.log(abs(Fraction(row["multiplier"]))), rel=1e-12)
     if "exponent" in row:
         assert found == pytest.approx(float(row["exponent"]), rel=1e-12)
 
 
-@pytest.mark.parametrize("row", [*TABLE["compensation"], {"parameters": {"alpha": "3.7", "mc": "2"}}], ids=named)
+@pytest.mark.parametrize("row", [*TABLE["compensation"], {"parameters": {"alpha": "3.7"}}], ids=named)
 def test_compensation_is_enough_above_its_critical_slope(row):
-    """The doubling in mc at (alpha - 1)/2, and in alpha, without compensation, at 1."""
-    system = system_of(row).at(mc=2.0)
+    """The doubling in m_c at (alpha - 1)/2, and in alpha, without compensation, at 1."""
+    system = system_of(row).at(m_c=2.0)
     critical = (system.alpha - 1) / 2
     if "critical_mc" in row:
         assert critical == Fraction(row["critical_mc"])
-    orbit = nsmaps.periodic_orbit(system, [system.Iref - 0.9])
-    (event,) = nsmaps.continue_branch(Along(system, "mc"), orbit, 2.0, (0, 2.5), "down", step=0.5).events
+    orbit = nsmaps.periodic_orbit(system, [system.I_ref - 0.9])
+    (event,) = nsmaps.continue_branch(Along(system, "m_c"), orbit, 2.0, (0, 2.5), "down", step=0.5).events
     assert (event.kind, event.parameter) == ("period doubling", pytest.approx(critical, rel=1e-12))
-    plain = system.at(alpha=0.5, mc=0.0)
-    orbit = nsmaps.periodic_orbit(plain, [plain.Iref - 0.3])
+    plain = system.at(alpha=0.5, m_c=0.0)
+    orbit = nsmaps.periodic_orbit(plain, [plain.I_ref - 0.3])
     events = nsmaps.continue_branch(Along(plain, "alpha"), orbit, 0.5, (0.1, 1.5), "up", step=0.5).events
     assert events[0].kind == "period doubling"
     assert events[0].parameter == pytest.approx(1, rel=1e-12)
@@ -96,26 +114,26 @@ def test_compensation_is_enough_above_its_critical_slope(row):
 
 @pytest.mark.parametrize(("alpha", "k"), [(2.5, 0), (2.5, 1), (2.5, 2), (5.3, 4)])
 def test_in_discontinuous_conduction_cycles_begin_at_zero(alpha, k):
-    """k periods on and one with a fall to zero, for k < Iref <= (k + 1) alpha/(1 + alpha) without compensation."""
+    """k periods on and one with a fall to zero, for k < I_ref <= (k + 1) alpha/(1 + alpha) without compensation."""
     last = (k + 1) * alpha / (1 + alpha)
     for reference, there in ((k + 1e-9, True), (last - 1e-9, True), (last + 1e-9, False)):
-        words = "".join(nsmaps.orbit(BoostConverter(alpha=alpha, Iref=reference), [0.0], k + 1).words)
+        words = "".join(nsmaps.orbit(BoostConverter(alpha=alpha, I_ref=reference), [0.0], k + 1).words)
         assert (words == "N" * k + "Z") == there
 
 
 def test_above_the_reference_it_is_off_throughout():
-    returns = BoostConverter(alpha=1.5, Iref=2.0, rise=0.5).first_return([[2.5], [3.0], [2.0]])
+    returns = BoostConverter(alpha=1.5, I_ref=2.0, rise=0.5).first_return([[2.5], [3.0], [2.0]])
     assert returns.words.tolist() == ["F", "F", "S"]
     assert returns.image[:, 0] == pytest.approx([1.75, 2.25, 1.25])
-    assert BoostConverter(alpha=4.0, Iref=2.0).first_return([[2.5]]).words.tolist() == ["Z"]
+    assert BoostConverter(alpha=4.0, I_ref=2.0).first_return([[2.5]]).words.tolist() == ["Z"]
 
 
 class Circuit(HybridSystem):
     """The same with its events within a period: q is the clock."""
 
     alpha: float
-    mc: float
-    Iref: float
+    m_c: float
+    I_ref: float
     rise: float
     states = ("i", "q")
 
@@ -125,7 +143,7 @@ class Circuit(HybridSystem):
 
     def guards(self, t, y):
         return {
-            "S": Guard("on", self.Iref - self.mc * self.rise * y.q - y.i, to="off"),
+            "S": Guard("on", self.I_ref - self.m_c * self.rise * y.q - y.i, to="off"),
             "Z": Guard("off", y.i, to="empty"),
             "C": Guard(("on", "off", "empty"), 1 - y.q, to="on", reset={"q": 0}),
         }
@@ -134,13 +152,16 @@ class Circuit(HybridSystem):
         return Section("C", ("i",))
 
 
-CIRCUITS = [({"alpha": 2.5, "mc": 0.3, "Iref": 1.7, "rise": 0.7}, "NSZ"), ({"alpha": 0.8, "mc": 0, "Iref": 2, "rise": 1}, "NS")]
+CIRCUITS = [
+    ({"alpha": 2.5, "m_c": 0.3, "I_ref": 1.7, "rise": 0.7}, "NSZ"),
+    ({"alpha": 0.8, "m_c": 0, "I_ref": 2, "rise": 1}, "NS"),
+]
 
 
 @pytest.mark.parametrize(("given", "letters"), CIRCUITS)
 def test_it_is_the_circuit_from_clock_to_clock(given, letters):
     """Currents, derivatives and letters are those of a system with modes, whose events are S, Z and the clock C."""
-    currents = np.linspace(0.011, given["Iref"] - 0.013, 40)[:, None]
+    currents = np.linspace(0.011, given["I_ref"] - 0.013, 40)[:, None]
     map, circuit = (cls(**given).first_return(currents, derivative=True) for cls in (BoostConverter, Circuit))
     assert circuit.valid.all()
     assert map.image == pytest.approx(circuit.image, abs=1e-14)

@@ -1,26 +1,19 @@
 """The square-root map: references M4a and M4b, the closed forms of its windows at other parameters, and its studies."""
 
-import json
-from pathlib import Path
-
 import mpmath as mp
 import numpy as np
 import pytest
 from nsmaps_square_root import SquareRoot, SquareRootPlane
+from piecewise_references import numbers, rows
 
 import nsmaps
 from nsmaps import Along
 
-DATA = Path(__file__).parents[1] / "data" / "maps"
-LINE, PLANE = (json.loads((DATA / f"{name}.json").read_text(encoding="utf-8")) for name in ("M4a", "M4b"))
+LINE, PLANE = rows("M4a"), rows("M4b")
 WINDOWS = [(float(case["parameters"]["a"]), window) for case in LINE["cases"] for window in case["windows"]]
 STABLE = [pair for pair in WINDOWS if pair[1]["stable_window"]]
 LONG = [(cls, run) for cls, table in ((SquareRoot, LINE), (SquareRootPlane, PLANE)) for run in table["long_runs"]]
 RETURNS = 50_000  #: of a run whose exponents are compared
-
-
-def floats(values):
-    return {name: float(value) for name, value in values.items()}
 
 
 def named(value):
@@ -97,7 +90,7 @@ def test_the_fixed_point_with_an_impact_doubles():
 @pytest.mark.parametrize("case", PLANE["cases"], ids=named)
 def test_a_cycle_in_the_plane(case):
     """Points, both multipliers and exponents, and the doubling, with the multipliers there."""
-    given, points = floats(case["parameters"]), np.array(case["points"], float)
+    given, points = numbers(case["parameters"]), np.array(case["points"], float)
     system = SquareRootPlane(**given)
     orbit = nsmaps.periodic_orbit(system, 1.01 * points[0], case["period"])
     multipliers = np.array(case["multipliers"], float)[:, 0]
@@ -117,7 +110,7 @@ def test_a_cycle_in_the_plane(case):
 
 @pytest.mark.parametrize(("cls", "run"), LONG, ids=lambda part: part.__name__ if isinstance(part, type) else None)
 def test_exponents_of_long_orbits(cls, run):
-    system, known = cls(**floats(run["parameters"])), run["lyapunov"]
+    system, known = cls(**numbers(run["parameters"])), run["lyapunov"]
     found = nsmaps.lyapunov(system, np.full(len(system.coordinates), 0.01), RETURNS)
     error = np.hypot(found.error, np.array(known["standard_errors"], float))
     assert (np.abs(found.exponents - np.array(known["values"], float)) < 5 * error).all()
