@@ -92,11 +92,24 @@ def shadowing(own="left"):
     return CompositeMap(names, ("B",), tuple(pieces))
 
 
+def functions():
+    """A map whose conditions have every function of the grammar, also where they are not real."""
+    texts = (
+        "min(sqrt(v - 0.5), 1/8) <= 0.1 and tan(phi) < 2 and asin(v) > 0.1",
+        "max(asin(phi), -9) >= 0.3 or sign(v - 0.2)*floor(phi) == 2 and not acos(v - 0.6) < 1.5",
+        "min(v, phi, 2*v - 0.1) > 0.05 and abs(tanh(v - 0.5)) < 0.3 and cosh(v) < 1.2 and max(v, atan(phi)) < sinh(1)",
+    )
+    regions = [Where(text=text, coordinates=NAMES) for text in texts]
+    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], seed=seed) for seed in (1, 2, 3)]
+    return CompositeMap(NAMES, ("B",), tuple(Piece(f"F{k}", *each) for k, each in enumerate(zip(regions, maps, strict=True))))
+
+
 @cache
 def cases():
     """What is exported, by name: the thing, the box of its states, and its images (and pieces) at states by nsmaps itself."""
     plane, whole, over_d = random_map([[0.5, 1.0], [0.1, 0.9]], absolute=("v",)), composite(), parametric()
     smooth, shadows, script = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing(), shadowing("Number")
+    called = functions()
     second, second_d = second_iterate(smooth, 0.2, 0.7), second_iterate(over_d, 0.2, 0.4, "min_first", piece="P0")
     third, power = held_iterate(smooth, [0.2, 0.3, 0.8], variable="v"), iterate(line(), 4)
     return {
@@ -106,6 +119,7 @@ def cases():
         "composite": (whole, [[-0.2, 1.5], [-7.0, 14.0]], lambda x: (whole.first_return(x).image, whole.piece_of(x))),
         "shadowing": (shadows, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (shadows.first_return(x).image, shadows.piece_of(x))),
         "shadowing a script": (script, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (script.first_return(x).image, script.piece_of(x))),
+        "functions": (called, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (called.first_return(x).image, called.piece_of(x))),
         "parametric": (over_d, [[0.0, 1.0], [0.0, 1.0], [0.25, 0.36]], lambda x: each_value(over_d, x)),
         "second": (second, [[0.5, 1.0]], lambda x: chain(smooth, x, [0.7, 0.2])),
         "second in d": (second_d, [[0.6, 0.9], [0.26, 0.35]], lambda x: chain_of_parametric(over_d, x)),

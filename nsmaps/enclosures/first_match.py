@@ -16,7 +16,7 @@ from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.enclosures import intervals
 from nsmaps.enclosures.intervals import ROUNDING, Interval, difference
-from nsmaps.reduced.conditions.fold import Algebra, fold
+from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
 Formula = Callable[[Ints], Bools]  #: signs (S, A) of all comparisons -> shape (S,)
@@ -148,8 +148,9 @@ class _Formulas(Algebra[Term, Formula]):
         key = f"({left.key} {operator} {right.key})"
         return Term(key, lambda boxes: intervals.arithmetic(operator, left.enclose(boxes), right.enclose(boxes)))
 
-    def function(self, name: str, argument: Term) -> Term:
-        return Term(f"{name}({argument.key})", lambda boxes: intervals.function(name, argument.enclose(boxes)))
+    def function(self, name: str, *arguments: Term) -> Term:
+        key = f"{name}({', '.join(each.key for each in arguments)})"
+        return Term(key, lambda boxes: intervals.function(name, *(each.enclose(boxes) for each in arguments)))
 
     def relation(self, operator: str, left: Term, right: Term) -> Formula:
         """A comparison as the sign of a term less a number, the same for both ways to write it."""
@@ -172,6 +173,11 @@ class _Formulas(Algebra[Term, Formula]):
 
     def negation(self, test: Formula) -> Formula:
         return lambda signs: ~test(signs)
+
+
+def enclosure_of(text: str, names: Sequence[str]) -> Enclose:
+    """The values over boxes (N, n, 2) of the formula in named coordinates in a text, rounded and exact."""
+    return fold_term(text, names, _Formulas(Winners())).enclose
 
 
 def turns_of(low: float, high: float) -> range:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.files.expressions import FUNCTIONS
-from nsmaps.reduced.conditions.fold import Algebra, fold
+from nsmaps.reduced.conditions.algebras import NUMPY
+from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
 
@@ -33,8 +34,16 @@ class Dialect:
             )
         if not isinstance(region, Where):
             raise NsmapsError(f"the condition of a {type(region).__name__} in {self.name}; expected: regions Box and Where")
-        text: str = fold(region.text, region.coordinates, _Text(self, [names[name] for name in region.coordinates]))
+        text: str = fold(region.text, region.coordinates, self._writer(region.coordinates, names))
         return text
+
+    def term(self, text: str, coordinates: Sequence[str], names: Mapping[str, str]) -> str:
+        """The formula of coordinates in a text, on variables of the given names."""
+        written: str = fold_term(text, coordinates, self._writer(coordinates, names))
+        return written
+
+    def _writer(self, coordinates: Sequence[str], names: Mapping[str, str]) -> "_Text":
+        return _Text(self, [names[name] for name in coordinates])
 
     def _interval(self, name: str, variable: str, low: float, high: float) -> str:
         x = f"near({variable}, {number((low + high) / 2)})" if is_angle(name) else variable
@@ -65,8 +74,8 @@ class _Text(Algebra[str, str]):
             return f"({self.dialect.power.format(left, right)})"
         return f"({left} {(self.dialect.operators or {}).get(operator, operator)} {right})"
 
-    def function(self, name: str, argument: str) -> str:
-        return f"{(self.dialect.functions or {}).get(name, name)}({argument})"
+    def function(self, name: str, *arguments: str) -> str:
+        return f"{(self.dialect.functions or {}).get(name, name)}({', '.join(arguments)})"
 
     def relation(self, operator: str, left: str, right: str) -> str:
         return self.arithmetic(operator, left, right)
@@ -86,15 +95,23 @@ def number(value: float) -> str:
     return repr(float(value)) if value >= 0 else f"({float(value)!r})"
 
 
-PYTHON = Dialect("Python", "&", "|", "np.logical_not", functions={name: f"np.{name}" for name in FUNCTIONS})
-C = Dialect("C", "&&", "||", "!", power="pow({}, {})")
+PYTHON = Dialect("Python", "&", "|", "np.logical_not", functions={name: f"np.{NUMPY.get(name, name)}" for name in FUNCTIONS})
+C = Dialect(
+    "C",
+    "&&",
+    "||",
+    "!",
+    power="pow({}, {})",
+    functions={"abs": "fabs"} | {name: f"real_{name}" for name in ("sign", "min", "max")},  # fmin ignores what is not real
+)
 JULIA = Dialect(
     "Julia",
     "&&",
     "||",
     "!",
     power="real_power({}, {})",
-    functions={name: f"real_{name}" for name in ("sin", "cos", "sqrt", "log")},  # julia's own raise where there is no number
+    # julia's own raise where there is no number
+    functions={name: f"real_{name}" for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "log")},
 )
 JAVASCRIPT = Dialect(
     "JavaScript",
@@ -111,6 +128,6 @@ MATLAB = Dialect(
     "|",
     "~",
     power="real_power({}, {})",
-    functions={"sqrt": "real_sqrt", "log": "real_log"},
+    functions={name: f"real_{name}" for name in ("sqrt", "log", "asin", "acos", "min", "max")},
     operators={"*": ".*", "/": "./", "!=": "~="},
 )

@@ -207,16 +207,17 @@ SPELT = {"+": "plus", "*": "star", "'": "prime"}  #: signs by which names of reg
 
 #: words of one of the languages, and names that the programs use themselves
 RESERVED = """
-    abs abstract alignas alignof and angles ans any arguments array as assert async auto await baremodule begin bool break
-    case catch char chebvander class const constexpr continue cos debugger def default del delete do document double e elif
-    else elseif end endif enum eval except exp export exports extern false finally float float64array floats for from function
-    global goto holds i if image images implements import in inf infinity inline instanceof int interface is isa isfinite j k
-    lambda left let linux local location log long m_pi macro math module mutable n names nan near new none nonlocal not np
-    null nullptr number numpy ones or otherwise outer outputs package parfor parts pass persistent pi piece piece_of pieces
-    polynomials pow primitive print private protected public quote raise real_cos real_log real_power real_sin real_sqrt
-    regions register require restrict return rows s series short signed sin size sizeof spmd sqrt start state states static
-    static_assert struct super switch this thread_local throw top true try two_pi type typedef typeof undefined union unix
-    unsigned using var void volatile where while window with work wrap x yield zeros
+    abs abstract acos alignas alignof and angles ans any arguments array as asin assert async atan auto await baremodule
+    begin bool break case catch char chebvander class const constexpr continue cos cosh debugger def default del delete do
+    document double e elif else elseif end endif enum eval except exp export exports extern fabs false finally float
+    float64array floats floor for from function global goto holds i if image images implements import in inf infinity inline
+    instanceof int interface is isa isfinite j k lambda left let linux local location log long m_pi macro math max min module
+    mutable n names nan near new none nonlocal not np null nullptr number numpy ones or otherwise outer outputs package
+    parfor parts pass persistent pi piece piece_of pieces polynomials pow primitive print private protected public quote
+    raise real_acos real_asin real_cos real_log real_max real_min real_power real_sign real_sin real_sqrt real_tan regions
+    register require restrict return rows s series short sign signed sin sinh size sizeof spmd sqrt start state states static
+    static_assert struct super switch tan tanh this thread_local throw top true try two_pi type typedef typeof undefined
+    union unix unsigned using var void volatile where while window with work wrap x yield zeros
 """
 
 #: functions and macros of C's <math.h>, whose names no other function can have

@@ -14,16 +14,16 @@ from unicodedata import normalize
 
 from nsmaps.errors import ConditionError, near_match
 
-LONGEST, DEEPEST, HIGHEST = 1000, 100, 10_000  #: characters of a text, levels of nesting, powers written out
+LONGEST, DEEPEST, HIGHEST = 10_000, 100, 10_000  #: characters of a text, levels of nesting, powers written out
 
 CONSTANTS = {"pi": math.pi, "e": math.e}
-FUNCTIONS: dict[str, Callable[[float], float]] = {
-    "sqrt": math.sqrt,
-    "sin": math.sin,
-    "cos": math.cos,
-    "exp": math.exp,
-    "log": math.log,
+FUNCTIONS: dict[str, Callable[..., float]] = {
+    **{name: getattr(math, name) for name in ("sqrt", "sin", "cos", "exp", "log")},
+    **{name: getattr(math, name) for name in ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh")},
+    **{"abs": abs, "sign": lambda x: float((x > 0) - (x < 0)), "floor": lambda x: float(math.floor(x)), "min": min, "max": max},
 }
+SEVERAL = ("min", "max")  #: functions of two numbers or more
+CAPITAL = ("abs", "min", "max")  #: functions whose names sympy writes with a capital
 ARITHMETIC: dict[type[ast.AST], Callable[..., float]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
@@ -59,9 +59,6 @@ class Reader:
         self.plain = re.sub(
             r"\w+", lambda word: as_name(word[0]) if word[0] in self.column else word[0], self.text
         )  #: for Python
-
-    def _plain(self, found: re.Match[str]) -> str:
-        return as_name(found[0]) if found[0] in self.column else found[0]
 
     def fail(self, at: ast.expr | int, what: str) -> NoReturn:
         """Raise the ConditionError for a node, or for a column that counts from one."""
@@ -140,8 +137,9 @@ class Reader:
             case ast.Call(func=ast.Name(id=name), args=args, keywords=keywords):
                 if name not in self.functions:
                     self.fail(node, f"there is no function {name!r}{near_match(name, self.functions)}")
-                if len(args) != 1 or keywords:
-                    self.fail(node, f"{name} takes one number")
+                several = name in SEVERAL
+                if keywords or (len(args) < 2 if several else len(args) != 1):
+                    self.fail(node, f"{name} takes {'two numbers or more' if several else 'one number'}")
                 return self.apply(node, self.functions[name], args, depth)
             case ast.Compare() | ast.BoolOp() | ast.UnaryOp(op=ast.Not()):
                 self.fail(node, f"{self.source(node)} is a condition where a number is needed")
@@ -186,7 +184,7 @@ class Reader:
         if self.value(node) is not None:
             return 1.0
         if isinstance(node, ast.Call):
-            return self.weight(node.args[0])
+            return sum(map(self.weight, node.args))
         weights = [self.weight(part) for part in ast.iter_child_nodes(node) if isinstance(part, ast.expr)]
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
             power = self.value(node.right)

@@ -16,6 +16,7 @@ from nsmaps.coordinates import Angle, Coordinates, nearest_turn, wrap
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.outcome import Outcome
+from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.bytecode import code_of, depth_of
 from nsmaps.reduced.conditions.condition import read_condition
@@ -52,6 +53,8 @@ terms = st.recursive(
         st.builds("({} / {})".format, inner, st.sampled_from(["v", "phi", "4"])),
         st.builds("({})**{}".format, inner, st.sampled_from(["2", "3", "0.5", "-1", "(-2)"])),
         st.builds("{}({})".format, st.sampled_from(["sin", "cos", "sqrt", "exp", "log", "-", "+"]), inner),
+        st.builds("{}({})".format, st.sampled_from(list(FUNCTIONS)[5:-2]), inner),
+        st.builds("{}({}, {})".format, st.sampled_from(["min", "max"]), inner, inner),
     ),
     max_leaves=5,
 )
@@ -90,7 +93,13 @@ sqrt(v) >= 0
 1/v > 1e300
 +v > -phi
 phi**0.5 == sqrt(phi)
-v**-1 == 1/v"""
+v**-1 == 1/v
+sign(v) == v or floor(phi) == phi
+abs(v) == max(v, -v)
+min(sqrt(v), 1) <= 1
+max(1, sqrt(v)) >= 1
+asin(v) >= acos(phi)
+not min(1/v, log(v)) < max(phi, -1/v, 0)"""
 
 
 @pytest.mark.parametrize("text", EDGES.splitlines())

@@ -8,14 +8,15 @@ from typer.testing import CliRunner
 from nsmaps import load_study, run
 from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
+from nsmaps.files.expressions import FUNCTIONS
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
     "branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, optimum, noise, domains, "
     "second_iterate, auxiliary_map, morse, exit_times, proof, horseshoe, figures, require, expected_failures"
 )
-CONDITION = (
-    "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log"
+CONDITION = "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, " + ", ".join(
+    FUNCTIONS
 )
 
 # what the good study says, what the bad one says, where in the latter the error is, and what it says
@@ -60,7 +61,7 @@ BAD = {
         "r: 1/2",
         "r: 1/x",
         "x}",
-        "number '1/x', column 3: unknown name 'x'; expected: numbers, pi, e, + - * / **, parentheses, sqrt, sin, cos, exp, log",
+        "number '1/x', column 3: unknown name 'x'; expected: numbers, pi, e, + - * / **, parentheses, " + ", ".join(FUNCTIONS),
     ),
     "count out of range": ("points: 31", "points: 0", "0}", "points is 0; expected: greater than or equal to 1"),
     "count no number": (

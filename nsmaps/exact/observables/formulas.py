@@ -21,12 +21,13 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.files.expressions import FUNCTIONS, Reader, as_name
+from nsmaps.files.expressions import CAPITAL, FUNCTIONS, Reader, as_name
 
 AFTER = "_after"  #: behind the name of a state, just after an event
-FURTHER = "tan", "sinh", "cosh", "tanh", "asin", "acos", "atan", "asinh", "acosh", "atanh", "erf"
-READ: dict[str, Callable[..., float]] = {**FUNCTIONS, **{name: getattr(math, name) for name in FURTHER}, "abs": abs}
-WRITTEN = {**{name: getattr(sp, name) for name in (*FUNCTIONS, *FURTHER)}, "abs": sp.Abs, "pi": sp.pi, "e": sp.E}
+FURTHER = "asinh", "acosh", "atanh", "erf"
+READ: dict[str, Callable[..., float]] = {**FUNCTIONS, **{name: getattr(math, name) for name in FURTHER}}
+WRITTEN = {name: getattr(sp, name.title() if name in CAPITAL else name) for name in (*FUNCTIONS, *FURTHER)}
+WRITTEN |= {"pi": sp.pi, "e": sp.E}
 NUMBERS = {"Integer": sp.Integer, "Float": sp.Float, "Rational": sp.Rational, "Symbol": sp.Symbol, "Function": sp.Function}
 COUNTED = Observable(name="impacts", formula="1")
 OF_IMPACTS = (

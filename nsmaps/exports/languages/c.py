@@ -65,6 +65,7 @@ static double series(const double *coefficients, const int *size, const double *
     return work[0];
 }
 
+$functions
 $parts
 $main
 void ${name}_batch(size_t count, const double *states, double *images$pieces)
@@ -84,6 +85,11 @@ $scaled
 $images
 }
 """)
+FUNCTIONS = {
+    "sign": "(double x)\n{\n    return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x;\n}\n",
+    "min": "(double x, double y)\n{\n    return isnan(x) || x < y ? x : y;\n}\n",
+    "max": "(double x, double y)\n{\n    return isnan(x) || x > y ? x : y;\n}\n",
+}  #: that C does not have, or that take what is not real for a number
 ANGLES = """#define TWO_PI 6.283185307179586
 
 /* The angle brought to [0, 2 pi). */
@@ -146,6 +152,7 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
     call = f"\n        {name}(states + {n} * k, images + {m} * k);"
     kept = f"        const int piece = {name}(states + {n} * k, images + {m} * k);"
     source = SOURCE.substitute(
+        functions="\n".join(f"static double real_{f}{text}" for f, text in FUNCTIONS.items() if f"real_{f}(" in body),
         title=program.title,
         name=name,
         work=max(math.prod(size[:-1]) for size in sizes),

@@ -82,6 +82,9 @@ near(angle, middle) = angle - TWO_PI * round((angle - middle) / TWO_PI)
 
 real_sin(x) = isfinite(x) ? sin(x) : NaN
 real_cos(x) = isfinite(x) ? cos(x) : NaN
+real_tan(x) = isfinite(x) ? tan(x) : NaN
+real_asin(x) = abs(x) <= 1 ? asin(x) : NaN
+real_acos(x) = abs(x) <= 1 ? acos(x) : NaN
 real_sqrt(x) = x < 0 ? NaN : sqrt(x)
 real_log(x) = x < 0 ? NaN : log(x)
 real_power(x, y) = x < 0 && !isinteger(y) ? NaN : Float64(x)^y

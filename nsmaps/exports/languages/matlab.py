@@ -81,6 +81,25 @@ function value = real_log(x)
     value(x < 0) = NaN;
 end
 
+function value = real_asin(x)
+    value = asin(max(min(x, 1), -1));
+    value(~(abs(x) <= 1)) = NaN;
+end
+
+function value = real_acos(x)
+    value = acos(max(min(x, 1), -1));
+    value(~(abs(x) <= 1)) = NaN;
+end
+
+function value = real_min(x, y)
+    value = min(x, y);  % which ignores what is not real
+    value(isnan(x) | isnan(y)) = NaN;
+end
+
+function value = real_max(x, y)
+    value = -real_min(-x, -y);
+end
+
 function value = real_power(x, y)
     none = x < 0 & y ~= fix(y);
     base = x .* ones(size(none));

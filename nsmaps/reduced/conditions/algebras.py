@@ -7,6 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from nsmaps.files.expressions import CAPITAL, SEVERAL
 from nsmaps.reduced.conditions.fold import Algebra
 
 Evaluate: TypeAlias = Callable[[Any], Any]  #: the columns of a batch of states, shape (n, N) -> one value a state
@@ -17,6 +18,7 @@ BINARY: dict[str, Callable[[Any, Any], Any]] = {
     **{"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne},
 }
 SIGNS: dict[str, Callable[[Any], Any]] = {"+": operator.pos, "-": operator.neg}
+NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "min": "minimum", "max": "maximum"}  #: as NumPy names them
 RELATIONS = {"<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge", "==": "Eq", "!=": "Ne"}  #: as sympy names them
 
 
@@ -39,9 +41,10 @@ class Numbers(Algebra[Evaluate, Evaluate]):
         """Two terms joined."""
         return lambda x: BINARY[operator](left(x), right(x))
 
-    def function(self, name: str, argument: Evaluate) -> Evaluate:
+    def function(self, name: str, *arguments: Evaluate) -> Evaluate:
         """NumPy's function."""
-        return lambda x: getattr(np, name)(argument(x))
+        called = getattr(np, NUMPY.get(name, name))
+        return lambda x: called(*(argument(x) for argument in arguments))
 
     def relation(self, operator: str, left: Evaluate, right: Evaluate) -> Evaluate:
         """A comparison."""
@@ -90,9 +93,13 @@ class Symbols(Algebra[Any, Any]):
         """Two terms joined."""
         return BINARY[operator](left, right)
 
-    def function(self, name: str, argument: Any) -> Any:
-        """Sympy's function."""
-        return getattr(self.sympy, name)(argument)
+    def function(self, name: str, *arguments: Any) -> Any:
+        """Sympy's function; an ArithmeticError where sympy finds a term that is not real."""
+        unchanged = {"evaluate": False} if name in SEVERAL else {}  # sympy's comparison of symbols may take minutes
+        try:
+            return getattr(self.sympy, name.title() if name in CAPITAL else name)(*arguments, **unchanged)
+        except (TypeError, ValueError) as error:
+            raise ArithmeticError(str(error)) from error
 
     def relation(self, operator: str, left: Any, right: Any) -> Any:
         """A relation; an ArithmeticError where sympy finds a term that is not real."""

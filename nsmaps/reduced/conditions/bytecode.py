@@ -4,23 +4,25 @@ import math
 from collections.abc import Sequence
 
 from nsmaps.coordinates import TWO_PI, is_angle
-from nsmaps.reduced.conditions.fold import Algebra, fold
+from nsmaps.files.expressions import FUNCTIONS as NAMES
+from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
 from nsmaps.reduced.conditions.region import Box, Region, Where
 
 PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where the top of the stack decides for all states, false or true
 NEAR, RAISE, NOT, NEG, SQRT, SIN, COS, EXP, LOG = range(4, 13)  #: of one: the turn of an angle nearest to, a power of, a number
-ADD, SUB, MUL, DIV, POW = range(13, 18)
-LT, LE, GT, GE, EQ, NE, BOTH, EITHER = range(18, 26)
+TAN, ASIN, ACOS, ATAN, SINH, COSH, TANH, ABS, SIGN, FLOOR = range(13, 23)  #: of one too
+ADD, SUB, MUL, DIV, POW, MIN, MAX = range(23, 30)
+LT, LE, GT, GE, EQ, NE, BOTH, EITHER = range(30, 38)
 HIGHEST = 16  #: power that is multiplied out
 
 OPERATIONS = {
     **{"+": ADD, "-": SUB, "*": MUL, "/": DIV, "**": POW},
     **{"<": LT, "<=": LE, ">": GT, ">=": GE, "==": EQ, "!=": NE},
 }
-FUNCTIONS = {"sqrt": SQRT, "sin": SIN, "cos": COS, "exp": EXP, "log": LOG}
+FUNCTIONS = dict(zip(NAMES, [*range(SQRT, ADD), MIN, MAX], strict=True))
 
 JOINS = {AND: BOTH, OR: EITHER}
-TURNED = {ADD: ADD, MUL: MUL, LT: GT, LE: GE, GT: LT, GE: LE, EQ: EQ, NE: NE}  #: the equivalent with exchanged operands
+TURNED = {**{o: o for o in (ADD, MUL, MIN, MAX, EQ, NE)}, LT: GT, LE: GE, GT: LT, GE: LE}  #: with exchanged operands
 
 #: Operations, each with a number: what is pushed, which coordinate, how far to jump; of two numbers the second, NaN where it is
 #: on the stack.
@@ -38,6 +40,11 @@ def code_of(region: Region) -> Code | None:
     if type(region) is Where:
         return fold(region.text, region.coordinates, _Codes())
     return None
+
+
+def code_of_term(text: str, names: Sequence[str]) -> Code:
+    """The code that leaves the value of a formula in named coordinates on the stack."""
+    return fold_term(text, names, _Codes())
 
 
 def depth_of(code: Code) -> int:
@@ -99,8 +106,9 @@ class _Codes(Algebra[Code, Code]):
     def arithmetic(self, operator: str, left: Code, right: Code) -> Code:
         return _of_two(OPERATIONS[operator], left, right)
 
-    def function(self, name: str, argument: Code) -> Code:
-        return [*argument, (FUNCTIONS[name], 0)]
+    def function(self, name: str, *arguments: Code) -> Code:
+        code = FUNCTIONS[name]
+        return _of_two(code, *arguments) if code in (MIN, MAX) else [*arguments[0], (code, 0)]
 
     def relation(self, operator: str, left: Code, right: Code) -> Code:
         return _of_two(OPERATIONS[operator], left, right)

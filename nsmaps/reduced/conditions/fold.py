@@ -3,9 +3,10 @@
 import ast
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from functools import partial, reduce
 from typing import Generic, TypeVar
 
-from nsmaps.files.expressions import CONSTANTS, Reader
+from nsmaps.files.expressions import CONSTANTS, SEVERAL, Reader
 
 Term = TypeVar("Term")
 Test = TypeVar("Test")
@@ -38,8 +39,8 @@ class Algebra(ABC, Generic[Term, Test]):
         """Two terms joined by +, -, *, / or **."""
 
     @abstractmethod
-    def function(self, name: str, argument: Term) -> Term:
-        """One of the functions sqrt, sin, cos, exp and log of a term."""
+    def function(self, name: str, *arguments: Term) -> Term:
+        """One of the FUNCTIONS of a term; min and max of two. An ArithmeticError says that a term is not real."""
 
     @abstractmethod
     def relation(self, operator: str, left: Term, right: Term) -> Test:
@@ -70,12 +71,23 @@ def fold(text: str, names: Sequence[str], algebra: Algebra[Term, Test]) -> Test:
     return _test(reader, tree, algebra)
 
 
+def fold_term(text: str, names: Sequence[str], algebra: Algebra[Term, Test]) -> Term:
+    """The result of an algebra for the formula in named coordinates in a text; a ConditionError states the column."""
+    reader = Reader("formula", text, tuple(names))
+    tree = reader.tree()
+    reader.check_value(tree)
+    try:
+        return _term(reader, tree, algebra)
+    except ArithmeticError:
+        reader.fail(1, "is not real")
+
+
 def _test(reader: Reader, node: ast.expr, algebra: Algebra[Term, Test]) -> Test:
     match node:
         case ast.Compare(left=left, ops=ops, comparators=rights):
-            terms = [_term(reader, part, algebra) for part in (left, *rights)]
-            pairs = zip(ops, terms, terms[1:], strict=False)
             try:
+                terms = [_term(reader, part, algebra) for part in (left, *rights)]
+                pairs = zip(ops, terms, terms[1:], strict=False)
                 return algebra.conjunction([algebra.relation(OPERATORS[type(op)], a, b) for op, a, b in pairs])
             except ArithmeticError:  # infinite wherever the state is, as 1/(0*v)
                 reader.fail(node, f"{reader.source(node)} compares a value that is not real")
@@ -99,6 +111,7 @@ def _term(reader: Reader, node: ast.expr, algebra: Algebra[Term, Test]) -> Term:
             return algebra.signed(OPERATORS[type(op)], _term(reader, operand, algebra))
         case ast.BinOp(op=op, left=left, right=right):
             return algebra.arithmetic(OPERATORS[type(op)], _term(reader, left, algebra), _term(reader, right, algebra))
-        case ast.Call(func=ast.Name(id=name), args=[argument]):
-            return algebra.function(name, _term(reader, argument, algebra))
+        case ast.Call(func=ast.Name(id=name), args=args):
+            terms = [_term(reader, part, algebra) for part in args]
+            return reduce(partial(algebra.function, name), terms) if name in SEVERAL else algebra.function(name, *terms)
     raise AssertionError(f"{ast.dump(node)} passed the check")

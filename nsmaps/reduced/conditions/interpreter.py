@@ -9,15 +9,17 @@ from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.reduced.conditions import bytecode as code
 
 PUSH, LOAD, NEAR, RAISE, NOT, NEG = code.PUSH, code.LOAD, code.NEAR, code.RAISE, code.NOT, code.NEG
-SQRT, SIN, COS, EXP = code.SQRT, code.SIN, code.COS, code.EXP
+SQRT, SIN, COS, EXP, LOG, TAN = code.SQRT, code.SIN, code.COS, code.EXP, code.LOG, code.TAN
+ASIN, ACOS, ATAN, SINH, COSH = code.ASIN, code.ACOS, code.ATAN, code.SINH, code.COSH
+ABS, SIGN, FLOOR = code.ABS, code.SIGN, code.FLOOR
 AND, OR, BOTH = code.AND, code.OR, code.BOTH
-ADD, SUB, MUL, DIV, POW = code.ADD, code.SUB, code.MUL, code.DIV, code.POW
+ADD, SUB, MUL, DIV, POW, MIN = code.ADD, code.SUB, code.MUL, code.DIV, code.POW, code.MIN
 LT, LE, GT, GE, EQ, NE = code.LT, code.LE, code.GT, code.GE, code.EQ, code.NE
 
 
 @inlined
 def calculate(o, stack, a, b, count):
-    """Replace a row of the stack by its sum, difference, product, quotient or power with another row.
+    """Replace a row of the stack by its sum, difference, product, quotient or power with another row, or the smaller or larger.
 
     Each operation has a loop of its own, here and below, so that it runs in vector instructions.
     """
@@ -33,9 +35,13 @@ def calculate(o, stack, a, b, count):
     elif o == DIV:
         for c in range(count):
             stack[a, c] /= stack[b, c]
-    else:
+    elif o == POW:
         for c in range(count):
             stack[a, c] = stack[a, c] ** stack[b, c]
+    else:
+        for c in range(count):
+            first = stack[a, c] < stack[b, c] if o == MIN else stack[a, c] > stack[b, c]
+            stack[a, c] = stack[a, c] if first or math.isnan(stack[a, c]) else stack[b, c]
 
 
 @inlined
@@ -71,6 +77,16 @@ def transform(o, stack, a, count, number):
     elif o == SQRT:
         for c in range(count):
             stack[a, c] = math.sqrt(stack[a, c])
+    elif o == ABS:
+        for c in range(count):
+            stack[a, c] = abs(stack[a, c])
+    elif o == FLOOR:
+        for c in range(count):
+            stack[a, c] = np.floor(stack[a, c])
+    elif o == SIGN:
+        for c in range(count):
+            x = stack[a, c]
+            stack[a, c] = 1.0 if x > 0.0 else -1.0 if x < 0.0 else x
     else:
         for c in range(count):
             stack[a, c] = power(stack[a, c], number) if o == RAISE else transcendental(o, stack[a, c])
@@ -87,12 +103,24 @@ def power(base, exponent):
 
 @inner
 def transcendental(o, x):
-    """The sine, cosine, exponential or logarithm of a number."""
+    """A function of a number, NaN where it is not real."""
     if o == SIN:
         return math.sin(x)
     if o == COS:
         return math.cos(x)
-    return math.exp(x) if o == EXP else math.log(x)
+    if o == EXP:
+        return math.exp(x)
+    if o == LOG:
+        return math.log(x)
+    if o == TAN:
+        return math.tan(x)
+    if o in (ASIN, ACOS):
+        return math.asin(x) if o == ASIN else math.acos(x)
+    if o == ATAN:
+        return math.atan(x)
+    if o == SINH:
+        return math.sinh(x)
+    return math.cosh(x) if o == COSH else math.tanh(x)
 
 
 @inlined
