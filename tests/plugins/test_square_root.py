@@ -78,6 +78,23 @@ def test_windows_at_other_parameters(a, n):
     assert branch.events[0].parameter == pytest.approx(float(doubles), rel=1e-12)
 
 
+@pytest.mark.parametrize(("a", "window"), WINDOWS, ids=named)
+def test_a_window_ends_where_its_last_point_meets_the_border(a, window):
+    """Also where it has no stable part, and where n - 1 returns contract to 6e-5: the cycle is known from the closed form."""
+    n, value = window["period"], float(window["mu_border_collision"])
+    assert float(doubling_and_border(a, n)[1]) == pytest.approx(value, rel=1e-14)
+    assert float(doubling_and_border(a, n)[0]) == pytest.approx(float(window["mu_period_doubling"]), rel=1e-14)
+    assert (doubling_and_border(a, n)[0] < value) == window["stable_window"]
+    system = SquareRoot(a=a, mu=0.99 * value)
+    orbit = nsmaps.periodic_orbit(system, [float(root(a, n, system.mu) ** 2)], n)
+    assert (letters(orbit.words), orbit.stable) == ("R" + window["word"][:-1], window["stable_window"])
+    bounds = 0.9 * value, 1.1 * value
+    (event,) = nsmaps.continue_branch(Along(system, "mu"), orbit, system.mu, bounds, "up", step=0.5).events
+    assert (event.kind, event.parameter) == ("border collision", pytest.approx(value, rel=1e-12))
+    assert abs(event.parameter - value) <= event.precision
+    assert f"state {n} (L) at x = 0, beyond which is R" in event.detail
+
+
 def test_the_fixed_point_with_an_impact_doubles():
     """s^2 + s = mu and -1/(2 s) = -1: at mu = 3/4, from above."""
     system = SquareRoot(a=0.5, mu=2.0)
@@ -106,6 +123,18 @@ def test_a_cycle_in_the_plane(case):
     assert sorted(doubling.multipliers.real) == pytest.approx(
         [complex(each.replace(" ", "")).real for each in case["rho_period_doubling_multipliers"]], rel=1e-9
     )
+
+
+@pytest.mark.parametrize("case", PLANE["cases"], ids=named)
+def test_a_cycle_in_the_plane_ends_at_its_border(case):
+    system, value = SquareRootPlane(**numbers(case["parameters"])), float(case["rho_border_collision"])
+    orbit = nsmaps.periodic_orbit(system, np.array(case["points"][0], float), case["period"])
+    bounds = system.rho / 2, 1.2 * value
+    (event,) = nsmaps.continue_branch(Along(system, "rho"), orbit, system.rho, bounds, "up", step=0.5).events
+    assert (event.kind, event.border) == ("border collision", "non-smooth fold")
+    assert event.parameter == pytest.approx(value, rel=1e-13)
+    there = [complex(each.replace(" ", "")).real for each in case["rho_border_collision_multipliers"]]
+    assert event.multipliers.real == pytest.approx(there, rel=1e-9)
 
 
 @pytest.mark.parametrize(("cls", "run"), LONG, ids=lambda part: part.__name__ if isinstance(part, type) else None)
