@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,12 +15,16 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
+from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.partition.candidates import attracting_boxes
 from nsmaps.reduced.partition.cell import Cell, Cut, roots, sample
-from nsmaps.reduced.partition.orders import Demand, choose_order
+from nsmaps.reduced.partition.orders import Demand, choose_order, orders_of
 from nsmaps.reduced.partition.partition import partition
 from nsmaps.reduced.partition.separators import best_separator, sheets
 from nsmaps.reduced.partition.spec import Partition
@@ -138,13 +143,15 @@ def test_a_jump_within_a_word_is_an_edge_and_a_birth_of_turning_points_is_none(m
 
 def test_the_lowest_order_that_meets_the_demand_is_chosen():
     drawn = sample(Known(), Cell(NAMES, ((0.6, 0.9), (0.5, 1.5))))
-    exactly = choose_order(drawn, Demand(np.full(2, 1e-10), 0.0), 5)
+    known = partial(orders_of, Partition(tolerance=1, separable=False), coordinates=NAMES)
+    exactly = choose_order(drawn, Demand(np.full(2, 1e-10), 0.0), known("transient"))
     assert (exactly.order, exactly.met, exactly.word) == ("full v:1 phi:2", True, "BTB")
     assert exactly.max_error.max() < 1e-12
-    constant = choose_order(drawn, Demand(np.full(2, 0.3), 0.0), 5)
+    constant = choose_order(drawn, Demand(np.full(2, 0.3), 0.0), known("transient"))
     assert constant.order == "constant"
-    assert choose_order(drawn, Demand(np.full(2, 0.3), 0.0), 5, lowest=1).order == "full v:1 phi:1"
-    none = choose_order(drawn, Demand(np.full(2, 1e-10), 0.0), 1)
+    assert choose_order(drawn, Demand(np.full(2, 0.3), 0.0), known("attracting")).order == "full v:1 phi:1"
+    few = orders_of(Partition(tolerance=1, max_order=1), "transient", NAMES)
+    none = choose_order(drawn, Demand(np.full(2, 1e-10), 0.0), few)
     assert not none.met
     assert none.missed > 0.9
 
@@ -230,10 +237,76 @@ def test_resets_lead_to_states_from_which_the_exact_map_stays_in_the_box(pair: C
 
 def test_attracting_boxes_hold_the_attractor(pair: Callable):
     system, over = pair(0.26), grid((0.0033, 1), (0, np.pi), 100)
-    (box,), states = attracting_boxes(system, system.first_return(over.states()), over, 1.2, 2.0)
+    (box,), states = attracting_boxes(system, system.first_return(over.states()), over, Diagonal(delta=1.2, slope=2.0))
     path = orbit(system, [0.7, 0.2], 3000).states[500:]
     assert ((path >= box[:, 0]) & (path <= box[:, 1])).all()
     assert ((states >= box[:, 0]) & (states <= box[:, 1])).all()
+
+
+class Unnamed(Known):
+    """The same map with one word, which does not say that it jumps."""
+
+    def codes(self, x):
+        return np.full(len(x), encode("BB", WALLS))
+
+
+class Upper(ReturnFamily):
+    """The returns from above the curve."""
+
+    def contains(self, returns):
+        return Known().above(returns.start)
+
+
+class Even(PolyFit):
+    """Monomials v^i phi^(2j)."""
+
+    order: int
+
+    def exponents(self, coordinates, output):
+        return np.array([[i, j] for i in range(self.order + 1) for j in (0, 1, 2)])
+
+    def data(self, surface, output):
+        return np.ones(len(surface.start), bool)
+
+
+def test_families_sort_the_returns_of_a_partition():
+    known, how = Unnamed(), {"tolerance": 1e-6, "everywhere": True, "max_pieces": 4}
+    result = partition(known, grid(), Partition(**how, families=(Upper(name="upper"),)))
+    assert result.met
+    assert not result.unmet
+    x = np.random.default_rng(2).uniform([0, 0], [1, 3], (20_000, 2))
+    off = apart(result.composite.first_return(x).image, known.first_return(x).image)
+    assert np.quantile(off, 0.99) < 1e-6
+    assert partition(known, grid(), Partition(**how)).unmet  # it does not find the jump
+    with pytest.raises(ValidationError, match="the family 'upper' has max_returns = 2, and a partition is of first returns"):
+        Partition(tolerance=1, families=(Upper(name="upper", max_returns=2),))
+
+
+def test_given_fits_are_tried_in_turn():
+    fits = {"one": Even(order=0), "two": Even(order=1), "three": Even(order=2)}
+    result = partition(Known(), grid(), Partition(tolerance=1e-6, orders=fits))
+    assert result.met
+    assert {row.order for row in result.table() if row.role == "attracting"} == {"two"}
+    assert {row.order for row in result.table()} <= {"one", "two", "three", "constant"}
+
+
+def test_no_piece_lies_across_a_given_region():
+    corner = Where(text="v > 0.5 and phi < 1.2", coordinates=NAMES)
+    result = partition(Known(), grid(), Partition(tolerance=1e-6, regions=(corner,)))
+    assert result.met
+    assert result.composite.coverage(grid()).covered
+    x = np.random.default_rng(2).uniform([0, 0], [1, 3], (20_000, 2))
+    number, inside = result.composite.piece_of(x), corner.contains(x)
+    assert not set(number[inside]) & set(number[~inside])
+    assert set(number[inside]) & {result.composite.pieces.index(each) for each in result.attracting_map.pieces}
+
+
+def test_an_attracting_region_may_be_any():
+    disc = Where(text="(v - 0.7)**2 + (phi - 1)**2 <= 0.04", coordinates=NAMES)
+    result = partition(Known(), grid(), Partition(tolerance=1e-6, attracting=(disc,)))
+    x = np.random.default_rng(3).uniform([0.4, 0.7], [1, 1.3], (5000, 2))
+    assert result.met
+    assert ((result.attracting_map.piece_of(x) >= 0) == disc.contains(x)).all()
 
 
 def test_attracting_boxes_can_be_given_by_hand(pair: Callable):

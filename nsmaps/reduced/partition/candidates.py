@@ -12,7 +12,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.fit.polyfit import stretch_of
-from nsmaps.reduced.partition.cell import rounded, side_of
+from nsmaps.reduced.partition.cell import BY_WORDS, Sorting, rounded, side_of
 
 STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis of the plane, returns of their orbits, last states that count
 RASTER, MOST_CELLS = 40, 10**7  #: cells of the raster that groups states, along each axis and at most in all
@@ -20,7 +20,9 @@ MARGIN = 0.01  #: margin around a group, as a share of the grid's sides
 MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 
 
-def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float, slope: float) -> tuple[Floats, Floats]:
+def attracting_boxes(
+    map: ReturnMap, returns: Returns, grid: Grid, filter: Diagonal, sorting: Sorting = BY_WORDS
+) -> tuple[Floats, Floats]:
     """Boxes around possible attractors, shape (B, n, 2), and the states in them that indicate these, shape (M, n).
 
     Where orbits that end in the grid's box leave it for single states, boxes hold these too: an attractor is not cut off.
@@ -39,7 +41,7 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
     if not len(stay):
         return np.empty((0, *box.shape)), stay
     box = _reached(box, stay, np.any(returns.image[returns.valid] < 0, axis=0))
-    states = np.concatenate([stay, near_diagonals(returns, grid, delta, slope)])
+    states = np.concatenate([stay, near_diagonals(returns, grid, filter, sorting)])
     group = _groups(states, box, circles)
     margin = MARGIN * (box[:, 1] - box[:, 0])
     kept = [states[group == k] for k in np.unique(group[: len(stay)])]
@@ -49,13 +51,12 @@ def attracting_boxes(map: ReturnMap, returns: Returns, grid: Grid, delta: float,
     return boxes, np.concatenate([*kept, _beside_cuts(boxes, circles)])
 
 
-def near_diagonals(returns: Returns, grid: Grid, delta: float, slope: float) -> Floats:
-    """The grid's states near both diagonals on parts of the surface of their word with small derivatives, shape (M, n)."""
-    found = [np.empty((0, len(returns.coordinates)))]
-    for code in np.unique(returns.codes[returns.valid]):
-        member = returns.valid & (returns.codes == code)
-        surface = Surface("word", grid, member, returns.select(member))
-        found.append(Diagonal(delta=delta, slope=slope, region=None).near(surface).start)
+def near_diagonals(returns: Returns, grid: Grid, filter: Diagonal, sorting: Sorting = BY_WORDS) -> Floats:
+    """The grid's states near both diagonals on parts of the surface of their word or family with small slopes, shape (M, n)."""
+    found, sorts = [np.empty((0, len(returns.coordinates)))], sorting(returns)
+    for number in np.unique(sorts[returns.valid]):
+        member = returns.valid & (sorts == number)
+        found.append(filter.near(Surface("one sort", grid, member, returns.select(member))).start)
     return np.concatenate(found)
 
 

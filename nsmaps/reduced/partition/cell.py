@@ -1,20 +1,24 @@
 """Cells of a partition: boxes cut by curves or surfaces of low order, written as conditions, with samples of the exact map."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import count, islice, product
 
 import numpy as np
 
-from nsmaps.arrays import Bools, Floats
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, is_angle
+from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.family import ReturnFamily, contained
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
-from nsmaps.reduced.conditions.region import Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where
 
 SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid in the plane, and random held-out points
+FIRST = np.iinfo(np.int64).min + 1  #: the number of the first family, which no word has
+NO_IMAGE = (Outcome.rests, Outcome.escaped, Outcome.invalid)
 FEW = 20  #: if a cell holds less than one in so many of the points around it, its grid is drawn around those
 
 
@@ -78,6 +82,7 @@ class Cell(WithCoordinates):
     bounds: tuple[tuple[float, float], ...]  #: of the box, one pair a coordinate
     closed: tuple[bool, ...] = ()  #: True if the lower bound belongs to the cell, as all do if omitted
     cuts: tuple[Cut, ...] = ()  #: curves; plain bounds are in `bounds`
+    conditions: tuple[str, ...] = ()  #: further ones, of the given regions in which it lies or does not
     hull: tuple[tuple[float, float], ...] = ()  #: a box around the cell within the curves; the bounds without them
 
     def cut(self, cut: Cut) -> "Cell":
@@ -91,6 +96,10 @@ class Cell(WithCoordinates):
         closed[i] = closed[i] and not cut.above
         return replace(self, bounds=tuple(bounds), closed=tuple(closed))._shrunk()
 
+    def where(self, conditions: Sequence[str]) -> "Cell":
+        """The part of the cell in which conditions hold."""
+        return replace(self, conditions=(*self.conditions, *conditions))._shrunk()
+
     @cached_property
     def text(self) -> str:
         """The cell as a condition."""
@@ -101,7 +110,7 @@ class Cell(WithCoordinates):
             below = "" if around and closed and low == 0 else f"{low!r} {'<=' if closed else '<'} "
             above = "" if around and high == TWO_PI else f" <= {high!r}"
             texts += [f"{below}{name}{above}"] if below or above else []
-        texts += [cut.text(self.coordinates) for cut in self.cuts]
+        texts += [*(cut.text(self.coordinates) for cut in self.cuts), *(f"({each})" for each in self.conditions)]
         return " and ".join(texts) or f"{self.coordinates[0]} == {self.coordinates[0]}"
 
     @cached_property
@@ -117,7 +126,7 @@ class Cell(WithCoordinates):
     def _shrunk(self) -> "Cell":
         """The cell with a hull around the part of its box within its curves, found on grids."""
         box = np.array(self.bounds, float)
-        if self.cuts:
+        if self.cuts or self.conditions:
             for _ in range(3):
                 grid = _grid(self.coordinates, box, 4 * SIDE)
                 states = grid.states()
@@ -131,6 +140,29 @@ class Cell(WithCoordinates):
         return replace(self, hull=hull)
 
 
+@dataclass(frozen=True, slots=True)
+class Sorting:
+    """The families by which returns are sorted, the first that contains a return before the others; words without any."""
+
+    families: tuple[ReturnFamily, ...] = ()
+
+    def __call__(self, returns: Returns) -> Ints:
+        """A number for each return, shape (N,): that of its family or word."""
+        number = returns.codes
+        for k, family in reversed(list(enumerate(self.families))):
+            number = np.where(contained(family, returns) & returns.valid, FIRST + k, number)
+        return number
+
+    def pieces(self, map: ReturnMap, states: Floats) -> Ints:
+        """Numbers of states (N, n) that change at every border of a smooth piece and of a family, shape (N, c)."""
+        itineraries = map.itineraries(states)
+        codes = np.where(np.isin(itineraries.outcome, NO_IMAGE), -(2**62), itineraries.codes)
+        return np.column_stack([codes, *([self(map.first_return(states))] if self.families else [])])
+
+
+BY_WORDS = Sorting()
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:
     """Exact returns in a cell: on a grid for the fits, and at random places for their errors."""
@@ -140,6 +172,7 @@ class Sample:
     returns: Returns  #: of the whole grid
     held_out: Returns  #: of random states in the cell
     area: float  #: of the cell
+    sorting: Sorting = BY_WORDS
 
     def restricted(self, cut: Cut) -> "Sample":
         """The part of the sample on one side of a curve."""
@@ -154,7 +187,14 @@ class Sample:
         return Surface("cell", self.grid, member, self.returns.select(member))
 
 
-def sample(map: ReturnMap, cell: Cell, taken: Sequence[Region] = (), side: int = SIDE, held_out: int = HELD_OUT) -> Sample:
+def sample(
+    map: ReturnMap,
+    cell: Cell,
+    taken: Sequence[Region] = (),
+    side: int = SIDE,
+    held_out: int = HELD_OUT,
+    sorting: Sorting = BY_WORDS,
+) -> Sample:
     """The exact returns in a cell, without the states of other regions."""
     low, high = cell.around.T
     random = np.random.default_rng(0).uniform(low, high, (held_out, len(low)))
@@ -168,7 +208,7 @@ def sample(map: ReturnMap, cell: Cell, taken: Sequence[Region] = (), side: int =
     few = 0 < len(random) < held_out / FEW
     grid = _grid(cell.coordinates, np.column_stack([random.min(axis=0), random.max(axis=0)]) if few else cell.around, side)
     states = grid.states()
-    return Sample(grid, _free(states, cell, taken), map.first_return(states), map.first_return(random), area)
+    return Sample(grid, _free(states, cell, taken), map.first_return(states), map.first_return(random), area, sorting)
 
 
 def rounded(value: float, width: float) -> float:
@@ -198,3 +238,27 @@ def roots(names: Sequence[str], box: Floats) -> list[Cell]:
             [(float(low), float(high))] if high <= TWO_PI else [(float(low), TWO_PI), (0.0, float(min(high - TWO_PI, low)))]
         )
     return [Cell(coordinates, bounds) for bounds in product(*spans) if all(low < high for low, high in bounds)]
+
+
+def cells_of(names: Sequence[str], given: Region | Mapping[str, tuple[float, float]], box: Floats) -> list[Cell]:
+    """The cells that make up a given box, or the part of another region in a box (n, 2)."""
+    if isinstance(given, Region) and not isinstance(given, Box):
+        return [cell.where([_text_of(given)]) for cell in roots(names, box)]
+    bounds = given.bounds if isinstance(given, Box) else given
+    return roots(names, Box.model_validate({"coordinates": names, "bounds": bounds}).array)
+
+
+def parts_of(cells: Sequence[Cell], regions: Sequence[Region]) -> list[Cell]:
+    """The parts of cells in each of some regions and in none of those before it, and in none of them."""
+    texts = [_text_of(region) for region in regions]
+    parts = [[*(f"not ({text})" for text in texts[:k]), *texts[k : k + 1]] for k in range(len(texts) + 1)]
+    return [cell.where(part) if part else cell for cell in cells for part in parts]
+
+
+def _text_of(region: Region) -> str:
+    """The condition of a region."""
+    if isinstance(region, Where):
+        return region.text
+    from nsmaps.reduced.conditions.text import text_of
+
+    return text_of(region.condition(), region.coordinates)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.cell import Sample
+
+if TYPE_CHECKING:
+    from nsmaps.reduced.partition.spec import Partition, Role
 
 SURE = 0.8  #: share of a strict demand used at the held-out states, since other states may have slightly larger errors
 
@@ -63,22 +67,38 @@ def _text(degrees: Mapping[str, int]) -> str:
     return " ".join(f"{name}:{degree}" for name, degree in degrees.items())
 
 
-def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool = False, lowest: int = 0) -> Chosen | None:
-    """The order with the fewest terms that meets a demand, or otherwise the one that comes nearest; None without data.
+def orders_of(spec: "Partition", role: "Role", coordinates: Sequence[str]) -> dict[str, PolyFit]:
+    """The fits that are tried in a region: the given ones and then a constant, or polynomials, those of fewest terms first.
 
-    Orders below the `lowest` degree in a coordinate are tried after all others: a constant piece takes all states to one, so that
+    Of regions that attract, constants come after all others: a constant piece takes all states to one, so that
     a chaotic attractor through even the smallest is a stable cycle of the composite map.
+    """
+    if spec.orders:
+        return {**spec.orders, "constant": Full(degrees={}, absolute=())}
+    lowest = int(role == "attracting")
+    known = orders(coordinates, spec.max_order, spec.separable and not lowest)
+    return {name: fit for name, fit, _, degree in sorted(known, key=lambda each: each[3] < lowest)}
 
-    Each is fitted to the returns of the most frequent word on the cell's grid, and validated at the held-out states,
-    which include other words. If no state may miss the demand, no point of the grid may either.
+
+def highest_of(spec: "Partition", coordinates: Sequence[str]) -> PolyFit:
+    """The last of the given fits, or the polynomials of highest order."""
+    return [*spec.orders.values(), Full(degrees=dict.fromkeys(coordinates, spec.max_order), absolute=())][
+        max(len(spec.orders) - 1, 0)
+    ]
+
+
+def choose_order(sample: Sample, demand: Demand, known: Mapping[str, PolyFit]) -> Chosen | None:
+    """The first of the known orders that meets a demand, or otherwise the one that comes nearest; None without data.
+
+    Each is fitted to the returns of the most frequent word or family on the cell's grid, and validated at the held-out states,
+    which include other ones. If no state may miss the demand, no point of the grid may either.
     """
     data = commonest(sample)
     if data is None:
         return None
     word, surface = data
     best: Chosen | None = None
-    known = orders(surface.coordinates, highest, separable)
-    for order, fit, _, _ in sorted(known, key=lambda each: each[3] < lowest):
+    for order, fit in known.items():
         try:
             polymap = fit.fit(surface)
         except FitError:
@@ -97,12 +117,14 @@ def choose_order(sample: Sample, demand: Demand, highest: int, separable: bool =
 
 
 def commonest(sample: Sample) -> tuple[str, Surface] | None:
-    """The most frequent word of a cell and its returns on the cell's grid; None if nothing returns."""
-    codes, counts = np.unique(sample.returns.codes[sample.inside & sample.returns.valid], return_counts=True)
-    if not len(codes):
+    """The returns of the most frequent family or word on a cell's grid, and their commonest word; None if nothing returns."""
+    sorts = sample.sorting(sample.returns)
+    numbers, counts = np.unique(sorts[sample.inside & sample.returns.valid], return_counts=True)
+    if not len(numbers):
         return None
-    surface = sample.surface(sample.returns.codes == codes[np.argmax(counts)])
-    return str(surface.returns.words[0]), surface
+    surface = sample.surface(sorts == numbers[np.argmax(counts)])
+    words, counts = np.unique(surface.returns.words, return_counts=True)
+    return str(words[np.argmax(counts)]), surface
 
 
 def held_out_error(polymap: PolyMap, held_out: Returns, demand: Demand) -> tuple[Floats, float]:

@@ -21,6 +21,8 @@ def partition(
     Closed forms have any number of coordinates, by curves and polynomials in all of them; samples of a cell have 2^(n - 2)
     times as many states as in the plane. The accurate kind is for two coordinates.
 
+    The partition takes user-defined regions, fits and families: see `Partition`.
+
     Args:
         progress: called with the fraction of `max_pieces` that is made, or of the known leaves that is done; at the end with 1.
 
@@ -35,6 +37,9 @@ def partition(
     if spec.kind == "accurate" and len(system.coordinates) != 2:
         given = system.coordinates
         raise NsmapsError(f"the system has the coordinates {given}; expected: two, as the accurate kind divides a plane")
+    for fit in spec.orders.values():
+        for name in system.coordinates:
+            fit.exponents(system.coordinates, name)  # which refuses names that are not coordinates
     with working("partition", progress) as work:
         if spec.kind == "accurate":
             return accurate(system, grid, spec.tolerance, progress=work.reached)

@@ -14,11 +14,11 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Region
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.partition.candidates import attracting_boxes, box_of
-from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, roots, rounded, sample
-from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors
+from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, Sorting, cells_of, parts_of, roots, rounded, sample
+from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors, highest_of, orders_of
 from nsmaps.reduced.partition.resets import resets
 from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 from nsmaps.reduced.validation.destinations import Destinations, ends, random_states
@@ -76,7 +76,8 @@ class Leaf:
         held_out = self.sample.held_out
         signed = (held_out.image[held_out.valid] < 0).any(axis=0)
         negative = (polymap(held_out.start) < 0).any(axis=0) & ~held_out.coordinates.angles & ~signed
-        names = tuple(name for name, each in zip(held_out.coordinates, negative, strict=True) if each)
+        own = polymap.absolute
+        names = tuple(name for name, each in zip(held_out.coordinates, negative, strict=True) if each or name in own)
         return Piece(f"R{self.number}", self.cell.region, replace(polymap, absolute=names), self.chosen.word)
 
 
@@ -97,12 +98,11 @@ class Refinement:
         """Attracting regions first, the transient remainder after them, which is tightened where attractors pass through it."""
         returns = self.system.first_return(self.grid.states())
         self.resets = tuple(resets(self.system, returns, self.grid))
-        boxes, states = self.attracting(returns)
-        cells = [cell for box in boxes for cell in roots(self.system.coordinates, box)]
-        self.refine(self.divided(cells, "attracting", states), max(1, 2 * self.spec.max_pieces // 3))
+        cells, states = self.attracting(returns)
+        self.refine(self.divided(parts_of(cells, self.spec.regions), "attracting", states), max(1, 2 * self.spec.max_pieces // 3))
         self.taken = tuple(leaf.cell.region for leaf in self.leaves)
         remaining = roots(self.system.coordinates, box_of(self.grid))
-        self.refine(self.divided(remaining, "transient", states), self.spec.max_pieces)
+        self.refine(self.divided(parts_of(remaining, self.spec.regions), "transient", states), self.spec.max_pieces)
         for _ in range(ROUNDS if self.taken else 0):
             loose = self.loose()
             if not loose or len(self.leaves) >= self.spec.max_pieces:
@@ -117,15 +117,15 @@ class Refinement:
         """Where orbits of the exact map end."""
         return Destinations.of(self.system, box_of(self.grid))
 
-    def attracting(self, returns: Returns) -> tuple[Floats, Floats]:
-        """Step iii: boxes around possible attractors with states that indicate them, or given boxes with states everywhere."""
-        if not self.spec.attracting:
-            return attracting_boxes(self.system, returns, self.grid, self.spec.delta, self.spec.slope)
+    def attracting(self, returns: Returns) -> tuple[list[Cell], Floats]:
+        """Step iii: cells around possible attractors with states that indicate them, or given ones with states everywhere."""
         names = self.system.coordinates
-        boxes: Floats = np.array(
-            [Box.model_validate({"coordinates": names, "bounds": each}).array for each in self.spec.attracting]
-        )
-        return boxes, np.concatenate([random_states(box, STRICT) for box in boxes])
+        if not self.spec.attracting:
+            filter = Diagonal(delta=self.spec.delta, slope=self.spec.slope, region=None)
+            boxes, states = attracting_boxes(self.system, returns, self.grid, filter, Sorting(self.spec.families))
+            return [cell for box in boxes for cell in roots(names, box)], states
+        cells = [cell for each in self.spec.attracting for cell in cells_of(names, each, box_of(self.grid))]
+        return cells, np.concatenate([random_states(cell.around, STRICT) for cell in cells])
 
     def demand(self, role: "Role") -> Demand:
         """The demand on a role: the tolerance, or a tenth of the grid's sides where the map is transient."""
@@ -143,7 +143,7 @@ class Refinement:
         todo = list(cells)
         while todo:
             cell = todo.pop(0)
-            drawn = sample(self.system, cell, self.taken, FINE)
+            drawn = sample(self.system, cell, self.taken, FINE, sorting=Sorting(self.spec.families))
             cut = self.separator(drawn, role)
             if cut is not None and len(self.leaves) + len(found) + len(todo) + 2 <= self.spec.max_pieces:
                 todo += [cell.cut(side) for side in cut.sides()]
@@ -154,7 +154,8 @@ class Refinement:
     def leaf(self, cell: Cell, role: "Role", demand: Demand, states: Floats, number: int = 0, iteration: int = 1) -> Leaf | None:
         """Step iv: a region with the lowest order that meets its demand; None if it is empty, or if no part of it attracts."""
         attracts = role == "attracting"
-        drawn = sample(self.system, cell, () if attracts else self.taken, held_out=HELD_OUT if demand.share else STRICT)
+        held_out = HELD_OUT if demand.share else STRICT
+        drawn = sample(self.system, cell, () if attracts else self.taken, held_out=held_out, sorting=Sorting(self.spec.families))
         if attracts:
             states = states[cell.region.contains(states)]
         if not len(drawn.held_out) or (attracts and not len(states)):
@@ -162,7 +163,7 @@ class Refinement:
         if not number:
             self.count += 1
             number = self.count
-        chosen = choose_order(drawn, demand, self.spec.max_order, not attracts and self.spec.separable, lowest=int(attracts))
+        chosen = choose_order(drawn, demand, orders_of(self.spec, role, self.system.coordinates))
         return Leaf(number, iteration, role, cell, drawn, demand, chosen, states)
 
     def separator(self, drawn: Sample, role: "Role") -> Cut | None:
@@ -241,7 +242,7 @@ class Refinement:
             if data is None or not len(exact):
                 continue
             try:
-                polymap = Full(degrees=dict.fromkeys(self.system.coordinates, self.spec.max_order), absolute=()).fit(data[1])
+                polymap = highest_of(self.spec, self.system.coordinates).fit(data[1])
             except FitError:
                 continue
             ratio = (errors(polymap(exact.start), exact) / leaf.demand.errors).max(axis=1)

@@ -2,15 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from math import comb
 
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
-from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.returns import Returns
 from nsmaps.reduced.partition.cell import Cut, Sample, powers, rounded
 
 BISECTIONS = 40
@@ -32,23 +32,22 @@ class Sheets:
 
 
 def sheets(map: ReturnMap, sample: Sample, jump: float) -> Sheets:
-    """The sheets of a map over a cell's grid: the word changes from one to the next, or the image jumps.
+    """The sheets of a map over a cell's grid: the word or family changes from one to the next, or the image jumps.
 
     Neighbours on the grid whose itineraries differ have a border between them, which bisection finds. It is an edge if the
-    words on its sides differ or their images differ by more than `jump` (a graze of the base wall), but not at the birth of a
-    pair of
-    turning points. Two sides that are joined around the end of an edge are one sheet.
+    words or families on its sides differ or their images differ by more than `jump` (a graze of the base wall), but not at the
+    birth of a pair of turning points. Two sides that are joined around the end of an edge are one sheet.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     first, second = _neighbours(sample)
-    codes = _codes(map.itineraries(sample.returns.start))
-    words = np.where(sample.returns.valid, sample.returns.codes, -1)
-    joined = words[first] == words[second]
-    crossed = np.flatnonzero(codes[first] != codes[second])
+    pieces = sample.sorting.pieces(map, sample.returns.start)
+    sorts = np.where(sample.returns.valid, sample.sorting(sample.returns), -1)
+    joined = sorts[first] == sorts[second]
+    crossed = np.flatnonzero((pieces[first] != pieces[second]).any(axis=1))
     crossed = crossed[:: -(-len(crossed) // MOST_EDGES) or 1]
-    edge, points = _edges(map, sample.returns.start[first[crossed]], sample.returns.start[second[crossed]], jump)
+    edge, points = _edges(map, sample, first[crossed], second[crossed], jump)
     joined[crossed[edge]] = False
     size = sample.grid.size
     graph = coo_array((np.ones(joined.sum()), (first[joined], second[joined])), shape=(size, size))
@@ -133,27 +132,23 @@ def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
     return first[both], second[both]
 
 
-def _edges(map: ReturnMap, start: Floats, end: Floats, jump: float) -> tuple[Bools, Floats]:
-    """A mask of edges between states (K, n) and others, and their places: the first of the borders between them that is one."""
+def _edges(map: ReturnMap, sample: Sample, first: Ints, second: Ints, jump: float) -> tuple[Bools, Floats]:
+    """A mask of edges between K grid points and others, and their places: the first of the borders between them that is one."""
+    start, end = sample.returns.start[first], sample.returns.start[second]
+    sorting, label = sample.sorting, partial(sample.sorting.pieces, map)
     edge, points = np.zeros(len(start), bool), (start + end) / 2
     rows, low = np.arange(len(start)), start
     for _ in range(MOST_BORDERS):
         if not len(rows):
             break
-        codes, high = _codes(map.itineraries(low)), end[rows]
-        label = lambda states: _codes(map.itineraries(states))  # noqa: E731
-        low, high, codes = bisect_change(label, low, high, codes, _codes(map.itineraries(high)), halvings=BISECTIONS)
+        high = end[rows]
+        low, high, beyond = bisect_change(label, low, high, label(low), label(high), halvings=BISECTIONS)
         a, b = map.first_return(low), map.first_return(high)
-        found = (a.codes != b.codes) | (a.valid != b.valid) | (_jump(a, b) > jump)
+        found = (sorting(a) != sorting(b)) | (a.valid != b.valid) | (_jump(a, b) > jump)
         edge[rows], points[rows[found]] = found, high[found]
-        more = ~found & (codes != _codes(map.itineraries(end[rows])))
+        more = ~found & (beyond != label(end[rows])).any(axis=1)
         rows, low = rows[more], high[more]
     return edge, points
-
-
-def _codes(itineraries: Itineraries) -> Ints:
-    """The itineraries as numbers, one number for all without an image."""
-    return np.where(np.isin(itineraries.outcome, (Outcome.rests, Outcome.escaped, Outcome.invalid)), -(2**62), itineraries.codes)
 
 
 def _jump(a: Returns, b: Returns) -> Floats:

@@ -1,16 +1,19 @@
 """The specification of a partition, the map that replaces an exact one in a box."""
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, InstanceOf, model_validator
 
+from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.fit.polyfit import PolyFit
 
 Role = Literal["attracting", "transient"]
 
 
-class Partition(BaseModel):
-    """The specification of the reduced map of a system; the tolerance is the only choice that must be made."""
+class PartitionChoices(BaseModel):
+    """The choices of a partition that are numbers and words."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -24,13 +27,40 @@ class Partition(BaseModel):
     everywhere: bool = Field(default=False, description="true if the tolerance applies to transient pieces too")
     delta: Number = Field(default=1.2, gt=1, description="nearness to the diagonals, eq. r1uniond")
     slope: Number = Field(default=2.0, gt=0, description="upper bound on abs(dx'_i/dx_i) near the diagonals")
-    attracting: tuple[dict[str, tuple[Number, Number]], ...] = Field(
-        default=(), description="attracting boxes in place of those of step iii"
-    )
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> Self:
         others = sorted(self.model_fields_set - {"tolerance", "kind"})
         if self.kind == "accurate" and others:
             raise ValueError(f"{', '.join(map(repr, others))}: of closed forms only; expected beside kind accurate: 'tolerance'")
+        return self
+
+
+class Partition(PartitionChoices):
+    """The specification of the reduced map of a system; the tolerance is the only choice that must be made.
+
+    Results of runs hold it without the objects of classes.
+    """
+
+    unstored: ClassVar = ("attracting", "regions", "orders", "families")
+
+    attracting: tuple[InstanceOf[Region] | dict[str, tuple[Number, Number]], ...] = Field(
+        default=(), description="attracting boxes or other regions in place of those of step iii"
+    )
+    regions: tuple[InstanceOf[Region], ...] = Field(
+        default=(), description="first cells: no piece lies in one of them and beside it; the first that holds a state counts"
+    )
+    orders: dict[str, InstanceOf[PolyFit]] = Field(
+        default={}, description="fits that are tried in turn, in place of polynomials up to max_order"
+    )
+    families: tuple[InstanceOf[ReturnFamily], ...] = Field(
+        default=(), description="by which returns are sorted before their words; the first that contains a return counts"
+    )
+
+    @model_validator(mode="after")
+    def _of_first_returns(self) -> Self:
+        for family in self.families:
+            if family.max_returns > 1:
+                several = f"the family {family.name!r} has max_returns = {family.max_returns}"
+                raise ValueError(f"{several}, and a partition is of first returns; expected: 1")
         return self

@@ -97,7 +97,7 @@ def _members(value: Any) -> dict[str, Any]:
     if isinstance(value, Coordinates):
         return {name: list(texts) for name, texts in value.plain.items()}
     if isinstance(value, BaseModel):
-        return dict(value)
+        return {name: each for name, each in value if name not in getattr(value, "unstored", ())}
     if isinstance(value, tuple):  # a named tuple
         return dict(zip(type(value).__annotations__, value, strict=True))
     return {field.name: getattr(value, field.name) for field in fields(value)}
