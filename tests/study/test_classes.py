@@ -1,5 +1,6 @@
 """Studies with regions, fits and families of user-defined classes: run, stored, resumed, copied; errors at their place."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -170,6 +171,70 @@ def test_errors_of_classes_are_at_their_place(folder: Path, old: str, new: str, 
     line, column = text[:at].count("\n") + 1, at - text[:at].rfind("\n")
     assert str(caught.value).startswith(f"{folder / 'own.yaml'}:{line}:{column}: "), caught.value
     assert message in str(caught.value)
+
+
+LOZI = """
+import nsmaps
+
+
+class Lozi(nsmaps.PiecewiseMap):
+    a: float = 0.6
+    b: float = 0.3
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {
+            "L": (x.x < 0, {"x": 1 + self.a * x.x + x.y, "y": self.b * x.x}),
+            "R": (True, {"x": 1 - self.a * x.x + x.y, "y": self.b * x.x}),
+        }
+
+
+class Right(nsmaps.ReturnFamily):
+    edge: float = 0.0
+
+    def contains(self, returns):
+        return returns.start[:, 0] >= self.edge
+"""
+PARTITION = """\
+system: lozi.py:Lozi
+grid: {x: {from: -1.0, to: 1.5, points: 21}, y: {from: -0.5, to: 0.5, points: 21}}
+families: {right: {class: "lozi.py:Right", edge: 0.3}}
+partition:
+  tolerance: 1e-6
+  families: [right]
+  regions: [y > 0.2]
+  orders: {zero: {full: {}}, one: {class: "mine.py:Even", degree: 1}}
+  attracting: [{x: [0.5, 1.2], y: [-0.1, 0.4]}]
+"""
+
+
+def test_a_partition_of_a_study_takes_classes(folder: Path) -> None:
+    """The pieces are affine, each on one side of the given region and of the family's edge."""
+    (folder / "lozi.py").write_text(LOZI)
+    (folder / "own.yaml").write_text(PARTITION)
+    result = nsmaps.run(folder / "own.yaml", out=folder / "run")
+    assert result.partition.met
+    assert {row.order for row in result.partition.table()} <= {"zero", "one", "constant"}
+    states = np.random.default_rng(1).uniform([-1, -0.5], [1.5, 0.5], (20_000, 2))
+    number, beyond = result.composite.piece_of(states), states[:, 1] > 0.2
+    assert not set(number[beyond]) & set(number[~beyond])
+    read = nsmaps.read_result(folder / "run")
+    assert read.study.partition == result.study.partition
+    assert read.partition.spec == nsmaps.Partition(tolerance=1e-6)
+    assert (read.composite.piece_of(states) == number).all()
+    for old, new, message in (
+        ("[right]", "[rihgt]", "own.yaml:6:14: unknown family 'rihgt'; expected: right, did you mean 'right'"),
+        ("x: [0.5, 1.2], ", "", "own.yaml:9:16: the coordinate 'x' is missing"),
+        ("degree: 1", "degree: wide", "own.yaml:8:67: degree is 'wide'; expected: integer"),
+        (
+            "tolerance",
+            "kind: accurate\n  tolerance",
+            "own.yaml:5:3: 'attracting', 'families', 'orders', 'regions': of closed forms only",
+        ),
+    ):
+        (folder / "own.yaml").write_text(PARTITION.replace(old, new, 1))
+        with pytest.raises(StudyError, match=re.escape(message)):
+            nsmaps.load_study(folder / "own.yaml")
 
 
 def test_installed_classes_and_classes_of_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

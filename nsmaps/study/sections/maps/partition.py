@@ -5,42 +5,73 @@ import re
 from collections.abc import Iterator
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import Discriminator, Field, Tag
 
 from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.partition.partition import partition
 from nsmaps.reduced.partition.result import PartitionResult
-from nsmaps.reduced.partition.spec import Partition
+from nsmaps.reduced.partition.spec import Partition, PartitionChoices
 from nsmaps.reduced.validation.destinations import MISLED
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.conclusions.texts import finite, yes
-from nsmaps.study.reading.values import ATTRACTING
+from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
+from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
 from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
 from nsmaps.study.sections.fields import PartitionFields
 from nsmaps.study.sections.maps.composite import MAP, judged
+from nsmaps.study.sections.maps.fits import Fit, bind_fit
 
 if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.fit.polymap import PolyMap
-    from nsmaps.study.sections.base import Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult
 
+Attracting = Annotated[Annotated[Bounds, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
 MET = "partition: tolerance met"
 
 
-def _stands_for(spec: Partition) -> tuple[str, ...]:
+class PartitionSection(PartitionChoices):
+    """The choices of a partition in a study."""
+
+    attracting: tuple[Attracting, ...] = ()
+    regions: tuple[Condition, ...] = ()
+    orders: dict[Name, Fit] = Field({})
+    families: tuple[str, ...] = ()
+
+
+def _stands_for(spec: PartitionSection) -> tuple[str, ...]:
     return ("families",) if spec.kind == "accurate" else ("families", "composite")
 
 
-def _needs(spec: Partition) -> Iterator[Need]:
+def _needs(spec: PartitionSection) -> Iterator[Need]:
     yield ("partition",), "'partition'", "grid"
 
 
-def _check(spec: Partition, study: "Study") -> None:
+def _check(spec: PartitionSection, study: "Study") -> None:
     if study.composite:
         text = "'partition' determines the pieces of 'composite'; expected: one of the two"
         raise study.source.error(("partition",), text)
+    for number, name in enumerate(spec.families):
+        study.source.known(("partition", "families", number), name, study.families, "family")
+
+
+def _bind(spec: PartitionSection, binding: "Binding") -> Partition:
+    boxes, regions = list[Region](), list[Region]()
+    for k, given in enumerate(spec.attracting):
+        loc = ("partition", "attracting", k)
+        boxes.append(binding.region(loc, given) if isinstance(given, Instance) else binding.box(loc, given))
+    for k, condition in enumerate(spec.regions):
+        regions.append(binding.region(("partition", "regions", k), condition))
+    orders = {name: bind_fit(("partition", "orders", name), fit, binding) for name, fit in spec.orders.items()}
+    sorts = [binding.family(name) for name in spec.families]
+    numbers = spec.model_dump(exclude_unset=True, exclude={"attracting", "regions", "orders", "families"})
+    objects: dict[str, Any] = {"attracting": boxes, "regions": regions, "orders": orders, "families": sorts}
+    with binding.study.source.located(("partition",)):
+        return Partition(**numbers, **{key: value for key, value in objects.items() if value})
 
 
 def is_of_partition(study: "Study", map: str) -> bool:
@@ -54,19 +85,19 @@ def attracting_of(found: PartitionResult) -> "PolyMap | CompositeMap":
     return attracting.pieces[0].map if len(attracting.pieces) == 1 else attracting
 
 
-def _compute(spec: Partition, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+def _compute(spec: PartitionSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """Steps ii to vii of the general algorithm."""
     grid = plan.bound["grid"]
     with plan.study.source.located(("partition",)):
         box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
-        found = partition(plan.system, grid, spec, progress=plan.jobs.progress)
+        found = partition(plan.system, grid, plan.bound["partition"], progress=plan.jobs.progress)
     if not isinstance(found, PartitionResult):
         return {"accurate": found, "speed": speeds(plan.system, found.map(plan.system), box)}
     speed = speeds(plan.system, found.composite, box)
     return {"partition": found, "composite": found.composite, "speed": speed, **judged(plan, result, found.composite)}
 
 
-def _describe(spec: Partition, study: "Study") -> str:
+def _describe(spec: PartitionSection, study: "Study") -> str:
     return f"{spec.kind}, tolerance {spec.tolerance:g}"
 
 
@@ -147,9 +178,9 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
     yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
 
 
-PARTITION = Section[Partition](
+PARTITION = Section[PartitionSection](
     key="partition",
-    type=Partition | None,
+    type=PartitionSection | None,
     stored=PartitionFields,
     holds={
         "reduced.adaptive.accurate": ("AccurateResult",),
@@ -165,6 +196,7 @@ PARTITION = Section[Partition](
     claims={"tolerance": ("partition",)},
     needs=_needs,
     check=_check,
+    bind=_bind,
     calls=lambda spec: ("composite",),
     compute=_compute,
     describe=_describe,
