@@ -93,7 +93,7 @@ def _warn_of_turns(region: Region, states: Floats, inside: np.ndarray) -> None:
         for sign in (-1, 1):
             beyond = ~inside & region.contains(states + sign * turn) & ~region.contains(states + 2 * sign * turn)
             if beyond.any():
-                name, state = region.coordinates[i], states[beyond][0]
+                name, state = region.coordinates[int(i)], states[beyond][0]
                 warnings.warn(
                     f"{type(region).__name__} contains {(state + sign * turn).tolist()}, and not {state.tolist()}, the same "
                     f"place of the circle. Regions are asked about {name} in [0, 2 pi) alone; one across {name} = 0 compares, "
