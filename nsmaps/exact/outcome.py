@@ -29,11 +29,12 @@ _ADVICE = {
     Outcome.returned: "The motion returned to its section, of an impact system the base wall.",
     Outcome.stuck: "The motion came to rest at its section; the image is its release, at speed zero.",
     Outcome.rests: "The motion rests in contact for all times: the forcing never ends it. There is no image.",
-    Outcome.escaped: "There is no return within the horizon. Check the formulas of the flight, or raise the system's horizon.",
+    Outcome.escaped: "The orbit diverges: an image is not finite. Of a motion between returns: there is none within the horizon; "
+    "check the formulas of the flight, or raise the system's horizon.",
     Outcome.undecided: "A flight passes a wall within rounding of a graze, or grows from what is rounding; the image is that of "
     "one of the words that it may make, none where it may escape. `image_boxes` of the state, as a box without width, bounds the "
     "images of all of these words, or states that there is no bound.",
-    Outcome.uncovered: "The state lies in no piece of the composite map. Add a piece, or restrict the starts.",
+    Outcome.uncovered: "The state lies in no piece of the map. Add a piece, or restrict the starts.",
     Outcome.invalid: "The state is not a start: a number is not finite, a phase beyond 1e10, an impact speed negative or, with "
     "modes, no event of the section takes place at it. `HybridSystem.reasons` states which.",
     Outcome.simultaneous: "Two guards are met at once, and the image depends on which event is first: the motion is "
