@@ -29,7 +29,7 @@ RISING = 10  #: successive parts of an orbit, in each of which differences are l
 COMING = 1e-3  #: of the scale: distance of a cycle to which an orbit that repeats within the tolerance may lead
 NEAR = 0.05  #: of the scale: least repetition from which a cycle is sought that an orbit approaches
 RESONANT = 1e-3  #: of the scale: repetition that is taken for the slow approach of a cycle, not for quasi-periodic motion
-LONGEST, TRIED = 256, 4  #: longest period of such a cycle, and how many are tried
+LONGEST, TRIED = 256, 4  #: max_period period of such a cycle, and how many are tried
 FALLS = 0.98  #: largest ratio of the differences after a period on successive fifths of an orbit that approaches a cycle
 PARTS = 5  #: fifths of the differences after a period, of which the last two are compared
 SAME = 1e-8  #: of the scale: difference of states that count as one, far above the residual of Newton's method
@@ -204,9 +204,8 @@ def _is_located(found: PeriodicOrbit) -> bool:
 
 def _nearly_shorter(path: Path, period: int, near: Floats) -> bool:
     """True if an orbit nearly repeats in a part of its period: it may approach that cycle from alternating sides."""
-    last, coordinates = path.states[-1, 0], path.coordinates
     shorter = [q for q in range(1, period // 2 + 1) if period % q == 0]
-    return any(bool(coordinates.near(last, path.states[-1 - q, 0], near)) for q in shorter)
+    return any(bool(path.coordinates.near(path.states[-1, 0], path.states[-1 - q, 0], near)) for q in shorter)
 
 
 def _has_slopes(map: ReturnMap, states: Floats) -> bool:
@@ -243,7 +242,9 @@ def approached(map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
 def _nearly(path: Path, scale: Floats, bound: float = NEAR) -> list[int]:
     """Periods after which the last states nearly repeat, each more nearly than those before it."""
     states, found, best = path.states[:, 0], list[int](), bound
-    for period in range(1, min(LONGEST, (len(states) - 1) // 2) + 1):
+    max_period = min(LONGEST, (len(states) - 1) // 2)
+    near = path.coordinates.near(states[-1], states[-2 : -2 - max_period : -1], bound, scale)
+    for period in (np.flatnonzero(near) + 1).tolist():
         window = states[-2 * max(period, 8) :]
         off = float(np.abs(path.coordinates.difference(window[period:], window[:-period]) / scale).max())
         if off <= best:
