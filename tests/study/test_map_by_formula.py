@@ -86,7 +86,10 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
         ("noise: {sigma: [0.1], scale: {z: 1}, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "a scale of 'z', which is not a"),
         ("noise: {sigma: [0.1], step: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "expected: with them tau"),
         ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5, track: 5}]", "a trajectory of a"),
-        ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}", "observables of a"),
+        (
+            "orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}",
+            "'impacts' is not an observable of Formula",
+        ),
         ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "no proofs are made of such"),
     ],
 )
@@ -122,3 +125,33 @@ noise:
     assert exact.switches.sum() > 100
     assert np.abs(exact.share - reduced.share).max() < 0.05
     assert np.abs(exact.rates - reduced.rates)[0, 1] < 5 * np.hypot(exact.rates_error, reduced.rates_error)[0, 1]
+
+
+def test_observables_and_an_optimum_of_a_map(study):
+    """The fixed point on the right is 1/(1 + a - b), of multipliers within the circle up to a = 1 - b."""
+    text = """
+orbits: [{start: {x: 0.1, y: 0.1}, returns: 300}]
+branches: [{name: fixed, parameter: a, from: 0.4, to: 0.6, at: 0.5, start: {x: 0.8, y: 0.2}}]
+bifurcation: {parameter: a, from: 0.4, to: 0.6, points: 3, start: {x: 0.8, y: 0.2}, returns: 10, discard: 300}
+parameters: {a: 0.5}
+observables: {quantities: [x], formulas: [{name: right, formula: "1", at: R}, {name: area, formula: x*y, largest: true}]}
+optimum:
+  observable: x
+  parameters: {a: [0.3, 1.0]}
+  start: {x: 0.8, y: 0.2}
+  multiplier: 0.9
+  sense: min
+  noisy: {sigma: [0.01], scale: {x: 1}, returns: 200, realisations: 8}
+figures: [observables, bifurcation]
+"""
+    found = nsmaps.run(study("Formula", text))
+    a = found.bifurcation["exact"].values
+    assert found.observables["bifurcation"].per_return.value[:, 0, 0] == pytest.approx(1 / (0.7 + a), abs=1e-10)
+    for means, branch in zip(found.branch_observables["fixed"], found.branches["fixed"], strict=True):
+        assert len(branch.parameter) > 3
+        assert means.per_return.derivative[:, 0] == pytest.approx(-1 / (0.7 + branch.parameter) ** 2, rel=1e-9)
+        assert means.per_return.value[:, 1] == pytest.approx(1.0)
+    at = (0.81 - 0.3) / 0.9  #: where -0.9 is a multiplier: m^2 + a m = b
+    assert found.optimum.parameters["a"] == pytest.approx(at, abs=1e-6)
+    noisy = found.noisy_optimum
+    assert abs(noisy.value[0] - 1 / (0.7 + at)) < 5 * noisy.error[0]

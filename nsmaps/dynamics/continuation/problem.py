@@ -19,6 +19,7 @@ from nsmaps.dynamics.scale import extents_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.parameters import System
 
 NOTHING = 1e-15  #: share of the scale of a coordinate, below which it is zero: no speed is negative by rounding
 ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
@@ -199,17 +200,17 @@ def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: fl
 def parameter_rates(
     map_of: Callable[[float], ReturnMap], value: float, unit: float, map: ReturnMap | None = None
 ) -> dict[str, float]:
-    """The rates at which the parameters of an exact system change with a parameter of which it is a function, in this unit.
+    """The rates at which the parameters of a system change with a parameter of which it is a function, in this unit.
 
     The map at the value is made unless it is given.
     """
 
     def parameters(map: ReturnMap) -> Floats:
-        assert isinstance(map, ExactMap)
+        assert isinstance(map, ExactMap | System)
         return np.array(list(map.parameters.values()))
 
     map = map_of(value) if map is None else map
-    assert isinstance(map, ExactMap)
+    assert isinstance(map, ExactMap | System)
     known = np.abs(parameters(map))
     rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(map.parameter_names(), rates.tolist(), strict=True))

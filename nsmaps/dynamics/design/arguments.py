@@ -11,7 +11,6 @@ from nsmaps.dynamics.design.conditions import margins
 from nsmaps.dynamics.design.problem import Point, Problem
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 
 if TYPE_CHECKING:
@@ -81,7 +80,7 @@ def observed(system: System, observable: "ObservableLike", per: str | None) -> "
     """The observable of an exact system, and what its mean is per."""
     from nsmaps.exact.observables.formulas import resolved
 
-    forced = FlowSystem.require(system, "observables").period() is not None
+    forced = System.require(system, "observables").period() is not None
     known = ("period", "return", "time") if forced else ("return", "time")
     if per is not None and per not in known:
         raise NsmapsError(f"per is {per!r}; expected: {' or '.join(map(repr, known))}{'' if forced else ', without forcing'}")

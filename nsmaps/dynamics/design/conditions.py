@@ -9,6 +9,7 @@ from nsmaps.dynamics.margins import margins_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 
 STABILITY = 3  #: functions of `stability`
@@ -45,12 +46,14 @@ def stability(derivative: Floats, bound: float) -> Floats:
     return np.array([np.prod(1 - m).real, np.prod(1 + m).real, np.prod(1 - m[first] * m[second]).real])
 
 
-def margins(system: FlowSystem, orbit: PeriodicOrbit) -> Floats:
+def margins(system: System, orbit: PeriodicOrbit) -> Floats:
     """The margins of the q returns of an orbit from a graze, shape (2, q): least gap to a wall not met, least impact speed.
 
     Speeds are shares of the orbit's largest impact speed, with modes of the largest rate of the guard's function just before
-    events, gaps shares of the distance moved at it in a radian of phase.
+    events, gaps shares of the distance moved at it in a radian of phase. A map without motions has none: infinity.
     """
+    if not isinstance(system, FlowSystem):
+        return np.full((2, len(orbit.states)), np.inf)
     if isinstance(system, HybridSystem):
         return margins_of(system, orbit.states, system.guard_speeds(orbit.states))
     assert isinstance(system, ImpactSystem)

@@ -27,7 +27,7 @@ class Point:
     """The motion at k parameters."""
 
     at: Floats  #: shape (k,), as shares of their ranges
-    system: FlowSystem
+    system: System
     orbit: PeriodicOrbit
     moved: Floats  #: shape (k, q, n), derivatives of its states
     value: float  #: of the observable
@@ -53,9 +53,9 @@ class Problem:
         values = (1 - at) * self.low + at * self.high  # exactly the bounds at 0 and 1
         return dict(zip(self.names, values.tolist(), strict=True))
 
-    def system(self, at: Floats) -> FlowSystem:
+    def system(self, at: Floats) -> System:
         """The system; a ValueError where its class refuses the parameters."""
-        return FlowSystem.require(self.system_of(**self.parameters(at)), "an optimum")
+        return System.require(self.system_of(**self.parameters(at)), "an optimum")
 
     def point(self, at: Floats) -> Point | None:
         """The motion at parameters, followed from the nearest ones at which it is known; None where it is lost on the way."""
@@ -75,7 +75,7 @@ class Problem:
                 here, share = found, 1.0
         return None
 
-    def orbit(self, here: Point, at: Floats) -> tuple[Floats, FlowSystem, PeriodicOrbit] | None:
+    def orbit(self, here: Point, at: Floats) -> tuple[Floats, System, PeriodicOrbit] | None:
         """The orbit at other parameters by Newton's method from its linear prediction, with them and the system.
 
         None where the class refuses the parameters, the words differ or the correction is large: it would be another motion.
@@ -97,14 +97,14 @@ class Problem:
         same = np.array_equal(found.returns.codes, here.orbit.returns.codes) and correction <= BEND * long + ROUNDED
         return (at, system, found) if same and found.converged and found.exists else None
 
-    def grazes(self, system: FlowSystem, orbit: PeriodicOrbit) -> bool:
+    def grazes(self, system: System, orbit: PeriodicOrbit) -> bool:
         """Whether a motion is nearer to a graze than half of what is asked for, where it counts as lost.
 
         Where a turning point appears beside a wall the margin jumps, so that no derivative leads back.
         """
         return bool(margins(system, orbit).min() < self.graze / 2)
 
-    def measured(self, at: Floats, system: FlowSystem, orbit: PeriodicOrbit) -> Point | None:
+    def measured(self, at: Floats, system: System, orbit: PeriodicOrbit) -> Point | None:
         """The observable of an orbit with its exact gradient; None where it has no derivative."""
         moved, slopes, value = [], [], float("nan")
         for k in range(len(self.names)):
@@ -123,7 +123,7 @@ class Problem:
         unit = float(self.high[k] - self.low[k])
         return parameter_rates(lambda value: self.system_of(**{**here, self.names[k]: value}), here[self.names[k]], unit)
 
-    def conditions(self, system: FlowSystem, orbit: PeriodicOrbit) -> Floats:
+    def conditions(self, system: System, orbit: PeriodicOrbit) -> Floats:
         """Numbers at least zero where the motion is stable and far enough from a graze, shape (c,)."""
         stable = np.empty(0) if self.multiplier is None else stability(orbit.derivative, self.multiplier)
         return np.append(stable, np.minimum(margins(system, orbit), FAR).ravel() - self.graze)
@@ -156,6 +156,8 @@ class Problem:
             gain = float(each[:skip] @ (wide - narrow)) / (2 * step)
             radius = float(np.abs(point.orbit.multipliers).max())
             found.append(Condition("multiplier", radius, -np.inf, bound, bool(active[:skip].any()), gain))
+        if not isinstance(point.system, FlowSystem):
+            return tuple(found)
         halves = active[skip:].reshape(2, -1), each[skip:].reshape(2, -1)
         names = "clearance", "impact speed"
         for name, values, on, more in zip(names, margins(point.system, point.orbit), *halves, strict=True):

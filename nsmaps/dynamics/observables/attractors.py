@@ -10,12 +10,14 @@ from nsmaps.arrays import Floats, Ints, brief
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.dynamics.noise.orbits import NoisyOrbits
+from nsmaps.dynamics.observables.maps import noisy_totals
 from nsmaps.dynamics.observables.means import Mean, ratio
 from nsmaps.dynamics.observables.observe import BATCHES, observe
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
@@ -92,7 +94,7 @@ def _observables(
         system, _ = map_or_reason(map_of, value)
         if system is not None:
             return resolved(System.require(system, "observables"), observables)
-    raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of an exact system")
+    raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of a system")
 
 
 def _along(
@@ -168,7 +170,7 @@ def observe_states(
 
 
 def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
-    """Means of observables over all realisations of an impact system under noise, shape (K,), from their stored impacts.
+    """Means of observables over all realisations under noise, shape (K,); of an impact system from their stored impacts.
 
     Errors are those of independent realisations.
 
@@ -176,25 +178,33 @@ def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[Obs
         NsmapsError: as of `observe`; the system has modes, whose states at events are not stored; an observable is of flights,
             which noise moves between impacts; not all impacts were stored; fewer than two realisations did not end.
     """
-    system = ImpactSystem.require(system, "observables under noise")
+    system = System.require(system, "observables under noise")
     found = _observables(lambda _: system, np.zeros(1), observables)
-    flight = next((one.name for one in found if one.of == "flights"), None)
-    if flight is not None:
-        raise NsmapsError(f"the observable {flight!r} is of flights, which are not stored under noise; expected: of impacts")
-    impacts = orbits.impacts[orbits.held]
-    if len(impacts) < 2 or not impacts.shape[1] or np.isfinite(impacts[:, -1, 0]).any():
-        raise NsmapsError(
-            f"{len(impacts)} realisations did not end, with room for {impacts.shape[1]} impacts each; expected: two or more, and "
-            "`impacts` of `noisy_orbits` greater than the number of impacts of each"
-        )
-    totals, weights = _of_impacts(system, impacts, found)
-    time, period = orbits.time[:, orbits.held].sum(axis=0), float(system.period())
-    sizes = np.full(len(time), float(len(orbits.time))), time, time / period
+    if orbits.held.sum() < 2:
+        raise NsmapsError(f"{orbits.held.sum()} realisations did not end; expected: two or more")
+    parts = _stored(system, orbits, found) if isinstance(system, FlowSystem) else noisy_totals(system, orbits, found)
+    totals, weights = parts
+    time, period = orbits.time[:, orbits.held].sum(axis=0), system.period()
+    sizes = np.full(len(time), float(len(orbits.time))), time, time / (np.nan if period is None else float(period))
     divided = np.array([bool(one.per) for one in found])
     means = [ratio(totals, np.where(divided, weights, size[:, None])) for size in sizes]
     largest = np.array([one.largest for one in found])
     rows = [[np.where(largest, totals.max(axis=0), m.value), np.where(largest, np.nan, m.error)] for m in means]
     return _means(found, np.array(rows))
+
+
+def _stored(system: System, orbits: NoisyOrbits, found: tuple[Observable, ...]) -> tuple[Floats, Floats]:
+    """As `_of_impacts`, of the realisations that did not end, or an NsmapsError."""
+    flight = next((one.name for one in found if one.of == "flights"), None)
+    if flight is not None:
+        raise NsmapsError(f"the observable {flight!r} is of flights, which are not stored under noise; expected: of impacts")
+    impacts = orbits.impacts[orbits.held]
+    if not impacts.shape[1] or np.isfinite(impacts[:, -1, 0]).any():
+        raise NsmapsError(
+            f"there is room for {impacts.shape[1]} impacts of each realisation; expected: `impacts` of `noisy_orbits` greater "
+            "than the number of impacts of each"
+        )
+    return _of_impacts(ImpactSystem.require(system, "observables under noise"), impacts, found)
 
 
 def _of_impacts(system: ImpactSystem, impacts: Floats, found: tuple[Observable, ...]) -> tuple[Floats, Floats]:

@@ -10,6 +10,7 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
+from nsmaps.dynamics.observables.maps import by_parameters, map_slopes
 from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.errors import NsmapsError
@@ -18,10 +19,11 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
 
-ELAPSED = Observable(name="_elapsed", formula="1", of="flights")
+ELAPSED = Observable(name="_elapsed", formula="1", of="flights")  #: in whose place the time of a map's returns comes
 SINGLY = 1e-12  #: chatter of `CompleteChatter` is followed impact by impact as far as this says, see `observe`
 SAME = 1e-9  #: largest relative difference of the time round an orbit and the sum of its single returns
 
@@ -59,7 +61,7 @@ def observe_orbit(
     observables: Sequence[ObservableLike],
     rates: Mapping[str, float] | None = None,
 ) -> CycleMeans:
-    """Means of observables over a periodic orbit of an exact system, stable or not.
+    """Means of observables over a periodic orbit of a system, stable or not.
 
     Args:
         system: the system; of orbits with complete chatter as one event the map `CompleteChatter` of it. Their impacts are
@@ -75,11 +77,11 @@ def observe_orbit(
     """
     from nsmaps.exact.observables.formulas import resolved
 
-    single = _exact(system)
+    single = _single(system)
     found, way = resolved(single, observables), single.direction(rates or {})
     if not np.isfinite(orbit.states).all():
         raise NsmapsError("the orbit does not exist")
-    every = (*found, ELAPSED)
+    every = (*found, ELAPSED if isinstance(single, FlowSystem) else ELAPSED.model_copy(update={"of": "returns"}))
     passed = tuple(letter + mark for letter in single.letters[:1] for mark in (CHATTER, REST))
     whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]
     if whole and not isinstance(system, CompleteChatter):
@@ -92,23 +94,33 @@ def observe_orbit(
 Sums = tuple[Floats, Floats, Floats]  #: totals and weights, shape (q, C) or (1, C), and their derivatives, shape (2, C)
 
 
-def _sums(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+def _sums(system: System, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over each return of an orbit of single returns."""
     from nsmaps.exact.observables.formulas import plan_of
-    from nsmaps.exact.observables.totals import slopes_of
 
     means = observe(system, orbit.states[:, None, :], 1, every, batches=1)
     plan = plan_of(system, every)
     q, n = orbit.states.shape
-    slopes = slopes_of(system, plan, orbit.states, way) if way.any() else np.zeros((q, len(plan.columns), n + 1))
+    slopes = _slopes(system, plan, orbit.states, way) if way.any() else np.zeros((q, len(plan.columns), n + 1))
     moved = np.concatenate([moved_states(system, orbit, way), np.ones((len(slopes), 1))], axis=1)
     each = np.full((2, len(every)), np.nan)
     for column, (k, part) in enumerate(plan.columns):
         each[part, k] = (slopes[:, column] * moved).sum()
-    return means.totals[0, :, 0], means.weights[0, :, 0], each
+    totals = means.totals[0, :, 0]
+    totals[:, -1] = means.time[0, :, 0]
+    return totals, means.weights[0, :, 0], each
 
 
-def _sums_with_rest(system: FlowSystem, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+def _slopes(system: System, plan: Any, states: Floats, way: Floats) -> Floats:
+    """The derivatives of the totals of single returns, by the states and along parameters, shape (q, C, n + 1)."""
+    if isinstance(system, FlowSystem):
+        from nsmaps.exact.observables.totals import slopes_of
+
+        return slopes_of(system, plan, states, way)
+    return map_slopes(system, plan, states, way)
+
+
+def _sums_with_rest(system: System, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over an orbit with complete chatter."""
     from nsmaps.exact.observables.formulas import plan_of
 
@@ -149,9 +161,9 @@ def _slopes_with_rest(system: ImpactSystem, run: Returns, plan: Any, way: Floats
     return total
 
 
-def _exact(map: ReturnMap) -> FlowSystem:
-    """The exact system of a map, or NsmapsError."""
-    return FlowSystem.require(map.system if isinstance(map, CompleteChatter) else map, "observables")
+def _single(map: ReturnMap) -> System:
+    """The system whose single returns a map has, or NsmapsError."""
+    return System.require(map.system if isinstance(map, CompleteChatter) else map, "observables")
 
 
 def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
@@ -168,25 +180,25 @@ def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
     return last + 1
 
 
-def moved_states(system: FlowSystem, orbit: PeriodicOrbit, way: Floats) -> Floats:
+def moved_states(system: System, orbit: PeriodicOrbit, way: Floats) -> Floats:
     """The derivatives of the states of a periodic orbit along a direction of the parameters, shape (q, n)."""
     states = orbit.states
     if not way.any():
         return np.zeros(states.shape)
-    by_parameters = system.sensitivity(states, dict(zip(system.parameter_names(), way.tolist(), strict=True)))
+    by_way = by_parameters(system, states, dict(zip(system.parameter_names(), way.tolist(), strict=True)))
     derivative = system.first_return(states, derivative=True).derivative
-    if derivative is None or not (np.isfinite(derivative).all() and np.isfinite(by_parameters).all()):
+    if derivative is None or not (np.isfinite(derivative).all() and np.isfinite(by_way).all()):
         return np.full(states.shape, np.nan)
     scale = orbit.scale
     try:
-        moved = np.linalg.solve(shooting_jacobian(derivative, scale), -(by_parameters / scale).ravel())
+        moved = np.linalg.solve(shooting_jacobian(derivative, scale), -(by_way / scale).ravel())
     except np.linalg.LinAlgError:
         return np.full(states.shape, np.nan)
     return np.asarray(moved.reshape(states.shape) * scale)
 
 
 def _cycle(
-    system: FlowSystem,
+    system: System,
     found: tuple[Observable, ...],
     q: int,
     totals: Floats,
@@ -215,7 +227,7 @@ def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observa
     """Means of observables over the K orbits of a branch, and their derivatives by its parameter along it.
 
     Args:
-        map_of: the exact system at a value of the parameter, or its `CompleteChatter`, with which the branch was computed.
+        map_of: the system at a value of the parameter, or its `CompleteChatter`, with which the branch was computed.
         observables: as of `observe`.
 
     Raises:

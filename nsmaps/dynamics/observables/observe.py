@@ -1,4 +1,4 @@
-"""Means of observables along orbits of exact systems: summed in the compiled loop, with errors by batches."""
+"""Means of observables along orbits of systems: summed in the compiled loop, with errors by batches."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +19,9 @@ from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+    from nsmaps.exact.observables.formulas import Plan
+    from nsmaps.exact.observables.totals import Totals
 
 BATCHES = 32  #: of returns, whose means are compared for an error
 BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
@@ -98,9 +101,10 @@ def observe(
 ) -> Observed:
     """Means of observables over n returns of one state, shape (dim,) or by name, or of many, shape (..., dim).
 
-    They are summed impact by impact as the returns are computed; nothing is stored. The returns are taken in batches of the same
-    length, whose means give the standard errors. Chatter is followed impact by impact as far as `chatter` says and added to its
-    limit: a formula that is not zero at speed zero, such as the number of impacts, is then infinite.
+    They are summed impact by impact as the returns are computed, of maps return by return; nothing is stored. The returns are
+    taken in batches of the same length, whose means give the standard errors. Chatter is followed impact by impact as far as
+    `chatter` says and added to its limit: a formula that is not zero at speed zero, such as the number of impacts, is then
+    infinite.
 
     Args:
         n: at least one; of more than `batches` returns, the last ones that do not fill a batch are not computed.
@@ -112,13 +116,12 @@ def observe(
 
     Raises:
         StateError: the state has not the system's coordinates.
-        NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not an exact system, or the
+        NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not a system, or the
             largest value of a formula of integrated flights is asked for.
     """
     from nsmaps.exact.observables.formulas import plan_of, resolved
-    from nsmaps.exact.observables.totals import totals_of
 
-    system = FlowSystem.require(system, "observables")
+    system = System.require(system, "observables")
     start = as_starts(state, system.coordinates)
     if n < 1 or discard < 0 or batches < 1 or not chatter >= 0:
         raise NsmapsError(
@@ -131,15 +134,25 @@ def observe(
     length, group = n // count, max(1, BLOCK // (n // count * m))
     parts, done = [], 0
     while done < count:
-        parts.append(totals_of(system, plan, states, length, min(group, count - done), 0 if done else discard, chatter))
+        parts.append(_totals(system, plan, states, length, min(group, count - done), 0 if done else discard, chatter))
         states, done = parts[-1].final, min(done + group, count)
         beat(done / count)
     totals, time = (np.concatenate([getattr(part, name) for part in parts]) for name in ("totals", "time"))
     return _observed(system, found, plan.columns, length, start, totals, time, parts[-1])
 
 
+def _totals(system: System, plan: "Plan", states: Floats, length: int, batches: int, discard: int, chatter: float) -> "Totals":
+    if isinstance(system, FlowSystem):
+        from nsmaps.exact.observables.totals import totals_of
+
+        return totals_of(system, plan, states, length, batches, discard, chatter)
+    from nsmaps.dynamics.observables.maps import map_totals
+
+    return map_totals(system, plan, states, length, batches, discard)
+
+
 def _observed(
-    system: FlowSystem,
+    system: System,
     found: tuple[Observable, ...],
     columns: tuple[tuple[int, int], ...],
     length: int,

@@ -11,6 +11,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.laws import rows_address, rows_source
@@ -29,12 +30,12 @@ READ: dict[str, Callable[..., float]] = {**FUNCTIONS, **{name: getattr(math, nam
 WRITTEN = {name: getattr(sp, name.title() if name in CAPITAL else name) for name in (*FUNCTIONS, *FURTHER)}
 WRITTEN |= {"pi": sp.pi, "e": sp.E}
 NUMBERS = {"Integer": sp.Integer, "Float": sp.Float, "Rational": sp.Rational, "Symbol": sp.Symbol, "Function": sp.Function}
-COUNTED = Observable(name="impacts", formula="1")
+COUNTED = Observable(name="impacts", formula="1", of="impacts")
 OF_IMPACTS = (
     COUNTED,
-    Observable(name="speed", formula="v", per="1"),
-    Observable(name="loss", formula=f"(v**2 - v{AFTER}**2)/2"),
-    Observable(name="momentum", formula=f"v + v{AFTER}"),
+    Observable(name="speed", formula="v", of="impacts", per="1"),
+    Observable(name="loss", formula=f"(v**2 - v{AFTER}**2)/2", of="impacts"),
+    Observable(name="momentum", formula=f"v + v{AFTER}", of="impacts"),
     Observable(name="displacement", formula="abs(place)", of="flights", largest=True),
 )  #: of every impact system; energies a unit of mass
 
@@ -43,14 +44,12 @@ OF_IMPACTS = (
 class Vocabulary:
     """What formulas of one class of systems may contain."""
 
-    inputs: Mapping[str, tuple[str, ...]]  #: of impacts and of flights, in the order in which compiled code has them
+    inputs: Mapping[str, tuple[str, ...]]  #: of impacts and flights, or of returns, in the order in which compiled code has them
     parameters: tuple[sp.Symbol, ...]
     parameter_names: tuple[str, ...]
     phase_rate: sp.Expr  #: radians of phase a unit of time, zero without forcing
-    places: Mapping[
-        str, tuple[str, ...]
-    ]  #: letters of impacts and places of flights by row of a table, the letters of walls or modes
-    counts: tuple[bool, ...]  #: which rows of impacts count unless letters are given
+    places: Mapping[str, tuple[str, ...]]  #: by row of a table: letters of impacts, of walls or modes of flights, of pieces
+    counts: tuple[bool, ...]  #: which rows of the first kind count unless letters are given
 
     def names(self, of: str) -> dict[str, sp.Expr]:
         """The symbols of formulas by name; a state goes before a parameter of the same name."""
@@ -71,18 +70,25 @@ class Vocabulary:
         shown = {symbol: sp.Symbol(name) for name, symbol in self.names(of).items() if symbol.is_Symbol}
         return str(sp.sstr(formula.xreplace(shown)))
 
+    def whole(self, one: Observable) -> Observable:
+        """An observable that says what it is of: by default of impacts, or of the returns of a map."""
+        return one if one.of is not None else one.model_copy(update={"of": next(iter(self.inputs))})
+
     def rows(self, one: Observable) -> list[bool]:
-        """The rows of a table that count for an observable. NsmapsError for a letter that there is not."""
-        places = self.places[one.of]
+        """The rows of a table that count for an observable. NsmapsError for a letter, or a kind, that there is not."""
+        of = self.whole(one).of or ""
+        if of not in self.places:
+            raise NsmapsError(f"the observable {one.name!r} is of {of}; expected: of {' or '.join(self.places)}")
+        places = self.places[of]
         known = tuple(dict.fromkeys(filter(None, places)))
-        what = "an impact" if one.of == "impacts" else "a flight"
+        what = {"impacts": "an impact", "flights": "a flight", "returns": "a return"}[of]
         for letter in set(one.at) - set(known):
             raise NsmapsError(
                 f"the observable {one.name!r} is of {what} at {letter!r}; expected: {', '.join(known)}{near_match(letter, known)}"
             )
         if one.at:
             return [place in one.at for place in places]
-        found = list(self.counts) if one.of == "impacts" else [True] * len(places)
+        found = [True] * len(places) if of == "flights" else list(self.counts)
         if not any(found):
             raise NsmapsError(
                 f"the observable {one.name!r} is of impacts, and no event changes the states; expected: `at` with letters of "
@@ -102,7 +108,9 @@ def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
 
 def vocabulary_of(system: System) -> Vocabulary:
     """What formulas of observables of a system may contain."""
-    names = FlowSystem.require(system, "observables").parameter_names()
+    names = System.require(system, "observables").parameter_names()
+    if not isinstance(system, FlowSystem):
+        return _of_returns(Coordinates(system.coordinates), system.letters, names)
     if isinstance(system, HybridSystem):
         from nsmaps.exact.modes.kernel import known_definition
 
@@ -128,6 +136,14 @@ def _of_walls(formulas: Any, names: tuple[str, ...], letters: tuple[str, ...]) -
     return Vocabulary(inputs, formulas.symbols, names, formulas.numbers[2], places, (True, True))
 
 
+@lru_cache(maxsize=64)
+def _of_returns(coordinates: Coordinates, letters: tuple[str, ...], names: tuple[str, ...]) -> Vocabulary:
+    """The vocabulary of a map without motions between its returns; words that are not one letter have the last place."""
+    inputs = {"returns": (*coordinates.names, *(f"{name}{AFTER}" for name in coordinates))}
+    symbols = tuple(sp.Symbol(f"_p_{name}", real=True) for name in names)
+    return Vocabulary(inputs, symbols, names, sp.S.Zero, {"returns": (*letters, "")}, (True,) * (len(letters) + 1))
+
+
 def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
     """Whether a transition is an impact: an event that changes a state."""
     kept = all(row.of(variables) == y for row, y in zip(one.reset, variables, strict=True))
@@ -136,12 +152,12 @@ def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The formulas of some observables of a class of systems, those of impacts first."""
+    """The formulas of some observables of a class of systems, those of impacts first, or those of returns."""
 
     vocabulary: Vocabulary
     columns: tuple[tuple[int, int], ...]  #: of each formula the observable, and 0, or 1 where it divides
-    formulas: dict[str, tuple[sp.Expr, ...]]  #: of impacts and of flights
-    rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts and (M, F) of flights
+    formulas: dict[str, tuple[sp.Expr, ...]]  #: of impacts and of flights, or of returns
+    rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts or returns and (M, F) of flights
     largest: Bools  #: shape (K + F,)
     scales: Floats  #: shape (K + F,)
 
@@ -192,7 +208,7 @@ def plan_of(system: System, observables: tuple[Observable, ...]) -> Plan:
 @lru_cache(maxsize=64)
 def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
     columns, formulas, rows = [], {}, {}
-    for of in ("impacts", "flights"):
+    for of in vocabulary.inputs:
         own = [(k, part) for k, one in enumerate(observables) if one.of == of for part in range(len(one.formulas))]
         columns += own
         formulas[of] = tuple(vocabulary.read(observables[k].formulas[part], of) for k, part in own)
@@ -204,9 +220,17 @@ def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
 
 
 def known_observables(system: System) -> dict[str, Observable]:
-    """The observables that a system has by name: those of its class, and of an impact system those of its equation of motion."""
-    known = FlowSystem.require(system, "observables").observables
+    """The observables that a system has by name: those of its class, and of an impact system those of its equation of motion.
+
+    Of a map these are its coordinates and the whole turns a return of those that are angles, such as `phi_turns`.
+    """
+    known = System.require(system, "observables").observables
     own = {name: observable_of({"name": name, **keys}) for name, keys in known.items()}
+    if not isinstance(system, FlowSystem):
+        names = {
+            f"{x}_turns" if is_angle(x) else x: f"({x}{AFTER} - {x})/(2*pi)" if is_angle(x) else x for x in system.coordinates
+        }
+        return {**{name: Observable(name=name, formula=text, of="returns") for name, text in names.items()}, **own}
     if isinstance(system, HybridSystem):
         return {COUNTED.name: COUNTED, **own}
     assert isinstance(system, ImpactSystem)
@@ -249,12 +273,12 @@ def resolved(system: System, observables: Sequence[ObservableLike]) -> tuple[Obs
     """
     given = (observables,) if isinstance(observables, (str, Observable, Mapping)) else tuple(observables)
     known = known_observables(system) if any(isinstance(one, str) for one in given) else {}
-    found = distinct(_one(system, one, known) for one in given)
     vocabulary = vocabulary_of(system)
+    found = distinct(vocabulary.whole(_one(system, one, known)) for one in given)
     for one in found:
         vocabulary.rows(one)
         for formula in one.formulas:
-            vocabulary.read(formula, one.of)
+            vocabulary.read(formula, str(one.of))
     return found
 
 

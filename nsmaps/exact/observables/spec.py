@@ -1,4 +1,4 @@
-"""What an observable is: a formula of each impact, or of each instant of the flights, and how its values are joined."""
+"""What an observable is: a formula of each impact, each instant of the flights or each return, and how its values are joined."""
 
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Literal, Self, TypeAlias
@@ -14,26 +14,30 @@ def _as_tuple(value: Any) -> Any:
 
 
 class Observable(BaseModel):
-    """A quantity that is summed along an orbit: over its impacts, or over the time of its flights.
+    """A quantity that is summed along an orbit: over its impacts, over the time of its flights, or over the returns of a map.
 
     A formula of an impact has the impact speed `v` just before it, `v_after`, the `place` of the wall; in a system with modes
     the states just before an event by their names, and just after it with `_after` behind the name. A formula of a flight has
-    `place` and `velocity`, or the states. Either has the phase `phi` of the forcing (radians), the time `t` since the phase was
-    zero, the parameters of the system, and the functions sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh,
-    their inverses (asin, atanh, ...), erf and abs.
+    `place` and `velocity`, or the states. Either has the phase `phi` of the forcing (radians) and the time `t` since the phase
+    was zero. A formula of a return of a map without motions has the coordinates by their names, angles in [0, 2 pi), and those of
+    the image with `_after` behind the name, angles continued from the state. All have the parameters of the system, and the
+    functions sqrt, exp, log, sin, cos, tan, sinh, cosh, tanh, their inverses (asin, atanh, ...), erf and abs.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     name: str = Field(min_length=1, description="what it is called in results")
-    formula: str = Field(description="of an impact, or of an instant of a flight")
-    of: Literal["impacts", "flights"] = Field(default="impacts", description="summed over impacts, or integrated over flights")
+    formula: str = Field(description="of an impact, of an instant of a flight, or of a return of a map")
+    of: Literal["impacts", "flights", "returns"] | None = Field(
+        default=None, description="summed over impacts, integrated over flights, summed over the returns of a map; else the first"
+    )
     at: Annotated[tuple[str, ...], BeforeValidator(_as_tuple)] = Field(
         default=(),
-        description="letters of the impacts that count, or of a system with modes the modes of flights; all if omitted",
+        description="letters of the impacts that count, modes of flights, or letters of the pieces of a map; all if omitted",
     )
     per: str = Field(
-        default="", description="a formula of the same kind: the mean is the quotient of both sums; `1` for per impact"
+        default="",
+        description="a formula of the same kind: the mean is the quotient of both sums; `1` for per impact",
     )
     largest: bool = Field(default=False, description="the largest value takes the place of the sum")
     scale: float = Field(default=1.0, description="factor of the values, as from dimensionless to physical units")

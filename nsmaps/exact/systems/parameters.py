@@ -93,6 +93,10 @@ class System(BaseModel, Transferable, ReturnMap):
         """The letters of which words consist; none of a map without words."""
         return tuple(self.first_return(np.empty((0, len(self.coordinates)))).walls)
 
+    def period(self) -> Any:
+        """Period of the forcing, in the system's time; None where there is no forcing."""
+        return None
+
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """The names of the numerical parameters, in the order of their fields."""

@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.figures.data import OBSERVABLES
 from nsmaps.figures.lines import neighbours
 from nsmaps.figures.page import Sheet
@@ -40,7 +39,7 @@ def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: in
     Lines are dashed where the periodic orbits are not stable.
     """
     found, study = OBSERVABLES.of(result, "observables"), result.study
-    observable, forced = None, FlowSystem.require(result.system, "observables").period() is not None
+    observable, forced = None, result.system.period() is not None
     if "bifurcation" in found and study.bifurcation is not None and study.bifurcation.parameter == parameter:
         means = found["bifurcation"]
         observable, values = means.observables[number], result.bifurcation["exact"].values

@@ -36,17 +36,28 @@ class ImpactsSection(Range):
     discard: int = Field(300, ge=0)
 
 
-class NoiseSection(BaseModel):
+class NoiseSizes(BaseModel):
+    """The kind of a noise, and its amplitudes."""
+
+    model_config = SPEC
+    sigma: tuple[Number, ...] = Field(min_length=1)
+    tau: Number | None = Field(None, gt=0)
+    scale: dict[Name, Number] | None = None
+
+    def noise(self, sigma: float) -> "Noise":
+        """The noise of one amplitude."""
+        from nsmaps.dynamics.noise.orbits import Noise
+
+        return Noise(sigma=sigma, tau=self.tau, scale=self.scale)
+
+
+class NoiseSection(NoiseSizes):
     """Residence in motions for each amplitude of a noise, and impacts over a parameter.
 
     With `tau` the noise is an Ornstein-Uhlenbeck forcing, otherwise it is added to the images, by coordinate in units of `scale`.
     """
 
-    model_config = SPEC
     was: ClassVar = {"hold": "min_returns"}
-    sigma: tuple[Number, ...] = Field(min_length=1)
-    tau: Number | None = Field(None, gt=0)
-    scale: dict[Name, Number] | None = None
     start: dict[str, Number]
     returns: int = Field(2000, ge=1)
     realisations: int = Field(16, ge=1)
@@ -56,12 +67,6 @@ class NoiseSection(BaseModel):
     map: Compared = ("exact",)
     min_returns: int = Field(12, ge=1)
     impacts: ImpactsSection | None = None
-
-    def noise(self, sigma: float) -> "Noise":
-        """The noise of one amplitude."""
-        from nsmaps.dynamics.noise.orbits import Noise
-
-        return Noise(sigma=sigma, tau=self.tau, scale=self.scale)
 
     @model_validator(mode="after")
     def _in_bounds(self) -> Self:

@@ -52,18 +52,22 @@ def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...
     source, named = binding.study.source, list[Observable]()
     with source.located(("observables",)):
         vocabulary = vocabulary_of(binding.system)
+        formulas = [vocabulary.whole(one) for one in spec.formulas]
     for number, name in enumerate(spec.quantities):
         with source.located(("observables", "quantities", number)):
             named += resolved(binding.system, [name])
-    for number, one in enumerate(spec.formulas):
+    for number, one in enumerate(formulas):
+        if one.of not in vocabulary.inputs:
+            with source.located(("observables", "formulas", number, "of")):
+                vocabulary.rows(one)
         for key, text in (("formula", one.formula), ("per", one.per)):
             if text:
                 with source.located(("observables", "formulas", number, key)):
-                    vocabulary.read(text, one.of)
+                    vocabulary.read(text, str(one.of))
         with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
             vocabulary.rows(one)
     with source.located(("observables",)):
-        return resolved(binding.system, [*named, *spec.formulas])
+        return resolved(binding.system, [*named, *formulas])
 
 
 def _compute(spec: ObservablesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:

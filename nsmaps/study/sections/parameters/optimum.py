@@ -8,12 +8,14 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
 from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.sections.fields import NoisyOptimum, OptimumFields
+from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import Optimum
@@ -24,12 +26,9 @@ POINTS = 200  #: of a start, for an estimate of the time
 SAME = 1e-6  #: share of the value within which starts lead to one optimum
 
 
-class OptimumNoiseSection(BaseModel):
-    """Ornstein-Uhlenbeck forcing at an optimum."""
+class OptimumNoiseSection(NoiseSizes):
+    """Noise at an optimum."""
 
-    model_config = SPEC
-    sigma: tuple[Number, ...] = Field(min_length=1)
-    tau: Number = Field(gt=0)
     returns: int = Field(500, ge=1)
     realisations: int = Field(16, ge=2)
     seed: int = Field(0, ge=0)
@@ -58,6 +57,7 @@ class OptimumSection(BaseModel):
 
 def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
     from nsmaps.dynamics.design.arguments import box, check_limits, observed, offsets_of
+    from nsmaps.dynamics.noise.orbits import check_noise
 
     source, known = binding.study.source, binding.system.parameters
     for name in spec.parameters:
@@ -71,6 +71,12 @@ def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
         what, _ = observed(binding.system, spec.observable, spec.per)
         if spec.noisy and what.of == "flights":
             raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
+    if spec.noisy:
+        with source.located(("optimum", "noisy")):
+            check_noise(binding.system, spec.noisy.noise(spec.noisy.sigma[0]))
+    if "graze" in spec.model_fields_set and not isinstance(binding.system, FlowSystem):
+        with source.located(("optimum", "graze")):
+            FlowSystem.require(binding.system, "a margin from a graze")
     with source.located(("optimum", "tolerances")):
         offsets_of(spec.tolerances, spec.parameters)
     grid = None if spec.grid is None else binding.grid(("optimum", "grid"), spec.grid)
@@ -92,14 +98,15 @@ def _compute(spec: OptimumSection, plan: "Plan", result: "StudyResult") -> dict[
 
 def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> NoisyOptimum:
     """The mean of the observable from the motion on, under noise of each amplitude."""
-    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.noise.orbits import noisy_orbits
     from nsmaps.dynamics.observables.attractors import observe_noisy
 
     system, rows = plan.system.at(**found.parameters), []
     for number, sigma in enumerate(spec.sigma):
-        how = spec.returns, Noise(sigma=sigma, tau=spec.tau), spec.realisations, spec.seed
+        how = spec.returns, spec.noise(sigma), spec.realisations, spec.seed
         jobs = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
-        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=IMPACTS * spec.returns, jobs=jobs)
+        room = IMPACTS * spec.returns if isinstance(system, FlowSystem) else 0
+        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=room, jobs=jobs)
         mean = getattr(observe_noisy(system, orbits, [found.observable]), f"per_{found.per}")
         rows.append((mean.value[0], mean.error[0]))
     return NoisyOptimum(spec.sigma, *np.array(rows).T)
