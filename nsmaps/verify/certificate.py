@@ -23,6 +23,7 @@ from nsmaps.verify.cycles import Cycle, all_verified
 from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.formula import in_words as equation_in_words
 from nsmaps.verify.horseshoe import Chaos, chaos_of, horseshoe_of, in_words
+from nsmaps.verify.maps.proved import VerifiedMap, statement_of_map, verified_map
 from nsmaps.verify.trap import Trap, contraction, holds, trap_of
 
 TEXT, CODES, SLOPES, FORMAT = "certificate.json", "codes", "slopes", 2
@@ -101,7 +102,7 @@ def read(path: Path) -> Certificate:
 
 def verify(
     certificate: Certificate, progress: Callable[[int, int], Any] = lambda done, total: None, workers: int = 2
-) -> Verified:
+) -> Verified | VerifiedMap:
     """Prove what a certificate claims; `Refused`, with the reason, where that fails.
 
     Args:
@@ -123,8 +124,10 @@ def _in_a_line(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())}"
 
 
-def _verified(certificate: Certificate, progress: Callable[[int, int], Any], workers: int) -> Verified:
+def _verified(certificate: Certificate, progress: Callable[[int, int], Any], workers: int) -> Verified | VerifiedMap:
     """What a certificate claims, proved; any exception where that fails."""
+    if "pieces" in certificate.system:
+        return verified_map(certificate, progress)
     begun = perf_counter()
     system = system_of(certificate.system)
     letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
@@ -152,8 +155,10 @@ def _verified(certificate: Certificate, progress: Callable[[int, int], Any], wor
     return replace(found, factor=factor, impacts=trap.impacts)
 
 
-def statement(found: Verified, certificate: Certificate) -> str:
+def statement(found: Verified | VerifiedMap, certificate: Certificate) -> str:
     """The theorem in words, with the system that it is about."""
+    if isinstance(found, VerifiedMap):
+        return statement_of_map(found, certificate)
     parts = [_arrival(found)] if found.closed else [_attraction(found, trap_of(certificate.trap))] if found.shares else []
     chaos = [in_words(found.chaos, found.letters)] if found.chaos else []
     return "\n".join([equation_in_words(certificate.system), *parts, *_of_cycles(found), *chaos])

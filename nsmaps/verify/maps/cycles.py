@@ -1,0 +1,166 @@
+"""Cycles of a map given by formulas: each shown to exist and to be the only one of its pieces near its stated states.
+
+As in `nsmaps.verify.cycles`, with Krawczyk's operator for the vector of all states of a cycle, here of n coordinates each.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+from flint import acb_mat, arb, arb_mat, ctx
+
+from nsmaps.verify.formula import Doubtful, may_meet, only_turn
+from nsmaps.verify.maps.formula import PiecewiseFormulas, image
+
+BITS = 96  #: of the middles of balls
+ROUNDS = 40  #: steps at most by which a box is narrowed
+KEYS = {"pieces", "states", "radii"}
+
+Point = tuple[arb, ...]
+
+
+class Stated(NamedTuple):
+    """What a certificate states of a cycle of q states; its numbers are doubles, and exact."""
+
+    pieces: tuple[int, ...]  #: of its states
+    states: tuple[tuple[float, ...], ...]  #: shape (q, n)
+    radii: tuple[tuple[float, ...], ...]  #: shape (q, n): within these it is the only cycle of its pieces
+
+
+class Cycle(NamedTuple):
+    """A cycle that exists, with balls that hold its numbers."""
+
+    pieces: tuple[int, ...]
+    states: tuple[Point, ...]
+    turns: tuple[int, ...]  #: of each angle, zero of others, until it closes
+    derivative: arb_mat  #: of the map of all its returns, shape (n, n)
+    multipliers: tuple[Any, ...]  #: complex balls; none where they are not shown to be different from each other
+    kind: str  #: `stable`, `unstable`, or `open` where neither is shown
+
+
+class Step(NamedTuple):
+    """What `krawczyk` finds for a box."""
+
+    box: list[arb]  #: K
+    turns: tuple[int, ...]
+    derivatives: list[arb_mat]  #: of each return, for all states of the box
+
+
+def stated_of(data: Any, map: PiecewiseFormulas) -> Stated:
+    """The statement of a cycle in a certificate; ValueError says what is wrong in it."""
+    if not isinstance(data, Mapping) or set(data) != KEYS:
+        raise ValueError(f"a cycle has {sorted(data) if isinstance(data, Mapping) else data!r}; expected: {sorted(KEYS)}")
+    pieces, states, radii = (tuple(data[key]) for key in ("pieces", "states", "radii"))
+    n = len(map.coordinates)
+    if not len(pieces) == len(states) == len(radii) > 0 or any(len(row) != n for row in (*states, *radii)):
+        raise ValueError(f"a cycle needs as many pieces as states and radii, each of {n} numbers")
+    if not all(type(x) is int and 0 <= x < len(map.letters) for x in pieces):
+        raise ValueError(f"the pieces of a cycle are {pieces}; expected: numbers from 0 to {len(map.letters) - 1}")
+    if not all(type(x) is float and isfinite(x) for row in (*states, *radii) for x in row) or min(x for row in radii for x in row) <= 0:
+        raise ValueError("a state of a cycle, or a radius, is not a finite decimal number, or a radius is not above zero")
+    return Stated(pieces, tuple(tuple(row) for row in states), tuple(tuple(row) for row in radii))
+
+
+def verified(map: PiecewiseFormulas, stated: Stated) -> Cycle:
+    """The cycle that is stated; `Doubtful` unless it is shown to exist and to be the only one within its radii."""
+    with ctx.workprec(BITS):
+        middle = [arb(x) for state in stated.states for x in state]
+        box = [x + arb(0, radius) for x, radius in zip(middle, (r for row in stated.radii for r in row), strict=True)]
+        step = krawczyk(map, stated.pieces, middle, box)
+        if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
+            raise Doubtful(f"the cycle from {stated.states[0]} is not shown to exist within its radii")
+        for _ in range(ROUNDS):
+            before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
+            step = krawczyk(map, stated.pieces, [arb(x.mid()) for x in box], box)
+            if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
+                break
+        return _described(map, stated.pieces, box, step)
+
+
+def all_verified(
+    map: PiecewiseFormulas, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
+) -> tuple[Cycle, ...]:
+    """The cycles of a certificate; `Doubtful` or ValueError where one is not proved, or not shown to differ from the others."""
+    cycles: list[Cycle] = []
+    for i, entry in enumerate(entries):
+        cycle = verified(map, stated_of(entry, map))
+        for other in (*cycles, cycle):
+            first = 1 if other is cycle else 0
+            if any(_meet(map, cycle.states[0], state) for state in other.states[first:]):
+                raise Doubtful(f"cycles are not shown to differ, at {[x.str(6) for x in cycle.states[0]]}")
+        cycles.append(cycle)
+        progress(i + 1, len(entries))
+    return tuple(cycles)
+
+
+def krawczyk(map: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
+    """K for a vector in a box; `Doubtful` unless each state of the box is in its piece."""
+    images, derivatives = _images(map, pieces, box)
+    turns = _turns(map, images, box)
+    size, n = len(box), len(map.coordinates)
+    near = _images(map, pieces, middle)[0]
+    gaps = [x - middle[(i + n) % size] - 2 * turns[i] * arb.pi() for i, x in enumerate(near)]
+    slope = arb_mat(size, size)
+    for i, derivative in enumerate(derivatives):
+        after = n * ((i + 1) % len(derivatives))
+        for row in range(n):
+            for column in range(n):
+                slope[n * i + row, n * i + column] += derivative[row, column]
+            slope[n * i + row, after + row] -= 1
+    try:
+        inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
+    except np.linalg.LinAlgError as error:
+        raise Doubtful("the derivative of a cycle is singular") from error
+    c, one = arb_mat(inverse.tolist()), _one(size)
+    way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
+    move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
+    whole = tuple(sum(turns[i::n]) for i in range(n))
+    return Step([x + move[i, 0] for i, x in enumerate(middle)], whole, derivatives)
+
+
+def _images(map: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]) -> tuple[list[arb], list[arb_mat]]:
+    """The image of each state of a vector, in the order of the states, and the derivatives."""
+    n = len(map.coordinates)
+    found = [image(map, piece, x[n * i : n * i + n]) for i, piece in enumerate(pieces)]
+    return [jet.value for row in found for jet in row], [arb_mat([list(jet.slopes) for jet in row]) for row in found]
+
+
+def _turns(map: PiecewiseFormulas, images: Sequence[arb], box: Sequence[arb]) -> list[int]:
+    """By how many turns each image exceeds the next state; `Doubtful` unless they are the same for all cycles in a box."""
+    n, found = len(map.coordinates), []
+    for i, x in enumerate(images):
+        turns = only_turn(x - box[(i + n) % len(box)]) if map.angles[i % n] else 0
+        if turns is None:
+            raise Doubtful(f"return {i // n + 1} of a cycle is not shown to be of one number of turns")
+        found.append(turns)
+    return found
+
+
+def _described(map: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
+    """A cycle in a box, with what follows from the derivatives of its returns there."""
+    n = len(map.coordinates)
+    product = _one(n)
+    for derivative in step.derivatives:
+        product = derivative * product
+    try:
+        multipliers = (product[0, 0],) if n == 1 else tuple(acb_mat(product).eig())
+    except ValueError:
+        multipliers = ()
+    kind = "open"
+    if multipliers and all(abs(x) < 1 for x in multipliers):
+        kind = "stable"
+    elif any(abs(x) > 1 for x in multipliers) or abs(product.det()) > 1:
+        kind = "unstable"
+    states = tuple(tuple(box[i : i + n]) for i in range(0, len(box), n))
+    return Cycle(pieces, states, step.turns, product, multipliers, kind)
+
+
+def _meet(map: PiecewiseFormulas, a: Point, b: Point) -> bool:
+    """Whether two balls of states may have a state in common, up to whole turns of angles."""
+    pairs = zip(a, b, map.angles, strict=True)
+    return all(may_meet(x, y) if angle else bool(x.overlaps(y)) for x, y, angle in pairs)
+
+
+def _one(size: int) -> arb_mat:
+    return arb_mat([[int(i == j) for j in range(size)] for i in range(size)])

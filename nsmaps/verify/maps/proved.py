@@ -1,0 +1,82 @@
+"""What a certificate of a map given by formulas claims, proved: cycles, a horseshoe, a forward invariant set of cells."""
+
+from collections.abc import Callable
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from nsmaps.verify.maps.closed import Invariant, cells_of, invariant
+from nsmaps.verify.maps.cycles import Cycle, all_verified
+from nsmaps.verify.maps.formula import PiecewiseFormulas, in_words, map_of
+from nsmaps.verify.maps.horseshoe import Chaos, chaos_of, horseshoe_of
+from nsmaps.verify.maps.horseshoe import in_words as chaos_in_words
+
+if TYPE_CHECKING:
+    from nsmaps.verify.certificate import Certificate
+
+MOST = 12  #: cycles that are listed
+
+
+class VerifiedMap(NamedTuple):
+    """What was proved of a certificate of a map."""
+
+    map: PiecewiseFormulas
+    cycles: tuple[Cycle, ...]  #: all different
+    chaos: Chaos | None
+    closed: Invariant | None
+    seconds: tuple[float, float, float]  #: for cycles and horseshoe, for a trap, which there is none, and for cells
+
+
+def verified_map(certificate: "Certificate", progress: Callable[[int, int], Any]) -> VerifiedMap:
+    """What a certificate claims, proved; any exception where that fails."""
+    begun = perf_counter()
+    map = map_of(certificate.system)
+    cycles = all_verified(map, certificate.cycles, progress)
+    chaos = chaos_of(map, horseshoe_of(certificate.horseshoe, map), progress) if certificate.horseshoe else None
+    known = perf_counter()
+    closed = invariant(map, cells_of(certificate.grid, map), certificate.codes, progress) if certificate.grid else None
+    if certificate.trap or not (cycles or chaos or closed):
+        raise ValueError("a certificate of a map is of cycles, of a horseshoe or of cells, without a trap")
+    return VerifiedMap(map, cycles, chaos, closed, (known - begun, 0.0, perf_counter() - known))
+
+
+def statement_of_map(found: VerifiedMap, certificate: "Certificate") -> str:
+    """The theorem in words, with the map that it is about."""
+    chaos = [chaos_in_words(found.map, found.chaos)] if found.chaos else []
+    return "\n".join([in_words(certificate.system), *_of_cycles(found), *chaos, *_of_cells(found)])
+
+
+def _of_cycles(found: VerifiedMap) -> list[str]:
+    """Cycles, the first of them one by one."""
+    if not found.cycles:
+        return []
+    kinds = [cycle.kind for cycle in found.cycles]
+    counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in ("stable", "unstable", "open"))
+    number = f"{len(found.cycles)} different cycles exist" if len(found.cycles) > 1 else "a cycle exists"
+    lines = [f"Proved: {number}, each the only one of its pieces within the stated radii: {counts}."]
+    for cycle in found.cycles[:MOST]:
+        word = "".join(found.map.letters[k] for k in cycle.pieces)
+        state = ", ".join(f"{name} {x}" for name, x in zip(found.map.coordinates, cycle.states[0], strict=True))
+        turns = "".join(
+            f", {turn} turns of {name}"
+            for name, turn, angle in zip(found.map.coordinates, cycle.turns, found.map.angles, strict=True)
+            if angle
+        )
+        numbers = f": multipliers {', '.join(map(str, cycle.multipliers))}" if cycle.multipliers else ""
+        lines.append(f"  {word}, {state}{turns}, {cycle.kind}{numbers}")
+    return lines + ([f"  and {len(found.cycles) - MOST} more"] if len(found.cycles) > MOST else [])
+
+
+def _of_cells(found: VerifiedMap) -> list[str]:
+    """What follows of a set of cells."""
+    if found.closed is None:
+        return []
+    cells, names = found.closed.cells, found.map.coordinates
+    sides = zip(names, cells.low, cells.high, cells.counts, found.map.angles, strict=True)
+    grid = " x ".join(
+        f"{count} of {name} on the whole circle" if angle else f"{count} of {name} in [{low!r}, {high!r}]"
+        for name, low, high, count, angle in sides
+    )
+    return [
+        f"Proved: orbits that start in one of {found.closed.count} cells, of {grid}, never leave these cells: they are a "
+        "forward invariant set, in which each state has an image."
+    ]
