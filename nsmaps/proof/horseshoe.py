@@ -13,7 +13,7 @@ from nsmaps.progress import Progress, shows
 from nsmaps.proof.chaos.enlarged import found_horseshoe
 from nsmaps.proof.chaos.sets import View
 from nsmaps.proof.formula import balls_of, equation_of, provable
-from nsmaps.proof.maps.formula import formulas_of
+from nsmaps.proof.maps.formula import stated_map
 from nsmaps.proof.maps.horseshoe import MapView
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.horseshoe import Parallelogram, covers, meeting
@@ -56,7 +56,7 @@ def certificate_of(system: "Provable", orbits: Sequence["PeriodicOrbit"], return
     """A certificate of a horseshoe alone; see `found_horseshoe`."""
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
     if isinstance(system, PiecewiseMap):
-        formulas = formulas_of(system)
+        formulas = stated_map(system)
         return Certificate(about, formulas, horseshoe=found_horseshoe(MapView(system, formulas), orbits, returns))
     equation = equation_of(system)
     return Certificate(about, equation, horseshoe=found_horseshoe(ImpactView(system, balls_of(equation)), orbits, returns))

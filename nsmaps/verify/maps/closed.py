@@ -4,8 +4,8 @@ The cells are closed boxes of equal sizes over a box of states, the last coordin
 whole circle. A code is zero for each cell of the set, and one for all others.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
 from math import isfinite, prod
 from typing import Any, NamedTuple
 
@@ -17,8 +17,8 @@ from nsmaps.verify.formula import Doubtful
 from nsmaps.verify.maps.formula import PiecewiseFormulas, hull, pieces_of
 
 BITS = 64
-KEYS = {"low", "high", "cells"}
-MOST_PARTS = 4096  #: into which one cell is cut
+KEYS = {"low", "high", "cells", "parts"}
+MOST_PARTS = 64  #: along each coordinate of a cell, powers of two, so that ends of parts are exact
 
 Ranges = tuple[tuple[int, int], ...]  #: of each coordinate, the first and the last of the cells that an image meets
 
@@ -29,6 +29,7 @@ class Cells(NamedTuple):
     low: tuple[float, ...]
     high: tuple[float, ...]
     counts: tuple[int, ...]
+    parts: int  #: of a cell along each coordinate, whose images are enclosed one by one
 
 
 class Invariant(NamedTuple):
@@ -50,7 +51,10 @@ def cells_of(data: Any, map: PiecewiseFormulas) -> Cells:
         raise ValueError("a grid needs finite decimal numbers, and numbers of cells above zero")
     if not all(angle or a < b for a, b, angle in zip(low, high, map.angles, strict=True)):
         raise ValueError(f"a grid is from {low} to {high}; expected: the lower ends first")
-    return Cells(low, high, counts)
+    parts = data["parts"]
+    if type(parts) is not int or not 1 <= parts <= MOST_PARTS or parts & (parts - 1):
+        raise ValueError(f"{parts} parts of a cell; expected: a power of two up to {MOST_PARTS}")
+    return Cells(low, high, counts, parts)
 
 
 def invariant(
@@ -68,42 +72,23 @@ def invariant(
         raise ValueError("the set has no cells")
     with ctx.workprec(BITS):
         for i, number in enumerate(numbers.tolist()):
-            for ranges in met(map, cells, number, inside):
+            for ranges in met(map, cells, number, cells.parts):
                 parts += 1
-                if ranges is None:
+                if not _filled(inside, ranges, map.angles):
                     raise Doubtful(f"the images of the cell {number} are not shown to be within the set")
             if i % 256 == 0:
                 progress(i, len(numbers))
     return Invariant(cells, len(numbers), parts)
 
 
-def met(
-    map: PiecewiseFormulas, cells: Cells, number: Sequence[int], inside: NDArray[np.bool_]
-) -> Iterator[list[Ranges] | None]:
-    """The cells that images of the parts of a cell meet: a part is cut in two where they are not all inside; None, if too often."""
-    parts = deque([[arb(k) + arb(0.5, 0.5) for k in number]])
-    count = 0
-    while parts:
-        part = parts.popleft()
-        count += 1
-        try:
-            found = list(_ranges(map, cells, part))
-        except Doubtful:
-            found = None
-        if found is not None and all(_filled(inside, ranges, map.angles) for ranges in found):
-            yield found
-        elif count < MOST_PARTS and part[0].rad() > 2.0**-20:
-            parts += _halves(map, cells, part)
-        else:
-            yield None
-            return
+def met(map: PiecewiseFormulas, cells: Cells, number: Sequence[int], parts: int) -> Iterator[Ranges]:
+    """The cells that the images of the parts of a cell meet, of which there are `parts` along each coordinate.
 
-
-def _halves(map: PiecewiseFormulas, cells: Cells, part: list[arb]) -> list[list[arb]]:
-    """The two halves of a part of a cell, along its longest side, in cells."""
-    k = max(range(len(part)), key=lambda j: part[j].rad())
-    middle, radius = arb(part[k].mid()), arb(part[k].rad()) / 2
-    return [[*part[:k], middle + sign * radius + arb(0, 1) * radius, *part[k + 1 :]] for sign in (-1, 1)]
+    `Doubtful` if an image leaves the grid, or may not exist.
+    """
+    for place in product(range(parts), repeat=len(number)):
+        part = [arb(k) + (arb(j) + arb(0.5, 0.5)) / parts for k, j in zip(number, place, strict=True)]
+        yield from _ranges(map, cells, part)
 
 
 def _ranges(map: PiecewiseFormulas, cells: Cells, part: list[arb]) -> Iterator[Ranges]:

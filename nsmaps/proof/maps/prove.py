@@ -1,0 +1,88 @@
+"""A certificate of a map given by formulas: cycles, and a forward invariant set of cells around an attractor."""
+
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsmaps.coordinates import BoxLike, StateLike, as_box
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.errors import ProofError
+from nsmaps.exact.systems.piecewise import PiecewiseMap
+from nsmaps.progress import Progress, shows
+from nsmaps.proof.maps.closed import closed_set
+from nsmaps.proof.maps.cycles import stated
+from nsmaps.proof.maps.formula import stated_map
+from nsmaps.verify.certificate import Certificate
+from nsmaps.verify.maps.closed import cells_of
+from nsmaps.verify.maps.formula import map_of
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.periodic import PeriodicOrbit
+
+
+def certificate_of(map: PiecewiseMap, orbits: Sequence["PeriodicOrbit"]) -> Certificate:
+    """A certificate of cycles alone.
+
+    Raises:
+        ProofError: one is not shown to exist.
+    """
+    formulas = stated_map(map)
+    balls = map_of(formulas)
+    return Certificate(_about(map), formulas, cycles=[stated(balls, each) for each in orbits])
+
+
+@shows
+def prove_map(
+    map: PiecewiseMap,
+    *,
+    cycles: Sequence[tuple[StateLike, int]] = (),
+    start: StateLike | None = None,
+    window: BoxLike | None = None,
+    cells: int | Mapping[str, int] = 64,
+    parts: int = 4,
+    skip: int = 2000,
+    progress: Progress | None = None,
+) -> Certificate:
+    """Search for a proof that cycles exist, and that a set of cells around an attractor is forward invariant.
+
+    The search works in floats and with the images that `nsmaps.verify` computes; it proves nothing.
+
+    Args:
+        map: by formulas.
+        cycles: states near cycles, with their periods.
+        start: a state whose orbit comes to the attractor; None for cycles alone.
+        window: a box of states that is divided into cells; of an angle they are on the whole circle.
+        cells: their number along each coordinate, or by coordinate.
+        parts: of a cell along each coordinate, whose images are enclosed one by one, a power of two.
+        skip: returns of the orbit until it is on the attractor.
+        progress: called now and then.
+
+    Raises:
+        ProofError: a cycle is not proved, the orbit ends, or images of the cells leave the window or have no bound.
+    """
+    formulas, names = stated_map(map), map.coordinates
+    balls = map_of(formulas)
+    known = [stated(balls, periodic_orbit(map, near, period)) for near, period in cycles]
+    if start is None:
+        return Certificate(_about(map), formulas, cycles=known)
+    if window is None:
+        raise ProofError("a forward invariant set needs a window of states; expected: a box of each coordinate")
+    low, high = as_box(window, names).T.tolist()
+    counts = [cells if isinstance(cells, int) else cells.get(name, 0) for name in names]
+    grid: dict[str, Any] = {"low": low, "high": high, "cells": counts, "parts": parts}
+    try:
+        read = cells_of(grid, balls)
+    except ValueError as error:
+        raise ProofError(str(error)) from error
+    seed = orbit(map, start, skip).final
+    if not np.isfinite(seed).all():
+        raise ProofError(f"the orbit from {start} ends within {skip} returns; expected: a state whose orbit comes to an attractor")
+    return Certificate(_about(map), formulas, grid=grid, codes=closed_set(balls, read, seed), cycles=known)
+
+
+def _about(map: PiecewiseMap) -> dict[str, str]:
+    """Of what the certificate is, and of which program."""
+    return {"system": repr(map), "program": f"nsmaps {version('nsmaps')}"}
