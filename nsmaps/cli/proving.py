@@ -3,7 +3,7 @@
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,8 +14,12 @@ from nsmaps.errors import NsmapsError, ProofError
 from nsmaps.progress import beat, working
 
 if TYPE_CHECKING:
+    from nsmaps.exact.systems.piecewise import PiecewiseMap
+    from nsmaps.exact.systems.system import ImpactSystem
+    from nsmaps.study.sections.sets.proof import ProofSection
     from nsmaps.study.study import Study
     from nsmaps.verify.certificate import Certificate, Verified
+    from nsmaps.verify.maps.proved import VerifiedMap
 
 PROVE = examples("nsmaps prove bouncing_ball/proof", "nsmaps prove mine.yaml --out mine.proof")
 PICTURES = tuple(f".{each}" for each in Format)
@@ -50,10 +54,9 @@ def prove(
 
 def _found(study: "Study") -> "Certificate":
     """The certificate of what the sections of a study ask for."""
-    from nsmaps.proof.closed import Around
+    from nsmaps.exact.systems.piecewise import PiecewiseMap
     from nsmaps.proof.formula import provable
     from nsmaps.proof.horseshoe import prove_horseshoe
-    from nsmaps.proof.prove import prove as search
 
     parts, spec, chaos = [], study.proof, study.horseshoe
     if spec is None and chaos is None:
@@ -65,11 +68,30 @@ def _found(study: "Study") -> "Certificate":
         options = chaos.model_dump(exclude={"box"})
         parts.append(prove_horseshoe(system, chaos.box, options.pop("period"), **options))
     if spec is not None:
-        options = spec.model_dump(exclude={"start", "cycles", "closed_set"})
-        options["cycles"] = [(cycle.start, cycle.period) for cycle in spec.cycles]
-        options["around"] = Around(**spec.closed_set.model_dump()) if spec.closed_set else None
-        parts.append(search(system, spec.start, options.pop("period"), **options))
+        cycles = [(cycle.start, cycle.period) for cycle in spec.cycles]
+        parts.append(_of_map(system, spec, cycles) if isinstance(system, PiecewiseMap) else _of_flights(system, spec, cycles))
     return replace(parts[-1], horseshoe=parts[0].horseshoe)
+
+
+def _of_map(system: "PiecewiseMap", spec: "ProofSection", cycles: list[Any]) -> "Certificate":
+    """The certificate of a map by formulas: of the cycle at the start, or of a closed set."""
+    from nsmaps.proof.maps.prove import prove_map
+
+    if spec.closed_set is None:
+        return prove_map(system, cycles=[(spec.start, spec.period), *cycles])
+    about = spec.closed_set
+    options = {"window": about.box, "cells": about.cells, "parts": about.parts, "skip": about.skip}
+    return prove_map(system, cycles=cycles, start=spec.start, **options)
+
+
+def _of_flights(system: "ImpactSystem", spec: "ProofSection", cycles: list[Any]) -> "Certificate":
+    """The certificate of a system with impacts: of convergence to a cycle, or of a closed set."""
+    from nsmaps.proof.closed import Around
+    from nsmaps.proof.prove import prove as search
+
+    options = spec.model_dump(exclude={"start", "cycles", "closed_set"})
+    around = Around(**spec.closed_set.model_dump(include={"depth", "skip", "sample"})) if spec.closed_set else None
+    return search(system, spec.start, options.pop("period"), cycles=cycles, around=around, **options)
 
 
 def verify(
@@ -93,8 +115,8 @@ def verify(
             raise NsmapsError(f"--figure is {str(figure)!r}; expected: a name that ends with {', '.join(PICTURES)}")
         try:
             certificate = read(file)
-            if figure is not None and not certificate.grid:
-                raise NsmapsError(f"{figure} is not drawn: the certificate is of cycles alone; expected: one with cells")
+            if figure is not None and (not certificate.grid or "pieces" in certificate.system):
+                raise NsmapsError(f"{figure} is not drawn: it is of cells of phase and speed; expected: a certificate with these")
             found = _verified(certificate)
         except Refused as refused:
             say(f"refused: {refused}", err=True)
@@ -103,7 +125,7 @@ def verify(
             say(f"drawn to {_drawn(certificate, found, figure)}")
 
 
-def _verified(certificate: "Certificate") -> "Verified":
+def _verified(certificate: "Certificate") -> "Verified | VerifiedMap":
     """Verify a certificate and print the theorem."""
     from nsmaps.verify.certificate import statement
     from nsmaps.verify.certificate import verify as prove_again

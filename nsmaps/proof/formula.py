@@ -9,9 +9,11 @@ import sympy as sp
 from nsmaps.errors import ProofError
 from nsmaps.exact.flows.formulas import PHI, S, V, W, Z, is_linear
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.proof.arrivals import PAD, Flow
 
 if TYPE_CHECKING:
+    from nsmaps.exact.systems.piecewise import PiecewiseMap
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
 
@@ -22,26 +24,30 @@ RADIUS = 2.0**-50  #: of a number relative to it: it holds the decimal, the doub
 Entry = list[Any]
 
 
-def provable(system: object) -> "ImpactSystem":
+def provable(system: object) -> "ImpactSystem | PiecewiseMap":
     """A system of a class whose return maps proofs follow.
 
     Raises:
         ProofError: a system with modes, one whose flights are integrated, or another map.
     """
     from nsmaps.exact.systems.hybrid import HybridSystem
+    from nsmaps.exact.systems.piecewise import PiecewiseMap
     from nsmaps.exact.systems.system import ImpactSystem
 
+    if isinstance(system, PiecewiseMap):
+        return system
     if isinstance(system, HybridSystem):
         kind = "is a system with modes"
     elif not isinstance(system, ImpactSystem):
-        kind = "is not a system with impacts"
+        kind = "is not a system with impacts, or a map by formulas"
     elif system.flight() == "acceleration":
         kind = "is given by its acceleration, so that its flights are integrated"
     else:
         return system
     raise ProofError(
-        f"{type(system).__name__} {kind}, and no proofs are made of such; expected: an ImpactSystem whose `displacement` solves "
-        "z'' = -b z' - k z + g + F cos(w t) + S sin(w t) (where flights between impacts are of this kind, write it as one)"
+        f"{type(system).__name__} {kind}, and no proofs are made of such; expected: a PiecewiseMap, or an ImpactSystem whose "
+        "`displacement` solves z'' = -b z' - k z + g + F cos(w t) + S sin(w t) (where flights between impacts are of this kind, "
+        "write it as one)"
     )
 
 
@@ -54,7 +60,8 @@ def equation_of(system: "ImpactSystem", radii: Mapping[str, float] | None = None
     Raises:
         ProofError: the system is not of this kind; states in which respect.
     """
-    provable(system)
+    if not isinstance(provable(system), FlowSystem):
+        raise ProofError(f"{type(system).__name__} is a map by formulas, which has no equation of motion")
     middle = _numbers(system, {})
     for name, radius in (radii or {}).items():
         _widen(system, middle, name, radius)

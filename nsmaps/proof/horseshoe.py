@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     from nsmaps.coordinates import BoxLike
     from nsmaps.dynamics.periodic import PeriodicOrbit
     from nsmaps.exact.systems.system import ImpactSystem
-    from nsmaps.proof.formula import Provable
     from nsmaps.verify.formula import System
 
 
 @shows
 def prove_horseshoe(
-    system: "Provable",
+    system: "ImpactSystem | PiecewiseMap",
     window: "BoxLike",
     period: int = 5,
     *,
@@ -52,7 +51,7 @@ def prove_horseshoe(
     return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles, returns)
 
 
-def certificate_of(system: "Provable", orbits: Sequence["PeriodicOrbit"], returns: int = 1) -> Certificate:
+def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Sequence["PeriodicOrbit"], returns: int = 1) -> Certificate:
     """A certificate of a horseshoe alone; see `found_horseshoe`."""
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}
     if isinstance(system, PiecewiseMap):

@@ -41,8 +41,8 @@ def closed_set(map: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArray[np
                 found = list(met(map, cells, number, cells.parts))
             except Doubtful as error:
                 where = low + (np.array(number) + 0.5) * (high - low) / shape
-                text = f"orbits from the attractor come to the cell at {where.tolist()}, of which an image is not enclosed: {error}"
-                raise ProofError(f"{text}; expected: a larger box, or more cells") from error
+                text = f"orbits from the attractor come to the cell at {where.tolist()}: {error}"
+                raise ProofError(f"{text}; expected: a larger box, or more cells or parts of cells") from error
             for ranges in found:
                 window = np.ix_(*indices(ranges, shape, map.angles))
                 new = np.argwhere(~inside[window])

@@ -34,5 +34,7 @@ def stated_map(map: PiecewiseMap) -> dict[str, Any]:
         ]
     except ConditionError as error:
         raise ProofError(f"no proofs are made of {type(map).__name__}: {error}") from error
-    numbers = {name: [repr(value), "0" if float(value).is_integer() else repr(abs(value) * RADIUS)] for name, value in parameters.items()}
+    numbers = {
+        name: [repr(value), "0" if float(value).is_integer() else repr(abs(value) * RADIUS)] for name, value in parameters.items()
+    }
     return {"coordinates": names, "angles": map.coordinates.angles.tolist(), "parameters": numbers, "pieces": pieces}

@@ -79,7 +79,9 @@ def prove_map(
         raise ProofError(str(error)) from error
     seed = orbit(map, start, skip).final
     if not np.isfinite(seed).all():
-        raise ProofError(f"the orbit from {start} ends within {skip} returns; expected: a state whose orbit comes to an attractor")
+        raise ProofError(
+            f"the orbit from {start} ends within {skip} returns; expected: a state whose orbit comes to an attractor"
+        )
     return Certificate(_about(map), formulas, grid=grid, codes=closed_set(balls, read, seed), cycles=known)
 
 

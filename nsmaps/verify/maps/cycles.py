@@ -57,7 +57,10 @@ def stated_of(data: Any, map: PiecewiseFormulas) -> Stated:
         raise ValueError(f"a cycle needs as many pieces as states and radii, each of {n} numbers")
     if not all(type(x) is int and 0 <= x < len(map.letters) for x in pieces):
         raise ValueError(f"the pieces of a cycle are {pieces}; expected: numbers from 0 to {len(map.letters) - 1}")
-    if not all(type(x) is float and isfinite(x) for row in (*states, *radii) for x in row) or min(x for row in radii for x in row) <= 0:
+    if (
+        not all(type(x) is float and isfinite(x) for row in (*states, *radii) for x in row)
+        or min(x for row in radii for x in row) <= 0
+    ):
         raise ValueError("a state of a cycle, or a radius, is not a finite decimal number, or a radius is not above zero")
     return Stated(pieces, tuple(tuple(row) for row in states), tuple(tuple(row) for row in radii))
 

@@ -1,9 +1,10 @@
 """Horseshoes of a map given by formulas: sets that an iterate of it stretches across each other, in Arb balls.
 
-A set is N = {c + M u: |u_i| <= 1} in n coordinates. N covers another one, N', if in the coordinates u of N' the image of N is where
-|u_1| > 1 or all other |u_i| < 1, and those of its two ends u_1 = -1 and u_1 = 1 are beyond opposite ends of N' (in one coordinate:
-the ends alone). What follows of sequences of sets, and of the topological entropy, is stated in `nsmaps.verify.horseshoe`. All states
-of a set are shown to be in the stated pieces until they return, so that the iterate is continuous on it.
+A set is N = {c + M u: |u_i| <= 1} in n coordinates. N covers another one, N', if in the coordinates u of N' the image of N is
+where |u_1| > 1 or all other |u_i| < 1, and those of its two ends u_1 = -1 and u_1 = 1 are beyond opposite ends of N' (in one
+coordinate: the ends alone). What follows of sequences of sets, and of the topological entropy, is stated in
+`nsmaps.verify.horseshoe`. All states of a set are shown to be in the stated pieces until they return, so that the iterate is
+continuous on it.
 """
 
 from collections import Counter, deque
@@ -62,12 +63,18 @@ def horseshoe_of(data: Any, map: PiecewiseFormulas) -> Horseshoe:
         if any(angle and sum(abs(x) for x in row) > WIDEST for row, angle in zip(matrix, map.angles, strict=True)):
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: within {WIDEST} radians of its centre")
         if len(pieces) != returns or not all(type(x) is int and 0 <= x < len(map.letters) for x in pieces):
-            raise ValueError(f"{returns} returns are of the pieces {pieces}; expected: a number below {len(map.letters)} for each")
+            raise ValueError(
+                f"{returns} returns are of the pieces {pieces}; expected: a number below {len(map.letters)} for each"
+            )
         sets.append(Block(centre, matrix, pieces))
     relations = tuple((i, j) for i, j in data["relations"])
     if type(returns) is not int or returns < 1 or not sets:
         raise ValueError(f"a horseshoe of {len(sets)} sets and {returns} returns; expected: at least one of both")
-    if len(set(relations)) < len(relations) or not relations or not all(k in range(len(sets)) for pair in relations for k in pair):
+    if (
+        len(set(relations)) < len(relations)
+        or not relations
+        or not all(k in range(len(sets)) for pair in relations for k in pair)
+    ):
         raise ValueError(f"the relations of a horseshoe must be different pairs of numbers below {len(sets)}, and at least one")
     return Horseshoe(returns, tuple(sets), relations)
 
@@ -95,19 +102,20 @@ def covers(map: PiecewiseFormulas, source: Block, target: Block) -> int:
         return _in_coordinates(inverse, centre, *_image(map, source, part), [x - x.mid() for x in part])
 
     sign = 1 if seen([arb(1), *[arb(0)] * (n - 1)])[0] > 0 else -1
-    across = [x for x in [[arb(0, 1)] * n] if n > 1]
     return (
-        _satisfied(seen, [ends[0]], lambda u: -sign * u[0] > 1)
-        + _satisfied(seen, [ends[1]], lambda u: sign * u[0] > 1)
-        + _satisfied(seen, across, lambda u: abs(u[0]) > 1 or all(abs(x) < 1 for x in u[1:]))
-        + (0 if across else _satisfied(seen, [[arb(0, 1)]], lambda u: u[0].is_finite()))
+        _satisfied(seen, ends[0], lambda u: -sign * u[0] > 1)
+        + _satisfied(seen, ends[1], lambda u: sign * u[0] > 1)
+        + _satisfied(seen, [arb(0, 1)] * n, lambda u: u[0].is_finite() and (abs(u[0]) > 1 or all(abs(x) < 1 for x in u[1:])))
     )
 
 
 def meeting(map: PiecewiseFormulas, sets: Sequence[Block]) -> Iterator[tuple[int, int]]:
     """The pairs of sets that are not shown to be disjoint: no face of one separates it from the other, nor do their hulls."""
     inverses = [arb_mat([list(row) for row in each.matrix]).inv() for each in sets]
-    hulls = [[arb(c) + sum((abs(arb(x)) for x in row), arb(0)) * arb(0, 1) for c, row in zip(s.centre, s.matrix, strict=True)] for s in sets]
+    hulls = [
+        [arb(c) + sum((abs(arb(x)) for x in row), arb(0)) * arb(0, 1) for c, row in zip(s.centre, s.matrix, strict=True)]
+        for s in sets
+    ]
     for i, one in enumerate(sets):
         for j in range(i + 1, len(sets)):
             other = sets[j]
@@ -125,10 +133,10 @@ def in_words(map: PiecewiseFormulas, chaos: Chaos) -> str:
     words = Counter("".join(map.letters[k] for k in each.pieces) for each in sets)
     counts = ", ".join(f"{count} in the pieces {word}" for word, count in words.items())
     return (
-        f"Proved: {name} has a horseshoe of {len(sets)} disjoint sets of states ({counts}), of {len(relations)} pairs of which the "
-        "first covers the second. Orbits that stay in the sets form a compact set, on which this map is continuous and semiconjugate "
-        "to the subshift of these pairs: each sequence of them is that of some orbit, each periodic one that of a cycle. The "
-        f"topological entropy of the map is at least {floor(1e9 * chaos.entropy) / 1e9}."
+        f"Proved: {name} has a horseshoe of {len(sets)} disjoint sets of states ({counts}), of {len(relations)} pairs of which "
+        "the first covers the second. Orbits that stay in the sets form a compact set, on which this map is continuous and "
+        "semiconjugate to the subshift of these pairs: each sequence of them is that of some orbit, each periodic one that of a "
+        f"cycle. The topological entropy of the map is at least {floor(1e9 * chaos.entropy) / 1e9}."
     )
 
 
@@ -137,9 +145,9 @@ def _rows(matrix: Any) -> Iterator[tuple[float, ...]]:
     return (tuple(row) for row in matrix)
 
 
-def _satisfied(seen: Callable[[Vector], Vector], parts: Sequence[Vector], test: Callable[[Vector], bool]) -> int:
-    """Show that the images of some parts pass a test, cut as needed; the number of parts."""
-    waiting, count = deque(parts), 0
+def _satisfied(seen: Callable[[Vector], Vector], part: Vector, test: Callable[[Vector], bool]) -> int:
+    """Show that the image of a part of a set passes a test, cut as needed; the number of parts."""
+    waiting, count = deque([part]), 0
     while waiting:
         part = waiting.popleft()
         count += 1
@@ -162,7 +170,6 @@ def _satisfied(seen: Callable[[Vector], Vector], parts: Sequence[Vector], test: 
 
 def _image(map: PiecewiseFormulas, source: Block, part: Vector) -> tuple[Vector, arb_mat]:
     """The image of the middle of a part of a set by all returns, and the derivative of the iterate by u for all of the part."""
-    n = len(part)
     matrix = arb_mat([list(row) for row in source.matrix])
     way = arb_mat([[x - x.mid()] for x in part])
     shift = matrix * arb_mat([[arb(x.mid())] for x in part])
@@ -195,7 +202,9 @@ def _turned(map: PiecewiseFormulas, image: Vector, centre: Sequence[float]) -> V
 
 def _in_coordinates(inverse: arb_mat, centre: Vector, image: Vector, slope: arb_mat, way: Vector) -> Vector:
     """Balls that hold the image of a part, in the coordinates of a set."""
-    found = inverse * arb_mat([[x - c] for x, c in zip(image, centre, strict=True)]) + (inverse * slope) * arb_mat([[x] for x in way])
+    found = inverse * arb_mat([[x - c] for x, c in zip(image, centre, strict=True)]) + (inverse * slope) * arb_mat(
+        [[x] for x in way]
+    )
     return [found[k, 0] for k in range(len(way))]
 
 
