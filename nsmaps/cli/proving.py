@@ -80,8 +80,9 @@ def _of_map(system: "PiecewiseMap", spec: "ProofSection", cycles: list[Any]) -> 
     if spec.closed_set is None:
         return prove_map(system, cycles=[(spec.start, spec.period), *cycles])
     about = spec.closed_set
-    options = {"window": about.box, "cells": about.cells, "parts": about.parts, "skip": about.skip}
-    return prove_map(system, cycles=cycles, start=spec.start, **options)
+    return prove_map(
+        system, cycles=cycles, start=spec.start, window=about.box, cells=about.cells, parts=about.parts, skip=about.skip
+    )
 
 
 def _of_flights(system: "ImpactSystem", spec: "ProofSection", cycles: list[Any]) -> "Certificate":
@@ -109,7 +110,7 @@ def verify(
     with reported_errors(), progress_line(quiet):
         _check_flint()
         from nsmaps.verify.cells import Refused
-        from nsmaps.verify.certificate import read
+        from nsmaps.verify.certificate import Verified, read
 
         if figure is not None and figure.suffix not in PICTURES:
             raise NsmapsError(f"--figure is {str(figure)!r}; expected: a name that ends with {', '.join(PICTURES)}")
@@ -121,7 +122,7 @@ def verify(
         except Refused as refused:
             say(f"refused: {refused}", err=True)
             raise typer.Exit(FAILED) from None
-        if figure is not None:
+        if figure is not None and isinstance(found, Verified):
             say(f"drawn to {_drawn(certificate, found, figure)}")
 
 

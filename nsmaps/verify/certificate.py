@@ -127,7 +127,10 @@ def _in_a_line(error: Exception) -> str:
 def _verified(certificate: Certificate, progress: Callable[[int, int], Any], workers: int) -> Verified | VerifiedMap:
     """What a certificate claims, proved; any exception where that fails."""
     if "pieces" in certificate.system:
-        return verified_map(certificate, progress)
+        if certificate.trap:
+            raise ValueError("a trap of a map by formulas")
+        parts = certificate.cycles, certificate.horseshoe, certificate.grid, certificate.codes
+        return verified_map(certificate.system, *parts, progress)
     begun = perf_counter()
     system = system_of(certificate.system)
     letters = tuple(str(wall["letter"]) for wall in certificate.system["walls"])
@@ -158,7 +161,7 @@ def _verified(certificate: Certificate, progress: Callable[[int, int], Any], wor
 def statement(found: Verified | VerifiedMap, certificate: Certificate) -> str:
     """The theorem in words, with the system that it is about."""
     if isinstance(found, VerifiedMap):
-        return statement_of_map(found, certificate)
+        return statement_of_map(found, certificate.system)
     parts = [_arrival(found)] if found.closed else [_attraction(found, trap_of(certificate.trap))] if found.shares else []
     chaos = [in_words(found.chaos, found.letters)] if found.chaos else []
     return "\n".join([equation_in_words(certificate.system), *parts, *_of_cycles(found), *chaos])

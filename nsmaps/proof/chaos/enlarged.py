@@ -91,7 +91,7 @@ def _enlarged(view: View, sets: Sets) -> tuple[Floats, Bools]:
         images, whole = _images(view, sets, half)
         if not whole.all() or (half > LARGEST).any():
             return half, ~whole | (half > LARGEST).any(axis=1)
-        goal, needed, height = MARGIN * half[other, 0], np.ones(len(half)), np.zeros((len(half), half.shape[1] - 1))
+        goal, needed, height = MARGIN * half[other, 0], np.ones(len(half)), np.zeros_like(half[:, 1:])
         reach, high = _crossing(_seen(view, images[one], sets.centres[other], inverses[other]), goal)
         np.maximum.at(needed, one, np.where(reach < goal, np.clip(1.02 * goal / np.maximum(reach, FIRST * goal), 1, 2), 1))
         np.maximum.at(height, other, MARGIN * high)
@@ -112,7 +112,7 @@ def _places(n: int) -> Floats:
 def _images(view: View, sets: Sets, half: Floats) -> tuple[Floats, Bools]:
     """Images (m, ALONG, A, n) of places of sets, and whether the places of a set have the same words."""
     places = _places(half.shape[1])
-    shape = len(half), *places.shape
+    shape: tuple[int, ...] = (len(half), *places.shape)
     moved = sets.centres[:, None, None] + np.einsum("nij,nxyj->nxyi", sets.bases, places * half[:, None, None])
     found, words = view.iterated((moved * sets.scale).reshape(-1, half.shape[1]), sets.returns)
     images, words = found.reshape(shape) / sets.scale, words.reshape(len(half), -1)

@@ -81,7 +81,7 @@ def around(view: View, saddles: Sequence["PeriodicOrbit"], near: float, returns:
         bases.append(directions(view.derivatives(orbit) * scale / scale[:, None]))
         count += size
     group = _groups(view, states, np.array(words), following, near)
-    return _hulls(view, states, np.concatenate(bases), group, following, Sets(states, states, states, scale, returns))
+    return _hulls(view, states, np.concatenate(bases), group, following, scale, returns)
 
 
 def directions(derivatives: Floats) -> Floats:
@@ -116,7 +116,7 @@ def _groups(view: View, states: Floats, words: Any, following: Ints, near: float
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def _hulls(view: View, states: Floats, bases: Floats, group: Ints, following: Ints, about: Sets) -> Sets:
+def _hulls(view: View, states: Floats, bases: Floats, group: Ints, following: Ints, scale: Floats, returns: int) -> Sets:
     """Sets in the middle of groups of states, along the means of their directions."""
     count, n = int(group.max()) + 1, states.shape[1]
     centres, means, covered = np.empty((count, n)), np.empty((count, n, n)), np.zeros((count, count), bool)
@@ -131,4 +131,4 @@ def _hulls(view: View, states: Floats, bases: Floats, group: Ints, following: In
         way[:, view.angles] -= TWO_PI * np.round(way[:, view.angles] / TWO_PI)
         places = way @ np.linalg.inv(means[i]).T
         centres[i] = states[first] + means[i] @ (places.max(axis=0) + places.min(axis=0)) / 2
-    return Sets(centres, means, covered, about.scale, about.returns)
+    return Sets(centres, means, covered, scale, returns)

@@ -24,6 +24,8 @@ def stated(map: PiecewiseFormulas, orbit: "PeriodicOrbit") -> dict[str, Any]:
     Raises:
         ProofError: it is not shown to exist; with the reason at the smallest box.
     """
+    if not orbit.converged:
+        raise ProofError(f"no cycle of {len(orbit.words)} returns was found near {orbit.states[0]}; expected: a state near one")
     pieces, states = [map.letters.index(letter) for letter in orbit.words], np.asarray(orbit.states, float)
     reason: Exception | None = None
     try:

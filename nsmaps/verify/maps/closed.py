@@ -36,7 +36,7 @@ class Invariant(NamedTuple):
     """What was proved of a set of cells."""
 
     cells: Cells
-    count: int  #: of the cells of the set
+    size: int  #: cells of the set
     parts: int  #: whose images were enclosed
 
 

@@ -57,7 +57,7 @@ def _alone(node: ast.expr, holds: bool) -> Iterator[tuple[ast.cmpop, ast.expr, a
     match node:
         case ast.UnaryOp(op=ast.Not(), operand=operand):
             yield from _alone(operand, not holds)
-        case ast.BoolOp(op=operation, values=parts) if isinstance(operation, ast.And) == holds:
+        case ast.BoolOp(op=join, values=parts) if isinstance(join, ast.And) == holds:
             for part in parts:
                 yield from _alone(part, holds)
         case ast.Compare(left=left, ops=operations, comparators=rights) if holds or len(rights) == 1:

@@ -34,8 +34,8 @@ def constant(x: arb, n: int) -> Jet:
 def jet_of(node: ast.expr, values: Mapping[str, Jet], known: Known) -> Jet:
     """A formula over a box."""
     match node:
-        case ast.Constant(value=value):
-            return constant(arb(value), len(next(iter(values.values())).slopes))
+        case ast.Constant(value=int() | float() as number):
+            return constant(arb(number), len(next(iter(values.values())).slopes))
         case ast.Name(id=name):
             return values[name]
         case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -77,10 +77,10 @@ def _of_two(operation: ast.operator, x: Jet, y: Jet) -> Jet:
 
 def _power(x: Jet, node: ast.expr, exponent: Jet) -> Jet:
     """A whole power of any number, or a constant power of a positive one."""
-    power = exponent.value.unique_fmpz() if exponent.value.is_exact() else None
-    if power is not None and abs(power) <= MOST_POWER:
-        n = int(power)
-        return Jet(x.value**n, tuple(n * x.value ** (n - 1) * slope if n else arb(0) for slope in x.slopes))
+    whole = exponent.value.unique_fmpz() if exponent.value.is_exact() else None
+    if whole is not None and abs(whole) <= MOST_POWER:
+        k = int(whole)
+        return Jet(x.value**k, tuple(k * x.value ** (k - 1) * slope if k else arb(0) for slope in x.slopes))
     if not x.value > 0:
         raise Doubtful(f"a power {ast.unparse(node)} of a number that is not shown to be above zero")
     value, n = x.value**exponent.value, exponent.value

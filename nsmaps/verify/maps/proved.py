@@ -1,17 +1,17 @@
 """What a certificate of a map given by formulas claims, proved: cycles, a horseshoe, a forward invariant set of cells."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from nsmaps.verify.maps.closed import Invariant, cells_of, invariant
 from nsmaps.verify.maps.cycles import Cycle, all_verified
 from nsmaps.verify.maps.formula import PiecewiseFormulas, in_words, map_of
 from nsmaps.verify.maps.horseshoe import Chaos, chaos_of, horseshoe_of
 from nsmaps.verify.maps.horseshoe import in_words as chaos_in_words
-
-if TYPE_CHECKING:
-    from nsmaps.verify.certificate import Certificate
 
 MOST = 12  #: cycles that are listed
 
@@ -26,23 +26,30 @@ class VerifiedMap(NamedTuple):
     seconds: tuple[float, float, float]  #: for cycles and horseshoe, for a trap, which there is none, and for cells
 
 
-def verified_map(certificate: "Certificate", progress: Callable[[int, int], Any]) -> VerifiedMap:
-    """What a certificate claims, proved; any exception where that fails."""
+def verified_map(
+    system: Mapping[str, Any],
+    cycles: Sequence[Any],
+    horseshoe: Mapping[str, Any],
+    grid: Mapping[str, Any],
+    codes: NDArray[np.uint16],
+    progress: Callable[[int, int], Any],
+) -> VerifiedMap:
+    """What the parts of a certificate claim, proved; any exception where that fails."""
     begun = perf_counter()
-    map = map_of(certificate.system)
-    cycles = all_verified(map, certificate.cycles, progress)
-    chaos = chaos_of(map, horseshoe_of(certificate.horseshoe, map), progress) if certificate.horseshoe else None
-    known = perf_counter()
-    closed = invariant(map, cells_of(certificate.grid, map), certificate.codes, progress) if certificate.grid else None
-    if certificate.trap or not (cycles or chaos or closed):
-        raise ValueError("a certificate of a map is of cycles, of a horseshoe or of cells, without a trap")
-    return VerifiedMap(map, cycles, chaos, closed, (known - begun, 0.0, perf_counter() - known))
+    map = map_of(system)
+    known = all_verified(map, cycles, progress)
+    chaos = chaos_of(map, horseshoe_of(horseshoe, map), progress) if horseshoe else None
+    middle = perf_counter()
+    closed = invariant(map, cells_of(grid, map), codes, progress) if grid else None
+    if not (known or chaos or closed):
+        raise ValueError("a certificate of a map claims cycles, a horseshoe or a set of cells; expected: one of them")
+    return VerifiedMap(map, known, chaos, closed, (middle - begun, 0.0, perf_counter() - middle))
 
 
-def statement_of_map(found: VerifiedMap, certificate: "Certificate") -> str:
+def statement_of_map(found: VerifiedMap, system: Mapping[str, Any]) -> str:
     """The theorem in words, with the map that it is about."""
     chaos = [chaos_in_words(found.map, found.chaos)] if found.chaos else []
-    return "\n".join([in_words(certificate.system), *_of_cycles(found), *chaos, *_of_cells(found)])
+    return "\n".join([in_words(system), *_of_cycles(found), *chaos, *_of_cells(found)])
 
 
 def _of_cycles(found: VerifiedMap) -> list[str]:
@@ -77,6 +84,6 @@ def _of_cells(found: VerifiedMap) -> list[str]:
         for name, low, high, count, angle in sides
     )
     return [
-        f"Proved: orbits that start in one of {found.closed.count} cells, of {grid}, never leave these cells: they are a "
+        f"Proved: orbits that start in one of {found.closed.size} cells, of {grid}, never leave these cells: they are a "
         "forward invariant set, in which each state has an image."
     ]
