@@ -9,7 +9,9 @@ from flint import arb, ctx
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.proof.formula import balls_of, equation_of
+from nsmaps.proof.maps.prove import certificate_of_map
 from nsmaps.verify.certificate import Certificate
 from nsmaps.verify.cycles import BITS, krawczyk, stated_of, verified
 from nsmaps.verify.formula import Doubtful
@@ -47,8 +49,10 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
     raise ProofError(f"the cycle {orbit.word} from {orbit.states[0]} is not shown to exist: {reason}")
 
 
-def certificate_of(system: "ImpactSystem", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
+def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
     """A certificate of cycles alone."""
+    if isinstance(system, PiecewiseMap):
+        return certificate_of_map(system, orbits)
     equation = equation_of(system)
     balls = balls_of(equation)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"}

@@ -292,7 +292,7 @@ def test_systems_of_other_classes_are_refused(tmp_path):
             lambda system=system: cycles_of(system, []),
             lambda system=system: prove_horseshoe(system, [[0, 1]]),
         ):
-            with pytest.raises(ProofError, match=rf"{kind}.*expected: an ImpactSystem whose `displacement`"):
+            with pytest.raises(ProofError, match=rf"{kind}.*expected: a PiecewiseMap, or an ImpactSystem whose `displacement`"):
                 search()
     start = "{v: 0.5, X: 0, V: 0, phi: 1}"
     box = "{v: [0, 1], X: [0, 1], V: [0, 1], phi: [0, 1]}"

@@ -1,6 +1,6 @@
 """A certificate of a map given by formulas: cycles, and a forward invariant set of cells around an attractor."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
 
 
-def certificate_of(map: PiecewiseMap, orbits: Sequence["PeriodicOrbit"]) -> Certificate:
+def certificate_of_map(map: PiecewiseMap, orbits: Iterable["PeriodicOrbit"]) -> Certificate:
     """A certificate of cycles alone.
 
     Raises:

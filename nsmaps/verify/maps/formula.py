@@ -64,10 +64,10 @@ def pieces_of(map: PiecewiseFormulas, box: Sequence[arb]) -> Iterator[tuple[int,
                 yield k, narrow, with_condition(condition, True, known)
         if here is True:
             return
-        known, rest = with_condition(condition, False, known), narrowed(condition, False, map.coordinates, map.numbers, part)
-        if rest is None:
+        known, remainder = with_condition(condition, False, known), narrowed(condition, False, map.coordinates, map.numbers, part)
+        if remainder is None:
             return
-        part = rest
+        part = remainder
     raise Doubtful(f"a state with {_written(map, box)} may be in no piece")
 
 
