@@ -163,3 +163,21 @@ def test_borders_lie_at_the_cut_of_an_angle_too():
     ends = [ending(gapped, "b", cycle, (0.5, 0.99), direction)[1] for direction in ("down", "up")]
     assert [event.parameter for event in ends] == pytest.approx([2 / 3, 5 / 6], abs=1e-14)
     assert [event.border for event in ends] == [GAP, GAP]
+
+
+class Hidden(nsmaps.ReturnMap):
+    """A map of which no formulas are known."""
+
+    def __init__(self, map):
+        self.map, self.coordinates = map, map.coordinates
+
+    def first_return(self, states, derivative=False):
+        return self.map.first_return(states, derivative)
+
+
+def test_a_jump_to_another_state_of_the_cycle_is_one():
+    """In narrow windows states are so close that the jump leads next to another one; a return is not left out."""
+    map, cycle = gap(0.0118, 7)
+    branch = continue_branch(lambda mu: Hidden(map.at(mu=mu)), cycle, 0.0118, (-0.1, 1.1))
+    assert branch.events[-1].border == GAP
+    assert branch.events[-1].parameter == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there

@@ -205,7 +205,8 @@ def _product(derivatives: Sequence[Floats]) -> Floats:
 class _Joining:
     """How returns from beside the state k of an orbit come back to it by another piece: at once, late, or by two returns.
 
-    They are one return in place of one, of two where an impact at the section is missed, or two in place of one.
+    They are one return in place of one, of two where an impact at the section is missed, or two in place of one; of two they
+    take the time, which a jump to another state does not.
     """
 
     def __init__(
@@ -220,13 +221,18 @@ class _Joining:
             off = curve.coordinates.difference(images, orbit.start[(k + ahead) % q]) / curve.scale
             return np.asarray((np.abs(off) <= near).all(axis=1))
 
+        def takes(times: Floats, ahead: int) -> Bools:
+            off = times - orbit.time[[(k + j) % q for j in range(ahead)]].sum()
+            return np.asarray(~(np.abs(off) > near * orbit.time.sum()))
+
         with np.errstate(invalid="ignore"):
             off = np.abs(scaled(curve, tried.derivative - orbit.derivative[k])).reshape(len(tried), n * n).max(axis=1)
             kinked = off > KINK * (1 + np.abs(scaled(curve, orbit.derivative[k])).max())
             other, one = (tried.codes != orbit.codes[k]) | (kinked & kinks), close(tried.image, 1)
             self.one = one & other
-            self.two = ~one & close(tried.image, 2) if q > 1 else np.zeros_like(one)
+            self.two = ~one & close(tried.image, 2) & takes(tried.time, 2) if q > 1 else np.zeros_like(one)
             self.more = ~one & ~self.two & self.second.valid & close(self.second.image, 1)
+            self.more &= takes(tried.time + self.second.time, 1)
         self.jumps = bool((tried.valid & ~one & ~self.two & ~self.more).any())
 
     def rows(self) -> Iterator[tuple[int, Floats, Floats, int]]:
