@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
-from flint import acb_mat, arb, arb_mat, ctx
+from flint import acb, acb_mat, arb, arb_mat, ctx
 
 from nsmaps.verify.formula import Doubtful, may_meet, only_turn
 from nsmaps.verify.maps.formula import PiecewiseFormulas, image
@@ -35,7 +35,7 @@ class Cycle(NamedTuple):
     states: tuple[Point, ...]
     turns: tuple[int, ...]  #: of each angle, zero of others, until it closes
     derivative: arb_mat  #: of the map of all its returns, shape (n, n)
-    multipliers: tuple[Any, ...]  #: complex balls; none where they are not shown to be different from each other
+    multipliers: tuple[acb | arb, ...]  #: none where they are not shown to be different from each other
     kind: str  #: `stable`, `unstable`, or `open` where neither is shown
 
 
@@ -147,7 +147,7 @@ def _described(map: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], 
     for derivative in step.derivatives:
         product = derivative * product
     try:
-        multipliers = (product[0, 0],) if n == 1 else tuple(acb_mat(product).eig())
+        multipliers = (product[0, 0],) if n == 1 else tuple(_real(x) for x in acb_mat(product).eig())
     except ValueError:
         multipliers = ()
     kind = "open"
@@ -157,6 +157,11 @@ def _described(map: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], 
         kind = "unstable"
     states = tuple(tuple(box[i : i + n]) for i in range(0, len(box), n))
     return Cycle(pieces, states, step.turns, product, multipliers, kind)
+
+
+def _real(x: acb) -> acb | arb:
+    """A multiplier, real where its ball is symmetric: it then holds its conjugate, and it holds one multiplier alone."""
+    return x.real if x.imag.mid() == 0 else x
 
 
 def _meet(map: PiecewiseFormulas, a: Point, b: Point) -> bool:
