@@ -2,6 +2,8 @@
 
 import math
 import re
+import tomllib
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from scipy.optimize import brentq
 import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.trajectory import track
 
 README = Path(__file__).parents[1] / "README.md"
 TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
@@ -50,13 +53,26 @@ def hybrid(states, modes, guards, section, period=None, **others):
 
 
 def gravity_and_springs():
-    """x'' = -1 - 4 x from v = 1/2: back where sin 2t = 1 - cos 2t, after pi/4."""
+    """x'' = -1 - 4 x from v = 1/2: back where sin 2t = 1 - cos 2t, after pi/4; with damping of 2 x' and 5 x' an integrator."""
 
     def spring(self, t, hit):
         s, a = t - hit.t, sp.Rational(1, 4)
         return -a + (hit.z + a) * sp.cos(2 * s) + hit.w / 2 * sp.sin(2 * s)
 
+    def under(self, t, hit):
+        s, a, b = t - hit.t, sp.Rational(1, 4), sp.sqrt(3)
+        return -a + sp.exp(-s) * ((hit.z + a) * sp.cos(b * s) + (hit.w + hit.z + a) / b * sp.sin(b * s))
+
+    def over(self, t, hit):
+        s, a, w = t - hit.t, hit.z + sp.Rational(1, 4), hit.w
+        return -sp.Rational(1, 4) + ((4 * a + w) * sp.exp(-s) - (a + w) * sp.exp(-4 * s)) / 3
+
     assert impact_system(spring)().first_return([[1.0, 0.0]]).time == pytest.approx([math.pi / 4])
+    for damping, flight in ((2, under), (5, over)):
+        one = impact_system(flight)().first_return([[1.0, 0.0]])
+        rates = lambda t, y: [y[1], -1 - 4 * y[0] - damping * y[1]]  # noqa: B023, E731
+        later = solve_ivp(rates, (0, one.time[0]), [0, 0.5], rtol=1e-12, atol=1e-13)
+        assert later.y[:, -1] == pytest.approx([0, -one.image[0, 0]], abs=1e-10)
 
 
 def harmonics_or_none():
@@ -89,10 +105,20 @@ def two_periods():
 
 
 def noise():
-    """Without strength it changes nothing."""
-    quiet = nsmaps.noisy_orbits(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), [0.8, 0.3], 3, Noise(sigma=0, tau=0.5))
-    exact = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113).first_return([[0.8, 0.3]])
-    assert quiet.states[1, 0] == pytest.approx(exact.image[0], abs=1e-9)
+    """Without strength it changes nothing, in flights and modes; on images it is a normal deviate of its standard deviation."""
+    pair, given = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), {"eta": 0, "kappa": 0, "Lambda": 0, "d": 0.35}
+    for system, start in (
+        (pair, [0.8, 0.3]),
+        (nsmaps.load_system("recoil_pair", **given, r=0.5, g_bar=0.2113), [0.5, 0.1, -0.6, 1.0]),
+    ):
+        quiet = nsmaps.noisy_orbits(system, start, 1, Noise(sigma=0, tau=0.5))
+        assert quiet.states[1, 0] == pytest.approx(system.first_return([start]).image[0], abs=1e-9)
+    for system, start, scale in ((pair, [0.8, 0.3], {"v": 1, "phi": 1}), (Logistic(a=2.5), [0.5], None)):
+        kicks = (
+            nsmaps.noisy_orbits(system, start, 1, Noise(sigma=1e-3, scale=scale), 4000).states[1]
+            - system.first_return([start]).image
+        )
+        assert kicks.std(axis=0) == pytest.approx(np.full(len(start), 1e-3), rel=0.06)  # five standard errors of 1/sqrt(8000)
 
 
 def moving_walls():
@@ -154,6 +180,7 @@ def acceleration():
     one = made().first_return([[1.0, 0.0]])
     later = solve_ivp(lambda t, y: [y[1], -math.sin(y[0] + 1)], (0, one.time[0]), [0, 0.5], rtol=1e-12, atol=1e-13)
     assert later.y[:, -1] == pytest.approx([0, -one.image[0, 0]], abs=1e-9)
+    assert not one.certified.any()
 
 
 def kinks():
@@ -170,7 +197,15 @@ def kinks():
 
 
 def switches():
-    """x' = y.v, slowed by dry friction of 1/2 until it sticks, after 2 from a speed of 1; a second impulse at the time 3."""
+    """Dry friction of 1/2 stops a speed of 1 after 2, before the next impulse at 3; a wall is a spring, x'' = -1 - 9 x."""
+    wall = hybrid(
+        ("x", "v"),
+        lambda t, y: {"free": {"x": y.v, "v": -1}, "contact": {"x": y.v, "v": -1 - 9 * y.x}},
+        lambda t, y: {"C": Guard("free", y.x, to="contact"), "F": Guard("contact", -y.x, to="free")},
+        Section("F", ("v",)),
+    )
+    bounce = wall.first_return([[1.0]])
+    assert (bounce.image[0, 0], bounce.time[0]) == pytest.approx((1, 2 + 2 / 3 * (math.pi - math.atan(3))))
     made = hybrid(
         ("v", "c"),
         lambda t, y: {"slip": {"v": -sp.Rational(1, 2), "c": 1}, "back": {"v": sp.Rational(1, 2), "c": 1}},
@@ -232,12 +267,16 @@ class InPython(nsmaps.System):
 
 
 def own_map():
-    """Its fixed point 1 - 1/a has the multiplier 2 - a."""
-    for kind in (Logistic, InPython):
-        orbit = nsmaps.periodic_orbit(kind(a=2.5), [0.5])
+    """Its fixed point 1 - 1/a has the multiplier 2 - a, and so a deviate of 1/sqrt(1 - (2 - a)^2) of the noise."""
+    for map in (Logistic(a=2.5), InPython(a=2.5)):
+        orbit = nsmaps.periodic_orbit(map, [0.5])
         assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
+        square = nsmaps.observe(map, [0.6], 5, [{"name": "square", "formula": "x**2"}])
+        assert square.per_return.value == pytest.approx([0.36])
+        noisy = nsmaps.noisy_orbits(map, [0.6], 20, Noise(sigma=1e-4), 2000).states[-1]
+        assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
         with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
-            nsmaps.observe(kind(a=2.5), [0.5], 5, "impacts")
+            track(map, [0.5], 2)
 
 
 CASES = {
@@ -260,7 +299,45 @@ CASES = {
 }
 
 
+def case_of(row):
+    """The test of a row, which must be one."""
+    (case,) = [case for name, case in CASES.items() if row.startswith(name)]
+    return case
+
+
 @pytest.mark.parametrize("row", ROWS, ids=lambda row: re.sub(r"\W+", " ", row)[:40])
 def test_each_row_is_true(row):
-    (case,) = [case for name, case in CASES.items() if row.startswith(name)]
-    case()
+    case_of(row)()
+
+
+def test_no_test_is_of_a_row_that_is_gone():
+    assert sorted(map(case_of, ROWS), key=repr) == sorted(CASES.values(), key=repr)
+
+
+IN_WORDS = {2: "two", 4: "four", 6: "six", 11: "eleven", 23: "twenty-three"}
+
+
+def test_the_systems_that_are_listed_are_those_that_are_included():
+    """Of each kind as many as the list of README states, and the plugin of each is named there or on the page of its kind."""
+    points = tomllib.loads((README.parent / "pyproject.toml").read_text())["project"]["entry-points"]["nsmaps.systems"]
+    kinds = Counter(kind_of(nsmaps.systems()[name]) for name in points)
+    (listed,) = re.findall(
+        r"^[\w-]+ systems are included.*?(?=\n\n)", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
+    stated = re.search(
+        r"(\S+) systems are.* (\S+) have\s+impacts on walls.* (\S+) have\s+modes.* (\S+) are\s+integrated.* (\S+) are\s+maps",
+        listed,
+        re.DOTALL,
+    )
+    counts = [len(points), *(kinds[kind] for kind in ("walls", "modes", "integrated", "maps"))]
+    assert [word.lower() for word in stated.groups()] == [IN_WORDS.get(count) for count in counts]
+    pages = re.sub("[-_]", " ", listed + (README.parent / "docs" / "hybrid-systems.md").read_text(encoding="utf-8"))
+    plugins = {point.split(":")[0].removeprefix("nsmaps_").replace("_", " ") for point in points.values()}
+    assert [plugin for plugin in plugins if plugin not in pages] == []
+
+
+def kind_of(cls):
+    """What the list calls a class."""
+    if issubclass(cls, ImpactSystem):
+        return "walls" if cls.flight() == "displacement" else "integrated"
+    return "modes" if issubclass(cls, HybridSystem) else "maps"
