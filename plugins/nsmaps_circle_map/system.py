@@ -64,7 +64,7 @@ class GapCircleMap(PiecewiseMap):
     coordinates = Coordinates((Angle("phi"),))
 
     a: float = Field(0.5, gt=0, le=2, description="slope")
-    b: float = Field(ge=0, lt=1, description="shift in turns")
+    b: float = Field(ge=0, le=1, description="shift in turns")
 
     def pieces(self, x: SimpleNamespace) -> Pieces:
         """Below and from a whole turn on."""

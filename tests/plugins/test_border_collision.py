@@ -68,6 +68,29 @@ def test_on_which_side_of_a_border_a_cycle_is_there_and_stable(name, border):
         assert orbit is None or orbit.stable == border[f"stable_{side}"]
 
 
+EVENTS = {"multiplier +1": "cycle at infinity", "multiplier -1": "period doubling"}
+
+
+@pytest.mark.parametrize(
+    ("name", "border"), BORDERS, ids=[f"{name} {one['word']} {one['parameter']} {one['value']:.6}" for name, one in BORDERS]
+)
+def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
+    """To 1e-14 of the value, from a hundredth of it beside it on the side on which the cycle is there."""
+    value, parameter = number(border["value"]), border["parameter"]
+    way = -1 if border["admissible_below"] else 1
+    system = FORMS[name][0](**numbers(border["other_parameters"]), **{parameter: value * (1 + way * 0.01 * np.sign(value))})
+    bounds = sorted(value * (1 + 0.02 * np.array([-1, 1])))
+    orbit = cycle_at(system, border["word"])
+    branch = nsmaps.continue_branch(
+        Along(system, parameter), orbit, getattr(system, parameter), bounds, "down" if way > 0 else "up"
+    )
+    (event,) = branch.events
+    assert event.kind == EVENTS.get(border["kind"], "border collision")
+    assert event.parameter == pytest.approx(value, rel=1e-14)
+    assert abs(event.parameter - value) <= event.precision + np.spacing(abs(value))
+    assert event.precision < 1e-12
+
+
 @pytest.mark.parametrize("case", TENT["full"], ids=lambda case: case["parameters"]["a"])
 def test_the_tent_of_the_unit_interval(case):
     system = UnitTent(**numbers(case["parameters"]))
@@ -93,6 +116,19 @@ def test_the_windows_of_the_tent(row):
     assert [orbit is not None for orbit in at.values()] == [value < exists for value in at]
     assert all(orbit is None or orbit.stable == (value > stable) for value, orbit in at.items())
     assert any(orbit is not None and orbit.stable for orbit in at.values()) == row["window"]
+
+
+@pytest.mark.parametrize("row", TENT["borders"], ids=lambda row: f"{row['aL']} {row['word']}")
+def test_the_events_of_a_cycle_of_tents(row):
+    """Its branch ends at the border collision, and has a degenerate doubling on the way there if it is stable."""
+    exists, stable = number(row["exists_below"]), number(row["stable_above"])
+    start = 1.5 * min(exists, stable)
+    system = BorderCollision1(a_L=number(row["aL"]), a_R=start)
+    branch = nsmaps.continue_branch(Along(system, "a_R"), cycle_at(system, row["word"]), start, (2 * start, 0), "up")
+    kinds = ["period doubling", "border collision"] if row["window"] else ["border collision"]
+    values = [stable, exists] if row["window"] else [exists]
+    assert [event.kind for event in branch.events] == kinds
+    assert [event.parameter for event in branch.events] == pytest.approx(values, rel=1e-13)
 
 
 def beside(*values):

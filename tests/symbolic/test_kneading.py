@@ -35,6 +35,20 @@ class Tent(PiecewiseMap):
         return {"L": (x.x <= 0, {"x": self.a * x.x + 1}), "R": (True, {"x": self.b * x.x + 1})}
 
 
+class Flat(PiecewiseMap):
+    """The tent of slope two on [0, 1], no higher than `top`."""
+
+    top: float
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {
+            "L": (2 * x.x < self.top, {"x": 2 * x.x}),
+            "F": (2 * (1 - x.x) > self.top, {"x": self.top}),
+            "R": (True, {"x": 2 * (1 - x.x)}),
+        }
+
+
 class Switched(PiecewiseMap):
     """Of a current-mode converter: x - 1 from 1 on, a (1 - x) below."""
 
@@ -59,6 +73,13 @@ class Bent(PiecewiseMap):
 
     def pieces(self, x):
         return {"S": ((x.x > -1) & (x.x < 1), {"x": 1 - x.x**2}), "C": (True, {"x": self.b * x.x})}
+
+
+class Hole(PiecewiseMap):
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {"L": (x.x < -1, {"x": x.x + 2}), "R": (x.x > 1, {"x": x.x - 2})}
 
 
 class Pair(PiecewiseMap):
@@ -88,6 +109,19 @@ def test_of_a_markov_partition_it_is_the_largest_root(a, growth):
 def test_without_chaos_it_is_zero():
     assert topological_entropy(Tent(a=0.5, b=-1.5)) == 0
     assert topological_entropy(Tent(a=0.5, b=0.3)) == 0
+    assert topological_entropy(Tent(a=0, b=-2)) == 0
+
+
+@pytest.mark.parametrize("top", [0.9, 0.95])
+def test_a_plateau_on_a_tent_of_slope_two(top):
+    """Its kneading sequence, of the image of the plateau, is that of the tent whose slope is the exponential of the entropy."""
+    entropy = topological_entropy(Flat(top=top))
+    slope = math.exp(entropy)
+    one, other = top, slope / 2  # images of the tips, under the tent of slope two on [0, 1] and that of this slope
+    for _ in range(12):
+        assert (one < 0.5) == (other < 0.5)
+        one, other = (2 * min(one, 1 - one), slope * min(other, 1 - other))
+    assert slope < 2
 
 
 def test_cycles_are_as_many_as_words():
@@ -106,7 +140,7 @@ def test_cycles_are_as_many_as_words():
         (lambda: topological_entropy(Turned()), "Turned, which has an angle; expected: coordinates without a period"),
         (lambda: topological_entropy(Pair()), "Pair, which has 2 coordinates; expected: one"),
         (lambda: topological_entropy(Bent()), r"an image of Bent is 1 - x\*\*2; expected: affine, with rational coefficients"),
-        (lambda: topological_entropy(Tent(a=0, b=-2)), "a piece is constant; expected: pieces with a slope"),
+        (lambda: topological_entropy(Hole()), "the topological entropy of Hole: states next to a border are in no piece"),
         (lambda: periodic_orbits_by_word(Bent(), 2), r"an image of Bent is 1 - x\*\*2; expected: affine"),
     ],
 )
