@@ -52,7 +52,7 @@ def check_cycles(system: nsmaps.PiecewiseMap, references: list[dict[str, Any]], 
             assert orbit.stable == each["stable"]
 
 
-def check_exponents(system: nsmaps.PiecewiseMap, reference: dict[str, Any], returns: int = 1_000_000) -> None:
+def check_exponents(system: nsmaps.PiecewiseMap, reference: dict[str, Any], returns: int = 500_000) -> None:
     """The exponents of a long orbit, and its share of R, within five standard errors of both runs."""
     start = np.full(len(system.coordinates), 0.1234567)
     found = nsmaps.lyapunov(system, start, returns)

@@ -20,6 +20,9 @@ CASES = [(name, case) for name, (_, table, _) in FORMS.items() for case in table
 BORDERS = [(name, border) for name, (_, table, _) in FORMS.items() for border in table["borders"]]
 
 
+TITLES = [f"{name} {one['word']} {one['parameter']} {one['value']:.6}" for name, one in BORDERS]
+
+
 def lorenz(parameters):
     """The map of two slopes, in the class of the plugin."""
     of = numbers(parameters)
@@ -54,9 +57,7 @@ def cycle_at(system, word):
     return next((each for each in periodic_orbits_by_word(system, len(word)) if cyclic(each.word) == cyclic(word)), None)
 
 
-@pytest.mark.parametrize(
-    ("name", "border"), BORDERS, ids=[f"{name} {one['word']} {one['parameter']} {one['value']:.6}" for name, one in BORDERS]
-)
+@pytest.mark.parametrize(("name", "border"), BORDERS, ids=TITLES)
 def test_on_which_side_of_a_border_a_cycle_is_there_and_stable(name, border):
     """Beside the value, at a share of 1e-11 of it, and of 1e-8 where the orbit becomes infinite."""
     value, others = number(border["value"]), numbers(border["other_parameters"])
@@ -69,10 +70,15 @@ def test_on_which_side_of_a_border_a_cycle_is_there_and_stable(name, border):
 
 
 EVENTS = {"multiplier +1": "cycle at infinity", "multiplier -1": "period doubling"}
+LONGER = {"LLR": pytest.mark.thorough}  #: branches to a cycle at infinity have many orbits
 
 
 @pytest.mark.parametrize(
-    ("name", "border"), BORDERS, ids=[f"{name} {one['word']} {one['parameter']} {one['value']:.6}" for name, one in BORDERS]
+    ("name", "border"),
+    [
+        pytest.param(name, one, marks=LONGER.get(one["word"], ()) if one["kind"].endswith("+1") else (), id=title)
+        for (name, one), title in zip(BORDERS, TITLES, strict=True)
+    ],
 )
 def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
     """To 1e-14 of the value, from a hundredth of it beside it on the side on which the cycle is there."""
@@ -87,7 +93,7 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
     (event,) = branch.events
     assert event.kind == EVENTS.get(border["kind"], "border collision")
     assert event.parameter == pytest.approx(value, rel=1e-14)
-    assert abs(event.parameter - value) <= event.precision + np.spacing(abs(value))
+    assert abs(event.parameter - value) <= 2 * event.precision
     assert event.precision < 1e-12
 
 
@@ -95,7 +101,7 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
 def test_the_tent_of_the_unit_interval(case):
     system = UnitTent(**numbers(case["parameters"]))
     check_cycles(system, case["orbits"], max(len(each["word"]) for each in case["orbits"]))
-    found = nsmaps.lyapunov(system, [0.1234567], 1_000_000)
+    found = nsmaps.lyapunov(system, [0.1234567], 500_000)
     assert abs(found.exponents[0] - number(case["lyapunov_exact"])) <= 5 * found.error[0]
     assert topological_entropy(system) == pytest.approx(np.log(2), abs=1e-14)
 
