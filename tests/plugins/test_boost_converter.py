@@ -12,6 +12,7 @@ import nsmaps
 from nsmaps import Along, Guard, HybridSystem, Section
 from nsmaps.dynamics.search import periodic_orbits_by_word
 from nsmaps.symbolic.kneading import topological_entropy
+from nsmaps.testing import check_system
 
 TABLE = rows("M8")
 ROWS = [row for name in ("integer_alpha", "other_alpha", "compensation") for row in TABLE[name]]
@@ -169,3 +170,4 @@ def test_it_is_the_circuit_from_clock_to_clock(given, letters):
     last = [max(set(word) - {"C"}, default="N", key="SZ".index) for word in circuit.words.tolist()]
     assert map.words.tolist() == last
     assert set(last) == set(letters)
+    check_system(BoostConverter(**given))

@@ -8,6 +8,7 @@ from piecewise_references import numbers, rows
 
 import nsmaps
 from nsmaps import Along
+from nsmaps.testing import check_system
 
 LINE, PLANE = rows("M4a"), rows("M4b")
 WINDOWS = [(float(case["parameters"]["a"]), window) for case in LINE["cases"] for window in case["windows"]]
@@ -160,3 +161,8 @@ def test_next_to_the_border_the_slope_grows_and_on_it_the_left_piece_holds():
     returns = SquareRoot(a=0.5, mu=0.1).first_return([[0.0], [5e-324], [1e-300]], derivative=True)
     assert returns.words.tolist() == ["L", "R", "R"]
     assert returns.derivative[:, 0, 0].tolist() == [0.5, pytest.approx(-0.5 / np.sqrt(5e-324)), -5e149]
+
+
+def test_check_system_finds_no_fault():
+    check_system(SquareRoot(a=0.5, mu=0.1))
+    check_system(SquareRootPlane(alpha=0.5, gamma=0.05, rho=0.1))
