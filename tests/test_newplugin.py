@@ -9,9 +9,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
-from nsmaps.newplugin import new_plugin
+from nsmaps.newplugin import Kind, new_plugin
+from nsmaps.testing import check_system
 
 
 def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -22,14 +24,15 @@ def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedPro
 
 @pytest.mark.thorough
 @pytest.mark.parametrize(
-    ("hybrid", "said", "figures"),
+    ("kind", "said", "figures"),
     [
-        (False, "my_ball: Ball on a table that moves as a sin t", {"orbits.png", "domain_size.png"}),
-        (True, "my_ball: Oscillator x'' + 2 zeta x' + x = A cos(w t)", {"bifurcation.png"}),
+        ("impacts", "my_ball: Ball on a table that moves as a sin t", {"orbits.png", "domain_size.png"}),
+        ("hybrid", "my_ball: Oscillator x'' + 2 zeta x' + x = A cos(w t)", {"bifurcation.png"}),
+        ("map", "my_ball: Normal form of a border collision in the plane", {"bifurcation.png", "branches.png"}),
     ],
 )
-def test_it_installs_and_passes_at_once(hybrid: bool, said: str, figures: set[str], tmp_path: Path) -> None:
-    project = new_plugin("my_ball", tmp_path, hybrid)
+def test_it_installs_and_passes_at_once(kind: Kind, said: str, figures: set[str], tmp_path: Path) -> None:
+    project = new_plugin("my_ball", tmp_path, kind)
     site = tmp_path / "site"
     pip = ["-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation", "--target", str(site)]
     installed = python(tmp_path, site, *pip, str(project))
@@ -67,6 +70,22 @@ def test_its_class_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.chdir(project)
     checked = CliRunner().invoke(app, ["check", str(study)])
     assert f"system: {tmp_path}/other_ball/nsmaps_other_ball/system.py:OtherBall (a = 1.2" in checked.stdout, checked.stderr
+
+
+def test_a_map_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(app, ["new-plugin", "kinked", "--map", "--hybrid"])
+    assert (told.exit_code, told.stderr.strip()) == (
+        2,
+        "--hybrid and --map name two kinds of systems; expected: one of them",
+    )
+    assert CliRunner().invoke(app, ["new-plugin", "kinked", "--map"]).exit_code == 0
+    system = nsmaps.load_system("kinked/nsmaps_kinked/system.py:Kinked", tau_L=0.9, delta_L=0.3, tau_R=-1.2, delta_R=0.4)
+    check_system(system)
+    text = (tmp_path / "kinked" / "nsmaps_kinked" / "studies" / "first.yaml").read_text()
+    (tmp_path / "first.yaml").write_text(text.replace("system: kinked", "system: kinked/nsmaps_kinked/system.py:Kinked"))
+    branches = nsmaps.run(nsmaps.load_study(tmp_path / "first.yaml")).branches["fixed"]
+    assert {(event.kind, round(event.parameter, 10)) for each in branches for event in each.events} == {("period doubling", -1.4)}
 
 
 @pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])

@@ -9,6 +9,7 @@ import typer
 from nsmaps.cli.drawing import animate, figures, report
 from nsmaps.cli.options import Folder, InstalledOnly, of_run
 from nsmaps.cli.terminal import examples, reported_errors, say, summary
+from nsmaps.errors import NsmapsError
 from nsmaps.exports.languages import LANGUAGES
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp | less"))(show)
     exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
     app.command(epilog=exports)(export)
-    app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin soft_stop --hybrid --into ~/plugins"))(
+    app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin normal_form --map --into ~/plugins"))(
         new_plugin
     )
     app.command(epilog=examples("nsmaps schema --out study.schema.json", "nsmaps schema | less"))(schema)
@@ -92,12 +93,15 @@ def new_plugin(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
     into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
     hybrid: Annotated[bool, typer.Option("--hybrid", help="Of a system with modes instead of an impact system.")] = False,
+    map: Annotated[bool, typer.Option("--map", help="Of a map given by formulas in pieces instead of an impact system.")] = False,
 ) -> None:
     """Write a little project for a system of your own: class, study, test and pyproject."""
     from nsmaps.newplugin import new_plugin
 
     with reported_errors():
-        folder = new_plugin(name, into, hybrid)
+        if hybrid and map:
+            raise NsmapsError("--hybrid and --map name two kinds of systems; expected: one of them")
+        folder = new_plugin(name, into, "map" if map else "hybrid" if hybrid else "impacts")
     typer.echo(f'written to {folder}; next: pip install -e "{folder}[test]" && nsmaps run {name}/first && pytest "{folder}"')
 
 

@@ -38,37 +38,37 @@ _ROWS = (
     ),
     Row(
         "returns.slices",
-        "Images against one coordinate of the initial state while the other is held, coloured by impact word.",
-        "First returns along one coordinate by impact word; the other coordinate is held at the value above. In its phase plane "
+        "Images against one coordinate of the initial state while the other is held, coloured by word.",
+        "First returns along one coordinate by word; the other coordinate is held at the value above. In its phase plane "
         "all stand over one value. Gaps are jumps of the map.",
         (data.SLICES,),
     ),
     Row(
         "returns.words",
-        "The plane of states coloured by impact word.",
-        "The impact word of the first return from every state of the grid, and the pieces of the composite map if there is one."
+        "The plane of states coloured by word.",
+        "The word of the first return from every state of the grid, and the pieces of the composite map if there is one."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
         (data.PLANES,),
     ),
     Row(
         "composite.regions",
         "The plane of states divided into the named pieces of the composite map.",
-        "The pieces of the composite map with their names, impact words and shares of the grid.",
+        "The pieces of the composite map with their names, words and shares of the grid.",
         (data.SURFACES, data.COMPOSITE),
     ),
     Row(
         "returns.surfaces",
         "Surfaces of the images over the plane of states, seen in perspective.",
         "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. They end "
-        "where the map jumps or a phase is wrapped.",
+        "where the map jumps or an angle is wrapped.",
         (data.PLANES,),
         animated=True,
     ),
     Row(
         "returns.projections",
         "Images against initial states with the diagonals, one coordinate a panel.",
-        "The return surfaces projected along one coordinate, which each line holds fixed; the colour of a line is the phase of "
-        "the initial state. On the dashed diagonal a coordinate is mapped to itself. Stars, if any, are states near the diagonals"
+        "The return surfaces projected along one coordinate, which each line holds fixed; its colour "
+        "is the value held. On the dashed diagonal a coordinate is mapped to itself. Stars, if any, are states near the diagonals"
         " of all coordinates, filled where no slope exceeds the bound of the study (1 unless it sets one), else hollow.",
         (data.SURFACES,),
     ),
@@ -146,12 +146,11 @@ _ROWS = (
     ),
     Row(
         "longrun.bifurcation",
-        "The states of the attractors against the parameter, coloured by impact word.",
-        "The attractors over the parameter by impact word; the darker a place, the more states lie there. Lines are "
+        "The states of the attractors against the parameter, coloured by word.",
+        "The attractors over the parameter by word; the darker a place, the more states lie there. Lines are "
         "the computed borders of the widest windows of the first orbit (of two, of the one followed through growing values), and "
-        "motions are named above where there is room: n:m/pT has n impacts on the base wall and m on others in p periods of the "
-        "forcing; C is chaos, between windows at most of the values. A motion of the composite map has the name "
-        "of the exact one with the same impacts and period in returns. Grey: no attractor.",
+        "motions are named above where there is room; C is chaos, between windows at most of the values. A motion of the "
+        "composite map has the name of the exact one with the same words and period in returns. Grey: no attractor.",
         (data.BIFURCATION,),
     ),
     Row(

@@ -13,8 +13,9 @@ def bifurcation(result: StudyResult, part: str) -> str:
     spec, exact = result.study.bifurcation, result.bifurcation.get("exact")
     if spec is None:
         return ""
-    seen = f"; of the exact map {motions_of(exact)}" if exact is not None else ""
-    return f"{at(result, (spec.parameter,))}{range_text(spec)}{seen}."
+    seen = motions_of(exact) if exact is not None else ""
+    ratio = ": n:m/pT has n impacts on the base wall and m on others in p periods of the forcing" if "/" in seen else ""
+    return f"{at(result, (spec.parameter,))}{range_text(spec)}{f'; of the exact map {seen}' if seen else ''}{ratio}."
 
 
 def branches(result: StudyResult, part: str) -> str:
