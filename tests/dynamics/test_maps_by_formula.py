@@ -7,6 +7,7 @@ from nsmaps_square_root import SquareRoot, SquareRootPlane
 
 import nsmaps
 from nsmaps import Along, Axis, Grid
+from nsmaps.dynamics.attractors.coexistence import coexistence
 
 SPACE = BorderCollision3(tau_L=0.8, sigma_L=0.2, delta_L=0.3, tau_R=-1.9, sigma_R=0.1, delta_R=-0.3)
 FORM = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=-1.5, delta_R=0.9)
@@ -63,6 +64,18 @@ def test_two_attractors_and_their_boundary():
     assert saddle.stable is False
     apart = np.abs(nsmaps.orbit(map, points, 60).states[:, :, None] - saddle.states).max(axis=-1).min(axis=(0, 2))
     assert np.median(apart) < 1e-5
+
+
+def test_a_transient_is_not_an_attractor_beside_the_one_it_comes_to():
+    """Next to tau_R = -2.521, where LLR goes to infinity, orbits take long to reach it."""
+    diagram = nsmaps.bifurcation(Along(FORM, "tau_R"), np.linspace(-2.49, -2.45, 17), [0.1, 0.1], discard=100, direction="both")
+    assert set(diagram.labels.ravel()) == {"LLR, period 3"}
+    assert diagram.ends is not None
+    assert coexistence([diagram]).counts.tolist() == [1] * 17
+    for k, value in enumerate(diagram.values):
+        for orbit in diagram.settled[k]:
+            cycle = nsmaps.periodic_orbit(FORM.at(tau_R=value), orbit[-1], 3)
+            assert np.abs(cycle.states - orbit[-1]).max(axis=1).min() < 1e-3 * np.ptp(cycle.states)
 
 
 EXPONENTS = [  #: by independent runs of 1.5e8 to 6e8 returns, in closed form of the tent

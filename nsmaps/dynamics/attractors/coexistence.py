@@ -83,7 +83,7 @@ def coexistence(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float
     orders = [np.argsort(each.values, kind="stable") for each in diagrams]
     states, labels, held, length = (
         np.concatenate([getattr(each, name)[order] for each, order in zip(diagrams, orders, strict=True)], axis=1)
-        for name in ("states", "labels", "held", "lengths")
+        for name in ("settled", "labels", "held", "lengths")
     )
     numbers, names = np.full(held.shape, -1), labels.astype(object)
     if held.any():

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_a
 if TYPE_CHECKING:
     from xarray import Dataset
 
+FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
 STATES = 0.7  #: share of the work that the states are assumed to take, for `progress`; the rest is that of these orbits
 
 
@@ -47,6 +48,9 @@ class Bifurcation(WithCoordinates):
     scale: Floats | None = None  #: shape (n,), unit of tolerances in each coordinate, see `scale_of`; None in earlier runs
     labels: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, str))  #: shape (V, S), such as 1:1/2T; "" where it ended
     length: NDArray[np.int64] | None = None  #: shape (V, S), count of states in a period; None: one a return
+    ends: Floats | None = (
+        None  #: shape (V, S, K, n), the period of orbits whose last state is far from it; NaN of others, or None
+    )
 
     def __post_init__(self) -> None:
         """Names from the words of what is kept, where no others are given."""
@@ -64,6 +68,11 @@ class Bifurcation(WithCoordinates):
     def lengths(self) -> NDArray[np.int64]:
         """The number of states in a period, shape (V, S), below its returns where images are those of several returns."""
         return self.period if self.length is None else self.length
+
+    @property
+    def settled(self) -> Floats:
+        """The states (V, S, K, n), with the cycle of an orbit whose last state is still far from it."""
+        return self.states if self.ends is None else self.ends
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -174,12 +183,17 @@ class _Unnamed:
         plain = self.diagram_so_far
         length, period, labels = plain.lengths.copy(), plain.period.copy(), plain.labels.astype(object)
         labels[self.open_], period[self.open_], length[self.open_] = UNRESOLVED, 0, 0
+        settled, far = plain.states.copy(), False
         for (v, s), motion in zip(np.argwhere(self.open_).tolist(), found, strict=False):
-            length[v, s], period[v, s], labels[v, s] = motion
+            length[v, s], period[v, s], labels[v, s] = motion.length, motion.period, motion.label
+            own, cycle = settled[v, s], motion.states
+            if 0 < len(cycle) <= len(own) and not plain.coordinates.near(cycle, own[-1], FAR, self.scale).any():
+                settled[v, s], far = cycle[np.arange(len(own)) % len(cycle)], True
         gone = labels == ESCAPE
         states = np.where(gone[..., None, None], np.nan, plain.states)
         outcome = np.where(gone, np.int8(Outcome.escaped), plain.outcome)
-        return replace(plain, length=length, period=period, labels=labels.astype(str), states=states, outcome=outcome)
+        about: Any = {"outcome": outcome, "ends": settled if far else None}
+        return replace(plain, length=length, period=period, labels=labels.astype(str), states=states, **about)
 
     def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, jobs: Jobs) -> Bifurcation:
         """The diagram whose open orbits are followed on."""
@@ -229,11 +243,12 @@ def _unnamed(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
 
 def _beside(one: Bifurcation, other: Bifurcation) -> Bifurcation:
     """The diagram of the orbits of both over the same values."""
-    rows = {
+    rows: Any = {
         name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1)
-        for name in ("states", "turns", "codes", "outcome", "period", "labels", "lengths")
+        for name in ("states", "settled", "turns", "codes", "outcome", "period", "labels", "lengths")
     }
-    return replace(one, length=rows.pop("lengths"), **rows)  # type: ignore[arg-type]
+    ends = None if one.ends is None and other.ends is None else rows["settled"]
+    return replace(one, length=rows.pop("lengths"), ends=ends, **{name: row for name, row in rows.items() if name != "settled"})
 
 
 def _check(values: Floats, returns: int, discard: int, direction: object) -> None:

@@ -1,7 +1,7 @@
 """The names of the motions of a bifurcation diagram, whose orbits without a period are followed to what they end on."""
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,16 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, decoded
 from nsmaps.parallel import Arrays, Jobs, begun
 
-Motion = tuple[int, int, str]  #: number of states of a period, its returns, and the name
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
+
+
+class Motion(NamedTuple):
+    """What an orbit without a period was found to end on."""
+
+    length: int  #: number of states of a period; 0 without one
+    period: int  #: its returns
+    label: str
+    states: Floats  #: shape (length, n)
 
 
 def alphabet_as_arrays(alphabet: Alphabet) -> Arrays:
@@ -80,16 +88,21 @@ def open_ends(
 
 def _motions(parts: Iterable[Arrays]) -> list[Motion]:
     """The motions from the arrays of parts."""
-    return [one for part in parts for one in zip(*(part[name].tolist() for name in ("length", "period", "label")), strict=True)]
+    found = list[Motion]()
+    for part in parts:
+        states = np.split(part["states"], np.cumsum(part["length"])[:-1])
+        found += map(Motion, *(part[name].tolist() for name in ("length", "period", "label")), states)
+    return found
 
 
 def _limits(map_of: Callable[[float], ReturnMap], values: Floats, states: Floats, scale: Floats, tolerance: float) -> Arrays:
-    """Lengths, periods and names of the motions of orbits from states (V, S, n) that are not NaN."""
+    """The motions of orbits from states (V, S, n) that are not NaN; the states of their periods one after the other."""
     found: list[Limit] = []
     for value, there in zip(values.tolist(), states, strict=True):
         found += limits(map_of(value), there[np.isfinite(there).all(axis=1)], scale, tolerance)
     numbers = {name: np.array([getattr(one, name) for one in found], int) for name in ("length", "period")}
-    return {**numbers, "label": np.array([one.label for one in found], str)}
+    cycles = np.concatenate([states[:0, 0], *(one.states[: one.length] for one in found)])
+    return {**numbers, "states": cycles, "label": np.array([one.label for one in found], str)}
 
 
 def are_exact(coordinates: Coordinates, states: Floats, length: Ints, scale: Floats) -> Bools:
