@@ -170,11 +170,16 @@ class PieceLike(Protocol):
     @property
     def fit(self) -> PolyFit | None: ...
     @property
+    def data(self) -> Region | None: ...
+    @property
     def reset(self) -> Mapping[str, float] | None: ...
 
 
 class PieceSpec(BaseModel):
-    """The construction of a piece: fitted to a family's surface in its region, or a reset of some coordinates to constants."""
+    """The construction of a piece: fitted to a family's surface, or a reset of some coordinates to constants.
+
+    The data of a fit are the states of `data`, those of the region if it is omitted.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -182,6 +187,7 @@ class PieceSpec(BaseModel):
     region: Region
     family: str | None = None
     fit: PolyFit | None = None
+    data: Region | None = None
     reset: dict[str, Number] | None = None
 
     @model_validator(mode="after")
@@ -193,7 +199,7 @@ class PieceSpec(BaseModel):
 def build_composite(
     coordinates: Sequence[str], walls: Sequence[str], surfaces: Mapping[str, Surface], pieces: Sequence[PieceLike]
 ) -> CompositeMap:
-    """The composite map of pieces, each fitted to the part of its family's surface in its region.
+    """The composite map of pieces, each fitted to the part of its family's surface in its region, or in that of its data.
 
     A piece is fitted on its whole region, including states that earlier pieces decide: the paper's representative curves of R2
     run through R1 (remark R1R2overlap).
@@ -238,8 +244,8 @@ def _returns_of(data: Surface) -> int:
 
 
 def data_of(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
-    """The data of a piece: its family's surface within its region. FitError where there is none."""
-    family, region = piece.family or "", piece.region.over(coordinates)
+    """The data of a piece: its family's surface within the region of its data. FitError where there is none."""
+    family, region = piece.family or "", (piece.data or piece.region).over(coordinates)
     if family not in surfaces:
         raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; expected: {', '.join(surfaces)}")
     surface = surfaces[family]

@@ -167,8 +167,7 @@ def _piece(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) ->
         about = (_word_of(family), _returns_of(family)) if family else ()
         return Piece(piece.name, piece.region, piece.polynomial.of(system), *about)
     found, spec = data_and_spec(plan, system, known, piece)
-    piece_map = build_composite(system.coordinates, system.letters, found, [spec]).pieces[0]
-    return replace(piece_map, region=piece.region)
+    return build_composite(system.coordinates, system.letters, found, [spec]).pieces[0]
 
 
 def _word_of(family: ReturnFamily) -> str:
@@ -187,13 +186,13 @@ def _returns_of(family: ReturnFamily) -> int:
 
 
 def data_and_spec(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) -> tuple[Surfaces, PiecePlan]:
-    """The surfaces to which a piece is fitted, and the piece with the region of its data."""
+    """The surfaces to which a piece is fitted, and the piece with the region of its data at the parameters of a system."""
     data = region_of_data(system, piece)
     if piece.near_diagonals:
         known, data = near_diagonals(plan, known[piece.family or ""])
     elif piece.grid is not None:
         known = surfaces(system, piece.grid, [plan.families[piece.family or ""]])
-    return known, replace(piece, region=data)
+    return known, replace(piece, data=data)
 
 
 def region_of_data(system: "System", piece: PiecePlan) -> Region:
