@@ -102,12 +102,14 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.piecewise import PiecewiseMap as PiecewiseMap
     from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
     from nsmaps.exact.systems.walls import Wall as Wall
+    from nsmaps.exact.trajectory import track as track
     from nsmaps.exports.document import read_map as read_map
     from nsmaps.exports.write import export as export
     from nsmaps.interrupts import Interrupted as Interrupted
     from nsmaps.parallel import Jobs as Jobs
     from nsmaps.plugins import load_system as load_system
     from nsmaps.plugins import systems as systems
+    from nsmaps.proof.cycles import certificate_of as certificate_of
     from nsmaps.reduced.adaptive.surrogate import StripMap as StripMap
     from nsmaps.reduced.adaptive.surrogate import strip_map as strip_map
     from nsmaps.reduced.composite.composite import CompositeMap as CompositeMap
@@ -150,6 +152,7 @@ if TYPE_CHECKING:
     from nsmaps.symbolic.two_cycles import TwoCycles as TwoCycles
     from nsmaps.symbolic.two_cycles import curve_cycles as curve_cycles
     from nsmaps.symbolic.two_cycles import two_cycles as two_cycles
+    from nsmaps.verify.certificate import write_certificate as write_certificate
 
 _PUBLIC = {
     "symbolic.map_iterates": ("ClosedMap", "compose", "iterate"),
@@ -224,6 +227,9 @@ _PUBLIC = {
     "auxiliary.bounds": ("envelopes",),
     "auxiliary.envelope": ("Envelope",),
     "exact.surfaces.sweep": ("surfaces",),
+    "exact.trajectory": ("track",),
+    "proof.cycles": ("certificate_of",),
+    "verify.certificate": ("write_certificate",),
     "study.store.archive": ("read_result",),
     "study.reading.reader": ("load_study",),
     "study.result": ("StudyResult",),

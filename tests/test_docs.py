@@ -140,6 +140,14 @@ def test_links_resolve(page: Path) -> None:
         assert not anchor or anchor in anchors(file), f"{page.name} links to {target}, which has no such heading"
 
 
+@every_page
+def test_pages_import_public_names_alone(page: Path) -> None:
+    """Pages for users; that on the architecture says how nsmaps itself is extended."""
+    inner = re.compile(r"\b(?:from|import) +nsmaps\.\w+\.\w+|`nsmaps\.\w+\.\w+\.\w+")
+    assert page.name == "architecture.md" or inner.findall(page.read_text()) == []
+    assert inner.findall(">>> from nsmaps.reduced.fit import x\n`nsmaps.exact.trajectory.track`") != []
+
+
 def test_every_page_is_on_the_map() -> None:
     linked = set(LINK.findall((DOCS / "index.md").read_text()))
     assert {str(page.relative_to(DOCS)) for page in PAGES[1:]} - {"index.md"} <= linked

@@ -43,11 +43,11 @@ def prove(
     with reported_errors(), progress_line(quiet):
         _check_flint()
         from nsmaps.study.reading.reader import load_study
-        from nsmaps.verify.certificate import write
+        from nsmaps.verify.certificate import write_certificate
 
         read = load_study(study, installed_only=installed_only)
         certificate, path = _found(read), out or Path(f"{read.name.rpartition('/')[2]}.proof")
-        write(path, certificate)
+        write_certificate(path, certificate)
         say(f"written to {path}: {path.stat().st_size / 1e6:.3g} MB")
         _verified(certificate)
 

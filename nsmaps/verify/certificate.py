@@ -64,7 +64,7 @@ class Verified:
     whole: bool = False  #: no state below `top` is left open
 
 
-def write(path: Path, certificate: Certificate) -> None:
+def write_certificate(path: Path, certificate: Certificate) -> None:
     """Write a certificate."""
     codes, slopes = certificate.codes.astype("<u2").tobytes(), certificate.slopes.astype("i1").tobytes()
     parts: dict[str, Any] = {

@@ -27,7 +27,7 @@ from nsmaps.proof.prove import prove
 from nsmaps.proof.trap import _directions, found_trap, trapped
 from nsmaps.verify.__main__ import main
 from nsmaps.verify.cells import Refused
-from nsmaps.verify.certificate import read, statement, verify, write
+from nsmaps.verify.certificate import read, statement, verify, write_certificate
 from nsmaps.verify.flights import next_impact
 from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.trap import contraction, trap_of
@@ -97,7 +97,7 @@ def changed(path: Path, out: Path, change) -> Path:
 
 def test_a_file_is_read_as_it_was_written(certificate, tmp_path):
     slopes = np.array([3, -5], np.int8)
-    write(tmp_path / "a.proof", replace(certificate, slopes=slopes))
+    write_certificate(tmp_path / "a.proof", replace(certificate, slopes=slopes))
     found = read(tmp_path / "a.proof")
     np.testing.assert_array_equal(found.codes, certificate.codes)
     np.testing.assert_array_equal(found.slopes, slopes)
@@ -106,7 +106,7 @@ def test_a_file_is_read_as_it_was_written(certificate, tmp_path):
 
 
 def test_files_without_strips_are_read(certificate, tmp_path):
-    write(tmp_path / "a.proof", certificate)
+    write_certificate(tmp_path / "a.proof", certificate)
     found = read(changed(tmp_path / "a.proof", tmp_path / "b.proof", lambda text, codes: ({**text, "format": 1}, codes)))
     np.testing.assert_array_equal(found.codes, certificate.codes)
     assert not len(found.slopes)
@@ -115,7 +115,7 @@ def test_files_without_strips_are_read(certificate, tmp_path):
 @pytest.mark.parametrize("wrong", ["bit of the codes", "bit of the file", "cut", "format", "missing", "none"])
 def test_a_broken_file_is_refused(certificate, tmp_path, wrong):
     path = tmp_path / "a.proof"
-    write(path, certificate)
+    write_certificate(path, certificate)
     content = bytearray(path.read_bytes())
     match wrong:
         case "bit of the codes":
@@ -139,7 +139,7 @@ def test_any_changed_byte_is_one_line_or_nothing(tmp_path, capsys):
     """Another version or method in the zip's headers, lengths, times, text: the file is refused in a line, or is the same."""
     path, rng = tmp_path / "a.proof", np.random.default_rng(2)
     whole = read(KEPT / "chaos.proof")
-    write(path, whole)
+    write_certificate(path, whole)
     content, reasons = path.read_bytes(), []
     assert content.count(b"PK\x01\x02") == 3  # the entries of the directory
     places = [4, 6, 8, 9, *(content.index(b"PK\x01\x02") + k for k in (4, 6, 7, 8, 10, 11)), *rng.integers(0, len(content), 250)]
@@ -163,7 +163,7 @@ def test_any_changed_byte_is_one_line_or_nothing(tmp_path, capsys):
 
 def test_parts_of_another_kind_are_refused_in_a_line(certificate, tmp_path):
     path, out = tmp_path / "a.proof", tmp_path / "b.proof"
-    write(path, certificate)
+    write_certificate(path, certificate)
     for part, value in (("about", []), ("system", 3), ("grid", None), ("cycles", {}), ("horseshoe", "x")):
         with pytest.raises(Refused, match="another kind"):
             read(changed(path, out, lambda text, codes, new={part: value}: (text | new, codes)))
@@ -362,7 +362,7 @@ def test_the_commands_write_and_verify(tmp_path, certificate, monkeypatch, capsy
     assert "Proved: all orbits" in done.output
     assert main(str(path)) == 0
     assert "Proved: all orbits" in capsys.readouterr().out
-    write(path, replace(certificate, trap={**certificate.trap, "impacts": 0}))
+    write_certificate(path, replace(certificate, trap={**certificate.trap, "impacts": 0}))
     refused = CliRunner().invoke(app, ["verify", str(path), "-q"])
     assert refused.exit_code == 1
     assert "refused" in refused.output

@@ -18,7 +18,7 @@ from nsmaps.errors import ProofError
 from nsmaps.proof.cycles import certificate_of, impacts_of, stated
 from nsmaps.proof.formula import equation_of
 from nsmaps.verify.cells import Refused
-from nsmaps.verify.certificate import read, statement, verify, write
+from nsmaps.verify.certificate import read, statement, verify, write_certificate
 from nsmaps.verify.cycles import Cycle, distinct, stated_of, verified
 from nsmaps.verify.formula import Doubtful, System, system_of
 
@@ -237,7 +237,7 @@ def test_unreadable_statements_say_what_is_wrong(some: Any, change: dict[str, An
 def test_a_certificate_of_cycles_alone(pair: Callable[..., Any], reference: Callable[[str], Any], tmp_path: Path) -> None:
     orbits = [of_row(pair(0.35), row) for row in reference("cycles")[:3]]
     made = certificate_of(pair(0.35), orbits)
-    write(tmp_path / "a.proof", made)
+    write_certificate(tmp_path / "a.proof", made)
     found = verify(read(tmp_path / "a.proof"))
     text = statement(found, made)
     assert "3 different cycles" in text

@@ -16,7 +16,7 @@ import nsmaps
 from nsmaps.errors import ProofError
 from nsmaps.proof.horseshoe import certificate_of, prove_horseshoe
 from nsmaps.verify.cells import Refused
-from nsmaps.verify.certificate import Certificate, read, statement, verify, write
+from nsmaps.verify.certificate import Certificate, read, statement, verify, write_certificate
 from nsmaps.verify.flights import next_impact, next_impacts
 from nsmaps.verify.formula import Doubtful, system_of
 from nsmaps.verify.horseshoe import chaos_of, covers, entropy, horseshoe_of
@@ -42,7 +42,7 @@ def refused(certificate: Certificate, data: dict[str, Any], match: str) -> None:
 
 
 def test_a_horseshoe_is_proved_from_its_file(small: Certificate, tmp_path: Path, reference: Callable[[str], Any]) -> None:
-    write(tmp_path / "small.proof", small)
+    write_certificate(tmp_path / "small.proof", small)
     found = verify(read(tmp_path / "small.proof"))
     assert found.chaos is not None
     assert found.shares == ()
