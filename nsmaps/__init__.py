@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation as bifurcation
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
     from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
+    from nsmaps.dynamics.diagrams.windows import windows as windows
     from nsmaps.dynamics.iterated import Iterated as Iterated
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
     from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.rotation.staircase import Staircase as Staircase
     from nsmaps.dynamics.rotation.staircase import staircase as staircase
     from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
+    from nsmaps.dynamics.search import periodic_orbits_by_word as periodic_orbits_by_word
     from nsmaps.enclosures.box_images import box_map as box_map
     from nsmaps.errors import NsmapsError as NsmapsError
     from nsmaps.exact.batches import return_batch as return_batch
@@ -118,6 +120,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import PieceSpec as PieceSpec
     from nsmaps.reduced.composite.composite import build_composite as build_composite
     from nsmaps.reduced.composite.parametric import ParametricMap as ParametricMap
+    from nsmaps.reduced.composite.parametric import chebyshev_nodes as chebyshev_nodes
     from nsmaps.reduced.composite.parametric import parametric_map as parametric_map
     from nsmaps.reduced.composite.printed import PrintedMap as PrintedMap
     from nsmaps.reduced.conditions.region import Box as Box
@@ -145,6 +148,7 @@ if TYPE_CHECKING:
     from nsmaps.symbolic.curve_iterates import SecondIterate as SecondIterate
     from nsmaps.symbolic.curve_iterates import held_iterate as held_iterate
     from nsmaps.symbolic.curve_iterates import second_iterate as second_iterate
+    from nsmaps.symbolic.kneading import topological_entropy as topological_entropy
     from nsmaps.symbolic.map_iterates import ClosedMap as ClosedMap
     from nsmaps.symbolic.map_iterates import compose as compose
     from nsmaps.symbolic.map_iterates import iterate as iterate
@@ -189,7 +193,7 @@ _PUBLIC = {
     "dynamics.periodic": ("PeriodicOrbit", "periodic_orbit"),
     "dynamics.rotation.number": ("RotationNumber", "rotation_number"),
     "dynamics.rotation.staircase": ("Plateau", "Staircase", "staircase"),
-    "dynamics.search": ("periodic_orbits",),
+    "dynamics.search": ("periodic_orbits", "periodic_orbits_by_word"),
     "dynamics.diagrams.stability": ("StabilityDiagram", "stability_diagram"),
     "dynamics.charts.chart": ("Chart", "chart"),
     "dynamics.continuation.branch": ("Branch",),
@@ -215,7 +219,7 @@ _PUBLIC = {
     "plugins": ("load_system", "systems"),
     "reduced.composite.composite": ("CompositeMap", "Piece", "Coverage", "PieceSpec", "build_composite"),
     "reduced.fit.filter": ("Diagonal", "DiagonalRegion", "diagonal_region"),
-    "reduced.composite.parametric": ("ParametricMap", "parametric_map"),
+    "reduced.composite.parametric": ("ParametricMap", "parametric_map", "chebyshev_nodes"),
     "reduced.partition.partition": ("partition",),
     "reduced.partition.result": ("PartitionResult",),
     "reduced.partition.spec": ("Partition",),
@@ -230,6 +234,8 @@ _PUBLIC = {
     "exact.trajectory": ("track",),
     "proof.cycles": ("certificate_of",),
     "verify.certificate": ("write_certificate",),
+    "dynamics.diagrams.windows": ("windows",),
+    "symbolic.kneading": ("topological_entropy",),
     "study.store.archive": ("read_result",),
     "study.reading.reader": ("load_study",),
     "study.result": ("StudyResult",),

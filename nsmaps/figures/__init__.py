@@ -1,13 +1,14 @@
 """Figures of a study's result: one function, one figure, one Axes; nothing is shown or kept.
 
-Each module has a function of its own name, `cobweb(result, ax, ...) -> Axes`, for a page of your own, and `draw`
+Each figure has a function of its name, `nsmaps.figures.cobweb(result, ax, ...) -> Axes`, for a page of your own, and `draw`
 writes whole figures by name. Importing this package does not load matplotlib; drawing does.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.figures.catalogue import CATALOGUE
@@ -16,6 +17,13 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 NAMES = tuple(CATALOGUE)
+
+
+def __getattr__(name: str) -> Any:
+    """The function of a figure, imported when it is first used."""
+    if name not in CATALOGUE:
+        raise AttributeError(f"module 'nsmaps.figures' has no attribute {name!r}{near_match(name, NAMES)}")
+    return getattr(import_module(f"nsmaps.figures.{CATALOGUE[name].module}"), name)
 
 
 def draw(
