@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+import sympy as sp
 from pydantic import ValidationError
 from toys import BouncingBall
 
@@ -19,7 +20,7 @@ from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import Region, Where
 from nsmaps.reduced.fit.filter import Diagonal
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.partition.candidates import attracting_boxes
@@ -301,8 +302,19 @@ def test_no_piece_lies_across_a_given_region():
     assert set(number[inside]) & {result.composite.pieces.index(each) for each in result.attracting_map.pieces}
 
 
-def test_an_attracting_region_may_be_any():
-    disc = Where(text="(v - 0.7)**2 + (phi - 1)**2 <= 0.04", coordinates=NAMES)
+class Disc(Region):
+    """States near (0.7, 1)."""
+
+    def contains(self, states):
+        return ((np.asarray(states) - [0.7, 1]) ** 2).sum(axis=1) <= 0.04
+
+    def condition(self):
+        v, phi = sp.symbols("v phi", real=True)
+        return (v - 0.7) ** 2 + (phi - 1) ** 2 <= 0.04
+
+
+def test_an_attracting_region_may_be_of_any_class():
+    disc = Disc(coordinates=NAMES)
     result = partition(Known(), grid(), Partition(tolerance=1e-6, attracting=(disc,)))
     x = np.random.default_rng(3).uniform([0.4, 0.7], [1, 1.3], (5000, 2))
     assert result.met

@@ -123,7 +123,7 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     """A piece by name, the first if it is empty."""
     specs, composite = SEPARABLE.of(result, "separable"), COMPOSITE.of(result, "separable")
     spec = specs[piece or next(iter(specs))]
-    asked, family = section(spec.fit, "fit"), section(spec.family, "family")
+    asked, family = section(spec.separable, "fit"), section(spec.family, "family")
     whole, region = result.surfaces[family], composite.piece(spec.name).region
     surface = whole.restricted(region.contains(whole.coordinates.wrap(whole.start)))
     mesh = result.mesh(family, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))

@@ -9,7 +9,6 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, is_angle
-from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -260,4 +259,6 @@ def _text_of(region: Region) -> str:
     """The condition of a region."""
     if isinstance(region, Where):
         return region.text
-    raise NsmapsError(f"the region {region!r} has no condition in text; expected: a nsmaps.Where")
+    from nsmaps.reduced.conditions.text import text_of
+
+    return text_of(region.condition(), region.coordinates)

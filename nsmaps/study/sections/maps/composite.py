@@ -65,9 +65,9 @@ class PieceSection(BaseModel):
         return self
 
     @property
-    def separable(self) -> bool:
-        """Whether its fit is separable."""
-        return isinstance(self.fit, FitSection) and self.fit.separable is not None
+    def separable(self) -> FitSection | None:
+        """Its fit, if that is separable."""
+        return self.fit if isinstance(self.fit, FitSection) and self.fit.separable is not None else None
 
 
 Pieces = tuple[PieceSection, ...]
