@@ -4,11 +4,12 @@ from fractions import Fraction
 from functools import cache
 
 import numpy as np
+import sympy as sp
 
 from nsmaps.coordinates import Angle
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import held_iterate, second_iterate
@@ -16,6 +17,24 @@ from nsmaps.symbolic.map_iterates import iterate
 
 NAMES = ("v", Angle("phi"))
 POINTS = 10_000
+
+
+class Disc(Region):
+    """A region of a user's class: the states about a centre, a circle of angles cut where the distance is largest."""
+
+    centre: tuple[float, float]
+    radius: float
+
+    def contains(self, states):
+        """The first way of a region to state what it is: in numbers."""
+        with np.errstate(invalid="ignore"):
+            x = self.coordinates.wrap(np.asarray(states, float))
+            return np.isfinite(x).all(axis=1) & (((x - self.centre) ** 2).sum(axis=1) < self.radius**2)
+
+    def condition(self):
+        """The second: in symbols."""
+        x, y = (sp.Symbol(str(name), real=True) for name in self.coordinates)
+        return (x - self.centre[0]) ** 2 + (y - self.centre[1]) ** 2 < self.radius**2
 
 
 def random_map(box, degrees=(3, 2), absolute=(), names=NAMES, seed=0, size=0.3):
@@ -93,14 +112,15 @@ def shadowing(own="left"):
 
 
 def functions():
-    """A map whose conditions have every function of the grammar, also where they are not real."""
+    """A map whose conditions have every function of the grammar, also where they are not real, and a disc."""
     texts = (
         "min(sqrt(v - 0.5), 1/8) <= 0.1 and tan(phi) < 2 and asin(v) > 0.1",
         "max(asin(phi), -9) >= 0.3 or sign(v - 0.2)*floor(phi) == 2 and not acos(v - 0.6) < 1.5",
         "min(v, phi, 2*v - 0.1) > 0.05 and abs(tanh(v - 0.5)) < 0.3 and cosh(v) < 1.2 and max(v, atan(phi)) < sinh(1)",
     )
     regions = [Where(text=text, coordinates=NAMES) for text in texts]
-    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], seed=seed) for seed in (1, 2, 3)]
+    regions.append(Disc(coordinates=NAMES, centre=(0.9, 6.0), radius=0.4))
+    maps = [random_map([[0.0, 1.0], [0.0, 1.0]], seed=seed) for seed in (1, 2, 3, 4)]
     return CompositeMap(NAMES, ("B",), tuple(Piece(f"F{k}", *each) for k, each in enumerate(zip(regions, maps, strict=True))))
 
 

@@ -151,7 +151,7 @@ def box_map(map: Boxed) -> BoxMap:
 
 def _common(piece: Piece, whole: Parts) -> Iterator[Parts]:
     """What boxes of angles in [0, 2 pi) have in common with a piece's region, if that is a box; else all of them."""
-    if not isinstance(piece.region, Box) or not len(whole.source):
+    if type(piece.region) is not Box or not len(whole.source):
         yield from [whole][: len(whole.source)]
         return
     angles = piece.region.coordinates.angles

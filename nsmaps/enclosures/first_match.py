@@ -17,7 +17,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.enclosures import intervals
 from nsmaps.enclosures.intervals import ROUNDING, Interval, difference
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, as_where
 
 Formula = Callable[[Ints], Bools]  #: signs (S, A) of all comparisons -> shape (S,)
 Enclose = Callable[[Floats], Interval]  #: boxes (N, n, 2) -> the values of a term
@@ -53,16 +53,11 @@ class Winners:
 
     @classmethod
     def of(cls, regions: Sequence[Region]) -> "Winners":
-        """Regions of any kind; of one that is neither a `Box` nor a `Where` nothing is known."""
+        """Regions of any class, boxes by their sides and all others by their conditions."""
         winners = cls()
-        for number, region in enumerate(regions):
-            match region:
-                case Box():
-                    winners.formulas.append(winners._box(region))
-                case Where():
-                    winners.formulas.append(fold(region.text, region.coordinates, _Formulas(winners)))
-                case _:
-                    winners.formulas.append(winners.sign(f"region {number}", _unknown, 0.0, (1,)))
+        for region in regions:
+            box = winners._box(region) if type(region) is Box else None
+            winners.formulas.append(box or fold(as_where(region).text, region.coordinates, _Formulas(winners)))
         return winners
 
     def __call__(self, boxes: Floats) -> tuple[Bools, Bools]:
@@ -190,10 +185,6 @@ def _moved(k: int, shift: float, boxes: Floats) -> Interval:
     low, high = boxes[:, k].T
     slack = ROUNDING * (np.abs(low) + np.abs(high) + abs(shift)) if shift else 0.0
     return low - shift - slack, high - shift + slack
-
-
-def _unknown(boxes: Floats) -> Interval:
-    return np.full(len(boxes), np.nan), np.full(len(boxes), np.nan)
 
 
 def _all(parts: Sequence[Formula], signs: Ints) -> NDArray[np.bool_]:

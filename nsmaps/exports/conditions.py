@@ -4,18 +4,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from nsmaps.coordinates import is_angle
-from nsmaps.errors import NsmapsError
 from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.reduced.conditions.algebras import NUMPY
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, as_where
 
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
     """How a language writes what a condition is made of."""
 
-    name: str
     both: str
     either: str
     negate: str
@@ -26,15 +24,13 @@ class Dialect:
     def condition(self, region: Region, names: Mapping[str, str]) -> str:
         """The condition of a region on variables of the given names, by coordinate; `near(x, middle)` is the nearest turn.
 
-        NsmapsError for a user-defined region, whose `contains` is Python code.
+        ConditionError for a region whose condition has no text.
         """
-        if isinstance(region, Box):
+        if type(region) is Box:
             return self.joined(
                 self.both, [self._interval(name, names[name], *region.bounds[name]) for name in region.coordinates]
             )
-        if not isinstance(region, Where):
-            raise NsmapsError(f"the condition of a {type(region).__name__} in {self.name}; expected: regions Box and Where")
-        text: str = fold(region.text, region.coordinates, self._writer(region.coordinates, names))
+        text: str = fold(as_where(region).text, region.coordinates, self._writer(region.coordinates, names))
         return text
 
     def term(self, text: str, coordinates: Sequence[str], names: Mapping[str, str]) -> str:
@@ -95,9 +91,8 @@ def number(value: float) -> str:
     return repr(float(value)) if value >= 0 else f"({float(value)!r})"
 
 
-PYTHON = Dialect("Python", "&", "|", "np.logical_not", functions={name: f"np.{NUMPY.get(name, name)}" for name in FUNCTIONS})
+PYTHON = Dialect("&", "|", "np.logical_not", functions={name: f"np.{NUMPY.get(name, name)}" for name in FUNCTIONS})
 C = Dialect(
-    "C",
     "&&",
     "||",
     "!",
@@ -105,7 +100,6 @@ C = Dialect(
     functions={"abs": "fabs"} | {name: f"real_{name}" for name in ("sign", "min", "max")},  # fmin ignores what is not real
 )
 JULIA = Dialect(
-    "Julia",
     "&&",
     "||",
     "!",
@@ -114,7 +108,6 @@ JULIA = Dialect(
     functions={name: f"real_{name}" for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "log")},
 )
 JAVASCRIPT = Dialect(
-    "JavaScript",
     "&&",
     "||",
     "!",
@@ -123,7 +116,6 @@ JAVASCRIPT = Dialect(
     operators={"==": "===", "!=": "!=="},
 )
 MATLAB = Dialect(
-    "MATLAB",
     "&",
     "|",
     "~",

@@ -26,7 +26,7 @@ from nsmaps.exports.program import Exportable
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where, as_where
 from nsmaps.reduced.fit.polymap import FitReport, PolyMap
 from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, held_of
 from nsmaps.symbolic.map_iterates import ClosedMap
@@ -37,7 +37,7 @@ LARGEST = 2**28  #: bytes of a file that is read
 
 
 def document(result: Exportable) -> Document:
-    """A map or closed form as plain data: strings, numbers, lists and dictionaries. NsmapsError for a user-defined region."""
+    """A map or closed form as plain data: strings, numbers, lists and dictionaries. ConditionError for a region without text."""
     kind = kind_of(result)
     return {"schema": SCHEMA, "version": VERSION, "kind": kind} | KINDS[kind][1](result)
 
@@ -137,11 +137,7 @@ def _polymap_of(data: Document) -> PolyMap:
 
 
 def _region(region: Region) -> Document:
-    if isinstance(region, Box):
-        return {"box": numbers(region.array)}
-    if isinstance(region, Where):
-        return {"where": region.text}
-    raise NsmapsError(f"a region of the class {type(region).__name__}, which no file describes; expected: Box, Where")
+    return {"box": numbers(region.array)} if type(region) is Box else {"where": as_where(region).text}
 
 
 def _piece(piece: Piece) -> Document:

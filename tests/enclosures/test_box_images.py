@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from exported import Disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -18,7 +19,7 @@ from nsmaps.enclosures.box_images import FittedBoxes, box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("v", Angle("phi"))
@@ -157,20 +158,17 @@ def test_overflow_is_not_bounded():
     assert np.isinf(made.images[0]).all()
 
 
-class Half(Region):
-    """A region of which only its states are known."""
-
-    def contains(self, states):
-        return np.asarray(states)[:, 0] > 0.5
-
-    def condition(self):
-        raise NotImplementedError
-
-
-def test_a_region_of_ones_own_may_hold_anything():
-    map = composite([("half", Half(coordinates=NAMES), "BB"), ("b", where("v <= 0.7"), "BTB")])
-    made = assert_held(map, random_boxes([[0, 0.69], [0, 3]], 30, 1))
+def test_a_region_of_a_class_is_enclosed_by_its_condition():
+    """A disc about a state on the circle; inside of it boxes have the images of its piece alone, outside only the others."""
+    disc = Disc(coordinates=NAMES, centre=(0.3, 1.0), radius=0.25)
+    map = composite([("disc", disc, "BB"), ("b", where("v <= 0.7"), "BTB")])
+    made = assert_held(map, random_boxes([[0, 0.69], [0, 3]], 100, 1))
     assert set(made.words) == {"BB", "BTB"}
+    side = 0.02 * np.array([[-1, 1], [-1, 1]])
+    boxes = np.array([[0.3, 1.1], [0.5, 0.9], [0.6, 2.0]])[:, :, None] + side
+    made = box_map(map).image_boxes(boxes)
+    assert [made.words[made.source == k].tolist() for k in range(3)] == [["BB"], ["BB", "BTB"], ["BTB"]]
+    assert not made.empty.any()
 
 
 @settings(max_examples=150, deadline=None)

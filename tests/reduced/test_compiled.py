@@ -7,6 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
+from exported import Disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba import njit
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from nsmaps.coordinates import Angle, Coordinates, nearest_turn, wrap
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.orbit import orbit
+from nsmaps.errors import ConditionError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -208,22 +210,42 @@ def test_exponents_of_a_map_known_by_hand() -> None:
     assert np.isclose(found.log_det, math.log(0.5))
 
 
-class Half(Region):
-    """A region of a class of one's own."""
+def test_a_region_of_a_class_is_compiled_by_its_condition() -> None:
+    disc = Disc(coordinates=NAMES, centre=(0.4, 1.0), radius=0.6)
+    states = np.random.default_rng(1).uniform([-0.5, -7], [1.5, 7], (4000, 2))
+    states[0] = np.nan
+    assert numbers(disc, Coordinates(NAMES).wrap(states[1:]).tolist()) == disc.contains(states[1:]).tolist()
+    pieces = Piece("disc", disc, polymap(NAMES, rng := np.random.default_rng(0))), Piece("rest", LOW, polymap(NAMES, rng))
+    map = CompositeMap(NAMES, ("B",), pieces)
+    found = map.piece_of(states)
+    assert set(found.tolist()) == {-1, 0, 1}
+    assert np.array_equal(found == 0, disc.contains(states))
+    assert np.array_equal(found, map.piece_once(states))
+    assert map.orbits(states, 3).outcome.shape == (12000,)
+    with pytest.raises(ConditionError, match=r"the region Unknown: .* has the function gamma"):
+        CompositeMap(NAMES, ("B",), (Piece("x", Unknown(coordinates=NAMES), pieces[0].map),)).piece_of(states)
+
+
+LOW = Where(coordinates=NAMES, text="v < 1.2")
+
+
+class Unknown(Region):
+    """A region whose condition has a function that conditions do not have."""
 
     def contains(self, states: ArrayLike) -> NDArray[np.bool_]:
-        return np.asarray(np.asarray(states)[:, 0] >= 0)
+        return np.asarray(states)[:, 0] > 0
 
     def condition(self) -> sp.Basic:
-        return sp.Symbol("v", real=True) >= 0
+        return sp.gamma(sp.Symbol("v", real=True)) > 0
 
 
-def test_a_region_of_ones_own_is_asked_in_python() -> None:
+def test_regions_of_a_class_in_orbits() -> None:
     rng = np.random.default_rng(0)
     made = polymap(NAMES, rng)
+    disc = Disc(coordinates=NAMES, centre=(0.4, 1.0), radius=0.6)
     own, same = (
         CompositeMap(NAMES, ("B",), (Piece("half", region, made),))
-        for region in (Half(coordinates=NAMES), Where(coordinates=NAMES, text="v >= 0"))
+        for region in (disc, Where(coordinates=NAMES, text="(v - 0.4)**2 + (phi - 1)**2 < 0.6**2"))
     )
     assert own.has_orbits
     assert same.has_orbits

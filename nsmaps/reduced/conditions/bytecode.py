@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.files.expressions import FUNCTIONS as NAMES
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, as_where
 
 PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where the top of the stack decides for all states, false or true
 NEAR, RAISE, NOT, NEG, SQRT, SIN, COS, EXP, LOG = range(4, 13)  #: of one: the turn of an angle nearest to, a power of, a number
@@ -29,17 +29,14 @@ TURNED = {**{o: o for o in (ADD, MUL, MIN, MAX, EQ, NE)}, LT: GT, LE: GE, GT: LT
 Code = list[tuple[int, float]]
 
 
-def code_of(region: Region) -> Code | None:
-    """The code that leaves 1.0 on the stack where a region contains a finite state, otherwise 0.0; None for a user-defined
-    region.
+def code_of(region: Region) -> Code:
+    """The code that leaves 1.0 on the stack where a region contains a finite state, otherwise 0.0.
 
     Angles are expected in [0, 2 pi). On a curve of third degree and above rounding may decide otherwise than in `contains`.
     """
     if type(region) is Box:
         return _box(region)
-    if type(region) is Where:
-        return fold(region.text, region.coordinates, _Codes())
-    return None
+    return fold(as_where(region).text, region.coordinates, _Codes())
 
 
 def code_of_term(text: str, names: Sequence[str]) -> Code:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSe
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
+from nsmaps.errors import ConditionError
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition, with_numbers
 
@@ -24,7 +25,8 @@ def _coordinates(given: Any) -> Coordinates:
 class Region(BaseModel, Transferable, ABC):
     """A set of states, once in numbers (`contains`) and once in symbols (`condition`).
 
-    An `Angle` among the coordinates lives on a circle, a plain name on a line: give the names as the system has them.
+    An `Angle` among the coordinates lives on a circle, a plain name on a line: give the names as the system has them. Compiled
+    loops, enclosures, exports and files have the condition, which both methods see at angles in [0, 2 pi).
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -147,3 +149,19 @@ class Where(Region):
     def condition(self) -> "sp.Basic":
         """The condition as a sympy Boolean."""
         return self._condition.sympy()
+
+
+def as_where(region: Region) -> Where:
+    """The states of a region of any class by its `condition()` in text, which is compiled, enclosed, exported and stored.
+
+    Raises:
+        ConditionError: the condition has no text, as it has a function that conditions do not; says which.
+    """
+    if isinstance(region, Where):
+        return region
+    from nsmaps.reduced.conditions.text import text_of
+
+    try:
+        return Where(coordinates=region.coordinates, text=text_of(region.condition(), region.coordinates))
+    except ConditionError as error:
+        raise ConditionError(f"the region {type(region).__name__}: {error}") from error

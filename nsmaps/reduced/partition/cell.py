@@ -14,7 +14,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import ReturnFamily, contained
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, Region, Where, as_where
 
 SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid in the plane, and random held-out points
 FIRST = np.iinfo(np.int64).min + 1  #: the number of the first family, which no word has
@@ -243,22 +243,13 @@ def roots(names: Sequence[str], box: Floats) -> list[Cell]:
 def cells_of(names: Sequence[str], given: Region | Mapping[str, tuple[float, float]], box: Floats) -> list[Cell]:
     """The cells that make up a given box, or the part of another region in a box (n, 2)."""
     if isinstance(given, Region) and not isinstance(given, Box):
-        return [cell.where([_text_of(given)]) for cell in roots(names, box)]
+        return [cell.where([as_where(given).text]) for cell in roots(names, box)]
     bounds = given.bounds if isinstance(given, Box) else given
     return roots(names, Box.model_validate({"coordinates": names, "bounds": bounds}).array)
 
 
 def parts_of(cells: Sequence[Cell], regions: Sequence[Region]) -> list[Cell]:
     """The parts of cells in each of some regions and in none of those before it, and in none of them."""
-    texts = [_text_of(region) for region in regions]
+    texts = [as_where(region).text for region in regions]
     parts = [[*(f"not ({text})" for text in texts[:k]), *texts[k : k + 1]] for k in range(len(texts) + 1)]
     return [cell.where(part) if part else cell for cell in cells for part in parts]
-
-
-def _text_of(region: Region) -> str:
-    """The condition of a region."""
-    if isinstance(region, Where):
-        return region.text
-    from nsmaps.reduced.conditions.text import text_of
-
-    return text_of(region.condition(), region.coordinates)

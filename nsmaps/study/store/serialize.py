@@ -15,6 +15,7 @@ from pydantic import BaseModel
 
 from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
+from nsmaps.reduced.conditions.region import Region, as_where
 from nsmaps.study.sections.registry import SECTIONS
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
@@ -62,6 +63,8 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
     if isinstance(value, Mapping):
         pairs = [[encode(k, "", arrays), encode(v, f"{path}/{k}", arrays)] for k, v in value.items()]
         return {KIND: "dict", "value": pairs}
+    if isinstance(value, Region) and HOME.get(type(value).__name__) != type(value).__module__:
+        value = as_where(value)  # of a class that files do not name the condition is stored
     return {KIND: _stored_name(value)} | {k: encode(v, f"{path}/{k}", arrays) for k, v in _members(value).items()}
 
 
