@@ -103,6 +103,9 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     _, event = ending(map, "tau_R", cycle, (-4, 0), "up")
     assert event.parameter == pytest.approx(-1.02, abs=1e-13)
     assert event.border == NONSMOOTH_FOLD
+    curve = nsmaps.bifurcation_curve(Along(map, "tau_R", "delta_R"), event, 0.9, ((-3, 0), (0.5, 2)), step=0.2)
+    assert curve.ended[1].startswith("state 1 is at x = 0 too, two borders at once")
+    assert curve.parameters[-1] == pytest.approx([-1, 1], abs=1e-6)  # there x = 0, 0, 1 and y = -1, 0, 0
     partner = switched_branch(Along(map, "tau_R"), event, (-2, 0), max_points=5)
     assert sorted(partner.words[0]) == ["L", "R", "R"]
     assert (partner.parameter[1:] < -1.02).all()

@@ -75,6 +75,16 @@ class AtBorder:
         row[-1], size = along[k, j] * curve.unit, float(np.linalg.norm(by_state))
         return float(values[k, j]) / size, row / size
 
+    def second(self, map: ReturnMap, states: Floats, scale: Floats) -> str:
+        """Which other state of a cycle is next to a border too, in words; "" if none is. The map is one of `prolonged`."""
+        assert isinstance(map, Prolonged)
+        values, gradients, _ = map.borders(states)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = np.nan_to_num(np.abs(values) / np.linalg.norm(gradients * scale, axis=-1), nan=np.inf)
+        off[list(self.states)] = np.inf
+        k, j = np.unravel_index(int(off.argmin()), off.shape)
+        return f"state {k + 1} is at {map.of.names[j]} too, two borders at once" if off[k, j] <= CLOSE else ""
+
     def beyond(self, curve: OrbitCurve, event_value: float, states: Floats, *sides: int) -> OrbitPoint | None:
         """A cycle by the pieces of the sides, one after the other, that has just left the border; None where there is none.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
 from nsmaps.dynamics.continuation.events import DETACHMENT, Event
+from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import curve_from
 from nsmaps.dynamics.curves.contact import CLOSED, ContactCurve
 from nsmaps.dynamics.curves.crossing import CrossingCurve
@@ -182,6 +183,10 @@ class _Way:
 def _lost(curve: CriticalCurve, last: CriticalPoint) -> str:
     """The reason of a curve that cannot be continued."""
     first, second = last.values
+    if isinstance(curve.side, AtBorder):
+        also = curve.side.second(curve.map_of(first, second), last.orbit.states, curve.along.scale)
+        if also:
+            return f"{also}, at {first:.9g}, {second:.9g}"
     return (
         f"lost at {first:.9g}, {second:.9g}: no orbit of the words {', '.join(last.orbit.words)} that meets the condition beyond"
     )
