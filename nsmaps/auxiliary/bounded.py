@@ -11,8 +11,8 @@ from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
 from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.coordinates import TWO_PI, Coordinates
-from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.enclosures.branch_and_bound import Hulls, ranges
+from nsmaps.enclosures.composed import bounds_of
 from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -79,7 +79,7 @@ class Polynomial:
 
 def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Polynomial:
     """The auxiliary maps of polynomials moved out by an error, shape (n,), angles on the turn nearest to the box's centre."""
-    polynomials, centre = Polynomials.of(map), box.mean(axis=1)
+    polynomials, centre = bounds_of(map), box.mean(axis=1)
     turns = TWO_PI * np.round((map(centre[None])[0] - centre) / TWO_PI)
     shift = np.where(map.coordinates.angles, -turns, 0.0)
     return Polynomial(box, status, polynomials.hulls, error, map, shift)
@@ -87,7 +87,7 @@ def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Pol
 
 def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
     """Outer bounds of the derivatives of one coordinate by the others over a box, shape (n, 2); NaN by its own."""
-    polynomials = Polynomials.of(map)
+    polynomials = bounds_of(map)
     slopes = np.full((len(box), 2), np.nan)
     for j in range(len(box)):
         if j != index:

@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates
-from nsmaps.enclosures.bernstein import Polynomials
+from nsmaps.enclosures.composed import bounds_of
 from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
 from nsmaps.errors import NsmapsError
@@ -175,10 +175,9 @@ def _cut(parts: Parts, k: int, low: float, high: float, is_moved: bool) -> Parts
 
 def _images(map: PolyMap, parts: Parts) -> tuple[Ints, Floats]:
     """The images of parts, moved by the turns of these, of a map whose angles are nearest to where it was fitted."""
-    fitted = map.coordinates.angles & np.isfinite(map.domain).all(axis=1)
-    here = np.where(fitted, parts.turns, 0)
-    parts = Parts(parts.source, moved(parts.boxes, parts.turns - here), here).near(np.where(fitted, map.centre, np.nan))
-    found = Polynomials.of(map).hulls(parts.boxes)
+    here = np.where(np.isfinite(map.middle), parts.turns, 0)
+    parts = Parts(parts.source, moved(parts.boxes, parts.turns - here), here).near(map.middle)
+    found = bounds_of(map).hulls(parts.boxes)
     images = found.outer + found.margin[:, :, None] * [-1.0, 1.0]
     absolute = np.array([name in map.absolute for name in map.coordinates])
     images[:, absolute, 0] = np.maximum(images[:, absolute, 0], 0.0)

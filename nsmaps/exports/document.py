@@ -21,7 +21,17 @@ from nsmaps.exports.closed_forms import (
     held_parts,
     second_of_document,
 )
-from nsmaps.exports.plain_data import Document, coordinates_of, floats, name_of, names_of, number_of, numbers, powers_of
+from nsmaps.exports.plain_data import (
+    Document,
+    coordinates_of,
+    floats,
+    formula_of,
+    name_of,
+    names_of,
+    number_of,
+    numbers,
+    powers_of,
+)
 from nsmaps.exports.program import Exportable
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -112,6 +122,7 @@ def _polymap(polymap: PolyMap) -> Document:
         "centre": numbers(polymap.centre),
         "scale": numbers(polymap.scale),
         "domain": numbers(polymap.domain),
+        "variables": None if polymap.variables is None else [str(text) for text in polymap.variables],
         "absolute": [str(name) for name in polymap.absolute],
         "outputs": [
             {"exponents": numbers(exponents), "coefficients": numbers(coefficients)}
@@ -123,17 +134,19 @@ def _polymap(polymap: PolyMap) -> Document:
 
 def _polymap_of(data: Document) -> PolyMap:
     names = names_of(data["coordinates"])
-    exponents = tuple(powers_of(each["exponents"], len(names)) for each in data["outputs"])
+    variables = None if data["variables"] is None else tuple(formula_of(text, names) for text in data["variables"])
+    k = len(names if variables is None else variables)
+    exponents = tuple(powers_of(each["exponents"], k, sparse=variables is not None) for each in data["outputs"])
     coefficients = tuple(floats(each["coefficients"]) for each in data["outputs"])
     centre, scale, domain = (floats(data[name]) for name in ("centre", "scale", "domain"))
     n = len(names)
-    shapes = [(centre.shape, (n,)), (scale.shape, (n,)), (domain.shape, (n, 2)), ((len(exponents),), (n,))]
+    shapes = [(centre.shape, (k,)), (scale.shape, (k,)), (domain.shape, (n, 2)), ((len(exponents),), (n,))]
     shapes += [(c.shape, (len(e),)) for c, e in zip(coefficients, exponents, strict=True)]
     for found, wanted in shapes:
         if found != wanted:
             raise NsmapsError(f"an array of shape {found}; expected: {wanted}")
     report = _report_of(FitReport, data["report"], names)
-    return PolyMap(names, exponents, coefficients, centre, scale, domain, tuple(data["absolute"]), report)
+    return PolyMap(names, exponents, coefficients, centre, scale, domain, tuple(data["absolute"]), report, variables)
 
 
 def _region(region: Region) -> Document:

@@ -9,6 +9,8 @@ import numpy as np
 from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.files.reading import odd_character
+from nsmaps.reduced.conditions.algebras import Numbers
+from nsmaps.reduced.conditions.fold import fold_term
 
 DENSEST = 10_000_000  #: products of powers of all coordinates up to those that occur
 
@@ -62,9 +64,15 @@ def domain_of(data: Document) -> dict[str, tuple[float, float]]:
     return {name_of(name): (number_of(low), number_of(high)) for name, (low, high) in data["domain"].items()}
 
 
-def powers_of(rows: Any, coordinates: int) -> Any:
-    """Exponents, shape (terms, coordinates), of polynomials that can be evaluated."""
+def formula_of(text: Any, names: Sequence[str]) -> str:
+    """A formula of the coordinates, which is read and never executed."""
+    fold_term(text, names, Numbers())
+    return str(text)
+
+
+def powers_of(rows: Any, coordinates: int, sparse: bool = False) -> Any:
+    """Exponents, shape (terms, coordinates), of polynomials that can be evaluated: term by term if `sparse`."""
     powers = np.array(rows, np.int64).reshape(-1, coordinates)
-    if powers.min(initial=0) < 0 or np.prod(powers.max(axis=0, initial=0) + 1.0) > DENSEST:
+    if powers.min(initial=0) < 0 or (powers.max(initial=0) if sparse else np.prod(powers.max(axis=0, initial=0) + 1.0)) > DENSEST:
         raise NsmapsError(f"powers from {powers.min()} to {powers.max()}; expected: from 0, of at most {DENSEST:,} products")
     return powers

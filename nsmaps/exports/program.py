@@ -55,9 +55,7 @@ class Part:
     @property
     def middles(self) -> tuple[float | None, ...]:
         """The middle that an angle among the inputs is brought next to, None where it is taken as it is."""
-        polymap = self.polymap
-        sides = zip(polymap.coordinates, polymap.centre.tolist(), polymap.domain.tolist(), strict=True)
-        return tuple(c if is_angle(name) and all(map(isfinite, ends)) else None for name, c, ends in sides)
+        return tuple(middle if isfinite(middle) else None for middle in self.polymap.middle.tolist())
 
     @property
     def about(self) -> list[str]:

@@ -61,6 +61,11 @@ def formula(map: AnyPolynomial, piece: str | None = None, coordinates: Sequence[
         return _general(map, Coordinates(coordinates))
     parameters = (map.parameter,) if isinstance(map, ParametricMap) else ()
     polymap = _polymap(map, piece)
+    if polymap.variables is not None:
+        of = f"a map with the variables {', '.join(polymap.variables)}"
+        raise NsmapsError(
+            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `Iterated` in numbers"
+        )
     names = Coordinates([name for name in polymap.coordinates if name not in parameters])
     ring = sp.ring([symbol(name) for name in polymap.coordinates], sp.QQ)[0]
     images = {}
@@ -85,6 +90,10 @@ def _polymap(map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | N
 
 def _general(fit: PolyFit, names: Coordinates) -> Formula:
     """The images of a fit with symbols for its coefficients."""
+    if fit.variables(names) is not None:
+        raise NsmapsError(
+            f"a {type(fit).__name__} has no closed iterates: it is not of monomials; expected: `Full` or `Separable`"
+        )
     rows = {name: fit.exponents(names, name).tolist() for name in names}
     letters = zip(LETTERS, names, strict=False)
     symbols = {name: [symbol(f"{letter}_{i}") for i in range(len(rows[name]))] for letter, name in letters}

@@ -12,7 +12,7 @@ from nsmaps import continue_branch, periodic_orbit
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.distance import hausdorff
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
 
 DEGREES = {"R2": (5, 5), "R4": (8, 4), "R5": (4, 3)}  # eqs. r2map, R4eqn, R5eqn
 

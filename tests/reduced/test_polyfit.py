@@ -13,7 +13,8 @@ from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable, compare_orders, unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable, compare_orders
 from nsmaps.reduced.fit.polymap import design
 
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
@@ -271,7 +272,7 @@ def test_nine_points_bear_poly23_and_eight_do_not():
     assert ten.report.warnings == ()
     nine = POLY23.fit(scattered(start[:9], cubic))
     assert any("as many as terms" in text for text in nine.report.warnings)
-    with pytest.raises(FitError, match="v': 8 data points for 9 monomials"):
+    with pytest.raises(FitError, match="v': 8 data points for 9 terms"):
         POLY23.fit(scattered(start[:8], cubic))
     with pytest.raises(FitError, match="0 data points"):
         POLY23.fit(scattered(start[:0], cubic))

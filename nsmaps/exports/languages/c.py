@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import C, number
+from nsmaps.exports.formulas import lines_of
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 HEADER = Template("""/*
@@ -41,7 +42,18 @@ SOURCE = Template("""/* $title. See $name.h. */
 
 #include <math.h>
 
-/* A sum of products of Chebyshev polynomials, the last coordinate fastest: Clenshaw's recurrence, a coordinate at a time. */
+$series
+$functions
+$parts
+$main
+void ${name}_batch(size_t count, const double *states, double *images$pieces)
+{
+    for (size_t k = 0; k < count; ++k)$call
+}
+""")
+SERIES = Template("""/*
+ * A sum of products of Chebyshev polynomials, the last coordinate fastest: Clenshaw's recurrence, a coordinate at a time.
+ */
 static double series(const double *coefficients, const int *size, const double *scaled)
 {
     double work[$work];
@@ -64,13 +76,11 @@ static double series(const double *coefficients, const int *size, const double *
     }
     return work[0];
 }
-
-$functions
-$parts
-$main
-void ${name}_batch(size_t count, const double *states, double *images$pieces)
+""")
+FORMULAS = Template("""void $name(const double state[$n], double image[$m])
 {
-    for (size_t k = 0; k < count; ++k)$call
+$lines
+$images
 }
 """)
 PART = Template("""void $name(const double state[$n], double image[$m])
@@ -133,8 +143,8 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
     program = program_of(result, name, about)
     pieces = program.kind == "pieces"
     n, m = len(program.inputs), len(program.outputs)
-    sizes = [part.tensor.shape[1:] for part in program.parts]
-    body = _pieces(program) if pieces else _chain(program)
+    sizes = [part.tensor.shape[1:] for part in program.parts if part.polymap.variables is None]
+    body, parts = _pieces(program) if pieces else _chain(program), "\n".join(_part(program, part) for part in program.parts)
     header = HEADER.substitute(
         about="\n".join(f" * {line}".rstrip() for line in "\n".join(program.about).rstrip().replace("*/", "* /").split("\n")),
         guard=f"{name.upper()}_H",
@@ -152,12 +162,11 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
     call = f"\n        {name}(states + {n} * k, images + {m} * k);"
     kept = f"        const int piece = {name}(states + {n} * k, images + {m} * k);"
     source = SOURCE.substitute(
-        functions="\n".join(f"static double real_{f}{text}" for f, text in FUNCTIONS.items() if f"real_{f}(" in body),
+        functions="\n".join(f"static double real_{f}{text}" for f, text in FUNCTIONS.items() if f"real_{f}(" in body + parts),
         title=program.title,
         name=name,
-        work=max(math.prod(size[:-1]) for size in sizes),
-        last=n - 1,
-        parts="\n".join(_part(program, part) for part in program.parts),
+        series=SERIES.substitute(work=max(math.prod(size[:-1]) for size in sizes), last=n - 1) if sizes else "",
+        parts=parts,
         main=body,
         pieces=", int *pieces" if pieces else "",
         call=f" {{\n{kept}\n        if (pieces)\n            pieces[k] = piece;\n    }}" if pieces else call,
@@ -167,6 +176,8 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 def _part(program: Program, part: Part) -> str:
     """The function of one polynomial map."""
+    if part.polymap.variables is not None:
+        return _formulas(program, part)
     tensor, n = part.tensor, len(program.inputs)
     rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
     scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
@@ -180,6 +191,19 @@ def _part(program: Program, part: Part) -> str:
         total=math.prod(tensor.shape[1:]),
         rows="\n".join(f"        {{{row}}}," for row in rows),
         scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales)),
+        images="\n".join(images),
+    )
+
+
+def _formulas(program: Program, part: Part) -> str:
+    """The function of one map with variables."""
+    lines, values = lines_of(part, C, {name: f"state[{j}]" for j, name in enumerate(program.inputs)})
+    images = [f"    image[{i}] = {f'fabs({v})' if a else v};" for i, (v, a) in enumerate(zip(values, part.absolute, strict=True))]
+    return FORMULAS.substitute(
+        name=f"{program.name}_{part.name}",
+        n=len(program.inputs),
+        m=len(values),
+        lines="\n".join(f"    const double {name} = {value};" for name, value in lines),
         images="\n".join(images),
     )
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import JAVASCRIPT, number
+from nsmaps.exports.formulas import lines_of
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 SCRIPT = Template("""/*
@@ -40,6 +41,14 @@ $parts
 $main
 })()
 if (typeof module !== "undefined") module.exports = $name
+""")
+FORMULAS = Template("""/* $title: the image of one state, wherever it is; angles are not wrapped. */
+function $name(state) {
+$lines
+    return [
+$images
+    ]
+}
 """)
 PART = Template("""const ${name}_coefficients = [
 $rows
@@ -102,13 +111,13 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
     """The script, by file name."""
     program = program_of(result, name, about)
     pieces = program.kind == "pieces"
-    sizes = [part.tensor.shape[1:] for part in program.parts]
+    plain = [part.tensor for part in program.parts if part.polymap.variables is None]
     answer = "[image, number of its piece]" if pieces else "image"
     text = SCRIPT.substitute(
         about="\n".join(program.about).rstrip().replace("*/", "* /"),
         name=program.name,
         call=f"image_of(state)  // {answer}; state: an array of {len(program.inputs)} numbers; images(states): of many",
-        work=max(1, *(int(part.tensor[0].size) // size[-1] for part, size in zip(program.parts, sizes, strict=True))),
+        work=max([1, *(tensor[0].size // tensor.shape[-1] for tensor in plain)]),
         parts="\n".join(_part(part) for part in program.parts),
         main=_pieces(program) if pieces else _chain(program),
     )
@@ -116,6 +125,8 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
+    if part.polymap.variables is not None:
+        return _formulas(part)
     tensor = part.tensor
     rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
     scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
@@ -126,6 +137,17 @@ def _part(part: Part) -> str:
         rows="\n".join(f"    [{row}]," for row in rows),
         size=", ".join(map(str, tensor.shape[1:])),
         scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales)),
+        images="\n".join(f"        {f'Math.abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
+    )
+
+
+def _formulas(part: Part) -> str:
+    """The function of one map with variables."""
+    lines, values = lines_of(part, JAVASCRIPT, {name: f"state[{j}]" for j, name in enumerate(part.polymap.coordinates)})
+    return FORMULAS.substitute(
+        name=part.name,
+        title=part.title.replace("*/", "* /"),
+        lines="\n".join(f"    const {name} = {value}" for name, value in lines),
         images="\n".join(f"        {f'Math.abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
     )
 

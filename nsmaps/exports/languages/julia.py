@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import JULIA, number
+from nsmaps.exports.formulas import lines_of
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 MODULE = Template('''"""
@@ -40,6 +41,14 @@ $parts
 $main
 end
 ''')
+FORMULAS = Template(""""$title: the image of one state, wherever it is; angles are not wrapped."
+function $name(state)
+$lines
+    return [
+$images
+    ]
+end
+""")
 PART = Template("""const ${upper}_COEFFICIENTS = [
 $rows
 ]
@@ -133,6 +142,8 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
+    if part.polymap.variables is not None:
+        return _formulas(part)
     tensor = part.tensor
     rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
     scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
@@ -140,12 +151,28 @@ def _part(part: Part) -> str:
     return PART.substitute(
         upper=part.name.upper(),
         name=part.name,
-        title=part.title.replace("\\", "\\\\").replace("$", "\\$").replace('"', "'"),
+        title=_quoted(part.title),
         rows="\n".join(f"    [{row}]," for row in rows),
         size=", ".join(map(str, tensor.shape[1:])),
         scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales, 1)),
         images="\n".join(f"        {f'abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
     )
+
+
+def _formulas(part: Part) -> str:
+    """The function of one map with variables."""
+    places = {name: f"state[{j}]" for j, name in enumerate(part.polymap.coordinates, 1)}
+    lines, values = lines_of(part, JULIA, places)
+    return FORMULAS.substitute(
+        name=part.name,
+        title=_quoted(part.title),
+        lines="\n".join(f"    {name} = {value}" for name, value in lines),
+        images="\n".join(f"        {f'abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
+    )
+
+
+def _quoted(title: str) -> str:
+    return title.replace("\\", "\\\\").replace("$", "\\$").replace('"', "'")
 
 
 def _chain(program: Program) -> str:

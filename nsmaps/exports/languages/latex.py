@@ -1,6 +1,7 @@
 """Maps, closed forms and exact systems as LaTeX documents that compile with amsmath alone."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
@@ -8,6 +9,7 @@ from sympy.printing.latex import LatexPrinter
 
 from nsmaps.exports.headers import described
 from nsmaps.exports.program import Exportable, Part, Program, own_version, program_of
+from nsmaps.reduced.fit.variables import expression
 from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate
 from nsmaps.symbolic.formula import symbol
 from nsmaps.symbolic.map_iterates import ClosedMap
@@ -107,7 +109,9 @@ def _absolute(taken: bool, terms: list[str]) -> list[str]:
 def _part(program: Program, part: Part) -> list[str]:
     """The polynomials of one piece, in Chebyshev products of scaled coordinates, and plainly where that is short."""
     polymap = part.polymap
-    scales = zip(map(math, polymap.coordinates), polymap.centre, polymap.scale, strict=True)
+    names = polymap.coordinates
+    of = names if polymap.variables is None else [expression(text, names) for text in polymap.variables]
+    scales = zip(map(math, of), polymap.centre, polymap.scale, strict=True)
     sides = [x if (c, s) == (0, 1) else rf"\frac{{{x} {_signed(-c, '')}}}{{{number(s)}}}" for x, c, s in scales]
     scaled = [f"s_{{{j}}} = {side}" for j, side in enumerate(sides, 1)]
     about = r"\\ ".join(text(line.strip()) for line in part.about)
@@ -117,7 +121,7 @@ def _part(program: Program, part: Part) -> list[str]:
         terms = [_signed(c, " ".join(f"T_{{{e}}}(s_{{{j}}})" for j, e in enumerate(key, 1) if e)) for key, c in pairs]
         body.append(aligned(_image(name), _absolute(part.absolute[i], terms)))
     if max(len(each) for each in polymap.exponents[: part.outputs]) <= PLAIN:
-        body += _plain(program, part)
+        body += _plain(program, part) if polymap.variables is None else _whole(program, part)
     return body
 
 
@@ -133,6 +137,13 @@ def _plain(program: Program, part: Part) -> list[str]:
         body.append(aligned(_image(name), _absolute(part.absolute[i], terms)))
     errors = ", ".join(f"${math(name)}$: {polymap.monomial_error(name):.2g}" for name in program.outputs)
     return [f"In plain monomials, which in floats differ from these by at most ({errors}):", *body]
+
+
+def _whole(program: Program, part: Part) -> list[str]:
+    """The same of a map with variables as one formula."""
+    polymap = replace(part.polymap, absolute=())
+    pairs = zip(program.outputs, part.absolute, strict=True)
+    return ["As one formula:", *(aligned(_image(name), _absolute(a, terms_of(polymap.symbolic(name)))) for name, a in pairs)]
 
 
 def _composite(program: Program) -> list[str]:

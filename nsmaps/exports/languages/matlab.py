@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import MATLAB, number
+from nsmaps.exports.formulas import lines_of
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 WIDE = 8  #: coefficients a line
@@ -44,6 +45,13 @@ $scaled
     image = [ ...
 $images
     ];
+end
+""")
+FORMULAS = Template("""function image = $name(states)
+% $title: images wherever the states are; angles are not wrapped.
+$lines
+    image = zeros(size(states, 1), $m);
+$images
 end
 """)
 PIECES = Template("""    images = nan(size(states, 1), $m);
@@ -123,6 +131,8 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
+    if part.polymap.variables is not None:
+        return _formulas(part)
     tensor = part.tensor
     scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
     values = [f"series([ ...\n{_listed(row.ravel().tolist())}], sizes, scaled)" for row in tensor]
@@ -133,6 +143,19 @@ def _part(part: Part) -> str:
         size=", ".join(map(str, tensor.shape[1:])),
         scaled=", ...\n".join(f"        (states(:, {j}) - {number(c)}) / {number(s)}" for j, (c, s) in enumerate(scales, 1)),
         images=", ...\n".join(f"        {image}" for image in images),
+    )
+
+
+def _formulas(part: Part) -> str:
+    """The function of one map with variables."""
+    lines, values = lines_of(part, MATLAB, {name: f"states(:, {j})" for j, name in enumerate(part.polymap.coordinates, 1)})
+    images = [f"abs({v})" if a else v for v, a in zip(values, part.absolute, strict=True)]
+    return FORMULAS.substitute(
+        name=part.name,
+        title=part.title,
+        m=len(values),
+        lines="\n".join(f"    {name} = {value};" for name, value in lines),
+        images="\n".join(f"    image(:, {i}) = {image};" for i, image in enumerate(images, 1)),
     )
 
 

@@ -17,7 +17,7 @@ HEAD = '''"""{about}
 """
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebvander
+{imported}
 
 Floats = np.ndarray
 TWO_PI = 2 * np.pi
@@ -34,13 +34,32 @@ OUTPUTS = {outputs}
 def polynomials(part, states):
     """Images of states (N, n): sums of products of Chebyshev polynomials of (x - centre) / scale; shape (N, outputs)."""
     names, terms = [each["name"] for each in part["coordinates"]], part["outputs"][:OUTPUTS]
-    tensor = np.zeros((OUTPUTS, *np.max([np.max(each["exponents"], axis=0) for each in terms], axis=0) + 1))
+{sparse}    tensor = np.zeros((OUTPUTS, *np.max([np.max(each["exponents"], axis=0) for each in terms], axis=0) + 1))
     for row, each in zip(tensor, terms):
         np.add.at(row, tuple(np.array(each["exponents"]).T), each["coefficients"])
     scaled = (states - np.array(part["centre"], float)) / np.array(part["scale"], float)
     images = _evaluate(tensor, scaled)
     return np.where([name in part["absolute"] for name in names[:OUTPUTS]], np.abs(images), images)
 '''
+IMPORTS = "from collections.abc import Sequence\n\nfrom numpy.polynomial.chebyshev import chebvander"
+FORMULAS = """# formulas of the coordinates that maps are polynomials in
+VARIABLES = {{
+{lines}
+}}
+Ints = np.ndarray
+
+
+"""
+SPARSE = """    if part["variables"] is not None:
+        x = np.empty((len(states), len(part["variables"])))
+        with np.errstate(all="ignore"):
+            for column, text in zip(x.T, part["variables"]):
+                column[:] = VARIABLES[text](*states.T)
+        scaled = (x - np.array(part["centre"], float)) / np.array(part["scale"], float)
+        exponents, coefficients = ([np.array(each[key]) for each in terms] for key in ("exponents", "coefficients"))
+        images = _sums(exponents, coefficients, scaled)
+        return np.where([name in part["absolute"] for name in names[:OUTPUTS]], np.abs(images), images)
+"""
 MAP = '''
 
 def {name}(states):
@@ -59,6 +78,8 @@ def {name}(states):
 PIECES = '''
 
 ANGLES = np.array({angles})
+# of each piece the middle of its data, next to which an angle is brought; None where the turn does not matter
+MIDDLES = {middles}
 
 
 def wrap(angle):
@@ -94,10 +115,9 @@ def {name}(states):
         rows = np.flatnonzero(piece == number)
         if len(rows) == 0:
             continue
-        start, bounded = states[rows], ANGLES & np.isfinite(np.array(part["domain"], float)).all(axis=1)
-        middle = np.where(bounded, np.array(part["centre"], float), 0.0)
-        x = np.where(bounded, near(start, middle), start)
-        moved = polynomials(part, x) + np.where(ANGLES, start - x, 0.0)[:, :OUTPUTS]
+        start, middle = states[rows], np.array(MIDDLES[number], float)
+        x = np.where(np.isnan(middle), start, near(start, middle))
+        moved = polynomials(part, x) + (start - x)[:, :OUTPUTS]
         moved[~np.isfinite(moved).all(axis=1)] = np.nan
         image[rows] = np.where(ANGLES[:OUTPUTS], wrap(moved), moved)
     return image, piece
@@ -108,6 +128,8 @@ KINDS = {"map": MAP, "pieces": PIECES, "chain": CHAIN}
 def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The module, by file name."""
     program, data = program_of(result, name, about), document(result)
+    formulas = _formulas(program)
+    evaluated = (polymap._evaluate, polymap._sums) if formulas else (polymap._evaluate,)
     images = "images, pieces" if program.kind == "pieces" else "images"
     usage = f"    {images} = {program.name}(states)  # states: shape (N, {len(program.inputs)})"
     head = HEAD.format(
@@ -119,7 +141,9 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
         outputs=len(program.outputs),
         rows=polymap.ROWS,
         floats=polymap.FLOATS,
-        evaluation=getsource(polymap._evaluate),
+        imported=IMPORTS if formulas else "from numpy.polynomial.chebyshev import chebvander",
+        evaluation=formulas + "\n\n".join(map(getsource, evaluated)),
+        sparse=SPARSE if formulas else "",
     )
     names = program.variables
     conditions = [PYTHON.condition(part.region, names) for part in program.parts if part.region is not None]
@@ -130,9 +154,18 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
         variables=", ".join(names.values()),
         angles=[each["angle"] for each in document(program.parts[0].polymap)["coordinates"]],
         conditions="\n".join(f"        {each},  # {part.title}" for each, part in zip(conditions, program.parts, strict=False)),
+        middles=_literal([list(part.middles) for part in program.parts]),
         limits="".join(f" & ({low!r} <= seen[:, {i}]) & (seen[:, {i}] <= {high!r})" for i, low, high in program.limits),
     )
     return {f"{program.name}.py": head + body}
+
+
+def _formulas(program: Program) -> str:
+    """The formulas of maps with variables, by their text; none where no map has any."""
+    names = program.variables
+    texts = dict.fromkeys(text for part in program.parts for text in part.polymap.variables or ())
+    lines = [f"    {text!r}: lambda {', '.join(names.values())}: {PYTHON.term(text, program.inputs, names)}," for text in texts]
+    return FORMULAS.format(lines="\n".join(lines)) if lines else ""
 
 
 def _parts(program: Program, data: Document) -> str:

@@ -214,4 +214,4 @@ def _between(grid: Grid, number: Ints, extreme: NDArray[np.bool_], i: int) -> tu
 
 def _separable(piece: Piece, i: int) -> bool:
     """Whether the image of coordinate i depends on coordinate i alone."""
-    return not np.delete(piece.map.exponents[i], i, axis=1).any()
+    return not np.delete(piece.map.depends(piece.map.coordinates[i]), i).any()

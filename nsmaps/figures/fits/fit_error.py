@@ -12,7 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.figures.data import ORDERS, position
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import dress, symbol
-from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
 
 if TYPE_CHECKING:
     from nsmaps.reduced.fit.filter_errors import NearDiagonals

@@ -17,7 +17,8 @@ from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
 from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol
-from nsmaps.reduced.fit.polyfit import Separable, unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
+from nsmaps.reduced.fit.polyfit import Separable
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,8 @@ from nsmaps.coordinates import Coordinates, WithCoordinates, as_states
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import LONGER, encode
-from nsmaps.reduced.composite.kernel import BLOCK, CompositeTables, Work, orbits, pieces_of
-from nsmaps.reduced.conditions.bytecode import Code, code_of, depth_of
+from nsmaps.reduced.composite.kernel import BLOCK, COSINE, ITSELF, SINE, CompositeTables, Work, orbits, pieces_of
+from nsmaps.reduced.conditions.bytecode import Code, code_of, code_of_term, depth_of
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.piece import Pieces as CompositeMap
@@ -81,12 +81,13 @@ class CompiledComposite(WithCoordinates):
     def _work(self) -> Work:
         """Memory for a block of states."""
         n, tables = len(self.coordinates), self.tables
-        basis = np.empty((n, int(tables.degree.max(initial=1)) + 1, BLOCK))
+        basis = np.empty((tables.degree.shape[1], int(tables.degree.max(initial=1)) + 1, BLOCK))
         return Work(
             x=np.empty((n, BLOCK)),
             left=np.empty(BLOCK, np.int64),
             stack=np.empty((tables.depth, BLOCK)),
             held=np.empty(BLOCK, np.int64),
+            near=np.empty((n, BLOCK)),
             turn=np.empty((n, BLOCK)),
             basis=basis,
             group=np.empty(BLOCK),
@@ -101,37 +102,68 @@ def compiled(map: "CompositeMap") -> CompiledComposite:
 
 
 def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> CompositeTables:
-    codes = [code for code in conditions if code is not None]
-    given = len(codes) < len(conditions)
-    codes = [[] for _ in conditions] if given else codes
+    tests = [code for code in conditions if code is not None]
+    given = len(tests) < len(conditions)
+    tests = [[] for _ in conditions] if given else tests
     maps, names = [piece.map for piece in map.pieces], map.coordinates
-    n, angles = len(names), names.angles
+    columns, kinds, formulas = _variables(maps, names)
+    codes = [*tests, *(code for of in formulas for code in of)]
+    first = np.cumsum([0, *(len(code) for code in codes)])
     operations = np.array([each for code in codes for each in code], float).reshape(-1, 2)
+    n, most = len(names), columns.shape[1]
     terms = np.array([[len(each) for each in polymap.exponents] for polymap in maps], np.int64).reshape(-1, n)
     ends = terms.cumsum().reshape(terms.shape)
     outputs = [_in_order(*pair) for polymap in maps for pair in zip(polymap.exponents, polymap.coefficients, strict=True)]
     degrees = [np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]
     begins = (ends - terms).ravel().tolist()
-    runs = [first + end for (exponents, _), first in zip(outputs, begins, strict=True) for end in _runs(exponents)]
+    runs = [begin + end for (exponents, _), begin in zip(outputs, begins, strict=True) for end in _runs(exponents)]
     words = [_code(piece.word, map.walls) for piece in map.pieces]
     return CompositeTables(
-        angle=angles,
+        angle=names.angles,
         given=given,
         operation=operations[:, 0].astype(np.int64),
         number=np.ascontiguousarray(operations[:, 1]),
-        first_operation=np.cumsum([0, *(len(code) for code in codes)]),
+        first_operation=first[: len(maps) + 1],
         depth=max((depth_of(code) for code in codes), default=0),
-        middle=np.array([_middle(polymap, angles) for polymap in maps]).reshape(-1, n),
-        centre=np.array([polymap.centre for polymap in maps], float).reshape(-1, n),
-        scale=np.array([polymap.scale for polymap in maps], float).reshape(-1, n),
+        middle=np.array([polymap.middle for polymap in maps]).reshape(-1, n),
+        variables=np.array([len(polymap.centre) for polymap in maps], np.int64),
+        column=columns,
+        kind=kinds,
+        first_formula=first[len(maps) :][np.arange(most + 1) + most * np.arange(len(maps))[:, None]],
+        centre=_padded([polymap.centre for polymap in maps], most, float),
+        scale=_padded([polymap.scale for polymap in maps], most, float),
         absolute=np.array([[name in polymap.absolute for name in names] for polymap in maps], bool).reshape(-1, n),
-        degree=np.array(degrees, np.int64).reshape(-1, n),
+        degree=_padded(degrees, most, np.int64),
         first_term=np.column_stack([ends - terms, ends[:, -1:]]),
-        exponent=np.array([each for exponents, _ in outputs for each in exponents], np.int64).reshape(-1, n),
+        exponent=_padded([each for exponents, _ in outputs for each in exponents], most, np.int64),
         coefficient=np.array([each for _, coefficients in outputs for each in coefficients], float),
         until=np.array(runs, np.int64),
         word=np.array(words, np.int64),
     )
+
+
+def _variables(maps: Sequence["PolyMap"], names: Coordinates) -> tuple[Ints, Ints, list[list[Code]]]:
+    """The coordinate of each variable of each map and its kind, (P, K) each; the code of those that are formulas."""
+    most = max((len(polymap.centre) for polymap in maps), default=len(names))
+    columns, kinds = np.full((len(maps), most), -1), np.zeros((len(maps), most), np.int64)
+    codes: list[list[Code]] = []
+    for k, polymap in enumerate(maps):
+        known = {str(name): (i, ITSELF) for i, name in enumerate(names)}
+        for i in np.flatnonzero(np.isfinite(polymap.middle)):
+            known |= {f"sin({names[i]})": (int(i), SINE), f"cos({names[i]})": (int(i), COSINE)}
+        texts = polymap.variables or names.names
+        for j, text in enumerate(texts):
+            columns[k, j], kinds[k, j] = known.get(text, (-1, ITSELF))
+        codes.append([code_of_term(text, names) if text not in known else [] for text in texts] + [[]] * (most - len(texts)))
+    return columns, kinds, codes
+
+
+def _padded(rows: Sequence[Sequence[float] | Floats | Ints], length: int, kind: type) -> NDArray[Any]:
+    """Rows with ones behind them up to a length, shape (rows, length)."""
+    table = np.ones((len(rows), length), kind)
+    for row, values in zip(table, rows, strict=True):
+        row[: len(values)] = values
+    return table
 
 
 def _code(word: str, walls: tuple[str, ...]) -> int:
@@ -150,8 +182,3 @@ def _runs(exponents: Ints) -> Ints:
     """For each term in order, the number of the first that differs from it in more than the last coordinate."""
     changes = np.flatnonzero((np.diff(exponents[:, :-1], axis=0) != 0).any(axis=1)) + 1
     return np.append(changes, len(exponents))[np.searchsorted(changes, np.arange(len(exponents)), side="right")]
-
-
-def _middle(polymap: "PolyMap", angles: NDArray[np.bool_]) -> Floats:
-    """The middle of the fitted box for angles; NaN for other coordinates, and where the map was not fitted."""
-    return np.where(angles & np.isfinite(polymap.domain).all(axis=1), polymap.centre, np.nan)

@@ -155,7 +155,7 @@ class CompositeMap(Pieces, ReturnMap):
 
     def _near(self, polymap: PolyMap, states: Floats) -> Floats:
         """The states with angles on the turn nearest to the fitted box."""
-        return self.coordinates.lift(states, np.where(np.isfinite(polymap.domain).all(axis=1), polymap.centre, np.nan))
+        return self.coordinates.lift(states, polymap.middle)
 
 
 class PieceLike(Protocol):

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import entry, inlined
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.interpreter import evaluate_condition
@@ -16,27 +17,32 @@ BLOCK = 512  #: states of a block
 MOST_TURNS = 2.0**31 - 1
 RETURNED, UNCOVERED = int(Outcome.returned), int(Outcome.uncovered)
 ESCAPED, INVALID = int(Outcome.escaped), int(Outcome.invalid)
+ITSELF, SINE, COSINE = range(3)  #: kinds of variables of one coordinate; waves are those of an angle near the turn of a fit
 NOWHERE, NO_STATE = -1, -2  #: in place of a piece: in none; NaN or infinite
 
 
 class CompositeTables(NamedTuple):
-    """A composite map of P pieces over n coordinates in arrays: C operations of conditions, T terms of polynomials."""
+    """A composite map of P pieces over n coordinates in arrays: C operations, T terms of polynomials in at most K variables."""
 
     angle: NDArray[np.bool_]  #: shape (n,)
     given: bool  #: True if the pieces of states are found in Python: a region has a class of its own
-    operation: Ints  #: shape (C,), none if `given`
+    operation: Ints  #: shape (C,), of conditions, none if `given`, and of variables that are no coordinates
     number: Floats  #: shape (C,), that of each operation
     first_operation: Ints  #: shape (P + 1,), where the condition of each piece begins
     depth: int  #: places on the stack that the conditions need
     middle: Floats  #: shape (P, n), where the piece was fitted, of angles; NaN where the turn does not matter
-    centre: Floats  #: shape (P, n)
-    scale: Floats  #: shape (P, n)
+    variables: Ints  #: shape (P,), number of variables of each piece
+    column: Ints  #: shape (P, K), the coordinate that a variable is, or is the wave of; -1 if it is another formula
+    kind: Ints  #: shape (P, K), which it is of that coordinate: itself, its SINE or COSINE
+    first_formula: Ints  #: shape (P, K + 1), where the operations of each variable begin
+    centre: Floats  #: shape (P, K)
+    scale: Floats  #: shape (P, K)
     absolute: NDArray[np.bool_]  #: shape (P, n)
-    degree: Ints  #: shape (P, n), the highest of each coordinate
+    degree: Ints  #: shape (P, K), the highest of each variable
     first_term: Ints  #: shape (P, n + 1), where the terms of each output begin
-    exponent: Ints  #: shape (T, n), of each output in the order of the first coordinate, then of the next
+    exponent: Ints  #: shape (T, K), of each output in the order of the first variable, then of the next
     coefficient: Floats  #: shape (T,)
-    until: Ints  #: shape (T,), where those that differ in the last coordinate alone end
+    until: Ints  #: shape (T,), where those that differ in the last variable alone end
     word: Ints  #: shape (P,), the code of each piece's word
 
 
@@ -47,9 +53,10 @@ class Work(NamedTuple):
     left: Ints  #: shape (BLOCK,), their numbers
     stack: Floats  #: shape (max(depth, 1), BLOCK)
     held: Ints  #: shape (BLOCK,), the numbers of the states that a piece contains
-    turn: Floats  #: shape (n, BLOCK), radians by which an angle exceeds the turn of the piece's fit
-    basis: Floats  #: shape (n, degrees, BLOCK), Chebyshev polynomials
-    group: Floats  #: shape (BLOCK,), the sum of terms that differ in the last coordinate alone
+    near: Floats  #: shape (n, BLOCK), those states, angles on the turn of the piece's fit
+    turn: Floats  #: shape (n, BLOCK), radians by which an angle exceeds that turn
+    basis: Floats  #: shape (K, degrees, BLOCK), Chebyshev polynomials
+    group: Floats  #: shape (BLOCK,), the sum of terms that differ in the last variable alone
     total: Floats  #: shape (n, BLOCK), images, angles not wrapped
 
 
@@ -116,16 +123,41 @@ def pieces_of(tables, work, states, piece):
 
 
 @inlined
+def own_values(kind, x, value, count):
+    """Write a coordinate, or its sine or cosine, of `count` states; each has a loop that runs in vector instructions."""
+    if kind == SINE:
+        for c in range(count):
+            value[c] = wave(x[c])[1]
+    elif kind == COSINE:
+        for c in range(count):
+            value[c] = 1.0 + wave(x[c])[0]
+    else:
+        for c in range(count):
+            value[c] = x[c]
+
+
+@inlined
 def chebyshev(tables, work, k, states, count):
-    """Write the Chebyshev polynomials of the coordinates of the states that piece k contains, and the turns of their angles."""
-    basis = work.basis
+    """Write the Chebyshev polynomials of the variables of the states that piece k contains, and the turns of their angles."""
+    near, basis = work.near, work.basis
     for j in range(len(tables.angle)):
-        centre, scale, middle = tables.centre[k, j], tables.scale[k, j], tables.middle[k, j]
+        middle = tables.middle[k, j]
         turned = not math.isnan(middle)
         for c in range(count):
             x = states[work.held[c], j]
-            near = x - TWO_PI * np.rint((x - middle) / TWO_PI) if turned else x
-            basis[j, 0, c], basis[j, 1, c], work.turn[j, c] = 1.0, (near - centre) / scale, x - near
+            near[j, c] = x - TWO_PI * np.rint((x - middle) / TWO_PI) if turned else x
+            work.turn[j, c] = x - near[j, c]
+    for j in range(tables.variables[k]):
+        column, centre, scale = tables.column[k, j], tables.centre[k, j], tables.scale[k, j]
+        if column < 0:
+            first = tables.first_formula[k]
+            evaluate_condition(tables.operation, tables.number, first[j], first[j + 1], near, count, work.stack)
+            for c in range(count):
+                basis[j, 1, c] = work.stack[0, c]
+        else:
+            own_values(tables.kind[k, j], near[column], basis[j, 1], count)
+        for c in range(count):
+            basis[j, 0, c], basis[j, 1, c] = 1.0, (basis[j, 1, c] - centre) / scale
         for d in range(2, tables.degree[k, j] + 1):
             for c in range(count):
                 basis[j, d, c] = basis[j, d - 1, c] * (2.0 * basis[j, 1, c]) - basis[j, d - 2, c]
@@ -133,8 +165,8 @@ def chebyshev(tables, work, k, states, count):
 
 @inlined
 def polynomial(tables, work, k, i, count):
-    """Write output i of piece k, angles not wrapped: terms that differ in the last coordinate alone are added up first."""
-    basis, group, total, last = work.basis, work.group, work.total, len(tables.angle) - 1
+    """Write output i of piece k, angles not wrapped: terms that differ in the last variable alone are added up first."""
+    basis, group, total, last = work.basis, work.group, work.total, tables.variables[k] - 1
     at, end = tables.first_term[k, i], tables.first_term[k, i + 1]
     for c in range(count):
         total[i, c] = 0.0

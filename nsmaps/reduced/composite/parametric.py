@@ -13,7 +13,7 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
-from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 
 Order = int | Mapping[str, int]  #: degree in the parameter, of all images or by coordinate
@@ -94,6 +94,8 @@ def parametric_map(
     highest = max(max(row) for row in table)
     if len(np.unique(nodes)) <= highest:
         raise FitError(f"order {highest} of {parameter!r} from {len(nodes)} values; expected: at least {highest + 1} values")
+    if composed := next((p.name for c in composites.values() for p in c.pieces if p.map.variables is not None), None):
+        raise FitError(f"the piece {composed!r} is no polynomial in the coordinates; expected: `full` or `separable` fits")
     if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in others):
         raise FitError("composite maps of different pieces; expected: the same pieces at every value")
     powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), highest), float)

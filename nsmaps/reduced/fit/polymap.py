@@ -1,22 +1,21 @@
-"""Polynomial maps in scaled Chebyshev products, and the report on their fit."""
+"""Polynomial maps in scaled Chebyshev products of the coordinates, or of other functions of them, and the report on their fit."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebvander
-from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box, as_states
 from nsmaps.errors import FitError, near_match
+from nsmaps.reduced.fit.monomials import changed, dense_exactly, in_chebyshev, in_powers, paper_order, terms_of
+from nsmaps.reduced.fit.variables import expression, jacobian_of, sum_of_products, values_of
 
 if TYPE_CHECKING:
     import sympy as sp
-
-Exacts = NDArray[np.object_]  # of Fractions
 
 ROWS, FLOATS = 2**14, 2**21  #: states evaluated at a time, to stay in the cache, and their number of floats
 
@@ -48,19 +47,21 @@ class FitReport(WithCoordinates):
 class PolyMap(WithCoordinates):
     """A map whose coordinates are polynomials: sums of products of Chebyshev polynomials of (x - centre) / scale.
 
-    An angle's image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
+    They are polynomials in the n coordinates, or in k `variables`, which are formulas of these, such as cos(phi). An angle's
+    image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
     """
 
     __repr__ = brief
 
     coordinates: Coordinates
-    exponents: tuple[Ints, ...]  #: for each output, shape (m, n): the degree of each coordinate in each term
+    exponents: tuple[Ints, ...]  #: for each output, shape (m, k): the degree of each variable, or coordinate, in each term
     coefficients: tuple[Floats, ...]  #: for each output, shape (m,), of the Chebyshev products
-    centre: Floats  #: shape (n,)
-    scale: Floats  #: shape (n,)
+    centre: Floats  #: shape (k,)
+    scale: Floats  #: shape (k,)
     domain: Floats  #: shape (n, 2), the box of the data; infinite for a reset
     absolute: tuple[str, ...] = ()  #: outputs of which the absolute value is taken, eq. R5eqn
     report: FitReport | None = None
+    variables: tuple[str, ...] | None = None  #: k formulas of the coordinates, see `read_number`; None for the coordinates
 
     @classmethod
     def reset(cls, coordinates: Sequence[str], values: Mapping[str, float]) -> "PolyMap":
@@ -87,7 +88,7 @@ class PolyMap(WithCoordinates):
         """
         names, domain = Coordinates(coordinates), as_box(box, coordinates)
         centre, scale = domain.mean(axis=1), np.ptp(domain, axis=1) / 2
-        terms = [_terms(_changed(_dense_exactly(monomials[name], len(names)), centre, scale, _in_chebyshev)) for name in names]
+        terms = [terms_of(changed(dense_exactly(monomials[name], len(names)), centre, scale, in_chebyshev)) for name in names]
         terms = [each or {(0,) * len(names): Fraction(0)} for each in terms]
         exponents = tuple(np.array(list(each), int) for each in terms)
         coefficients = tuple(np.array([float(value) for value in each.values()]) for each in terms)
@@ -100,18 +101,34 @@ class PolyMap(WithCoordinates):
 
     def __call__(self, states: ArrayLike) -> Floats:
         """The images of states (N, n), shape (N, n); angles are not wrapped. NaN goes to NaN."""
-        image = _evaluate(self._tensor(), self._scaled(states))
+        image = self._image(self._scaled(as_states(states, self.coordinates)))
         return np.where(self._is_absolute(), np.abs(image), image)
 
     def derivative(self, states: ArrayLike) -> Floats:
         """The derivative d image_i / d x_j at states (N, n), shape (N, n, n); zero where an absolute value has its kink."""
-        x, tensor = self._scaled(states), self._tensor()
-        slopes = [np.asarray(chebder(tensor, axis=1 + j), float) / self.scale[j] for j in range(x.shape[1])]
-        derivative = np.stack([_evaluate(slope, x) for slope in slopes], axis=2)
+        x = as_states(states, self.coordinates)
+        scaled = self._scaled(x)
+        derivative = self._slopes(scaled) if self.variables is None else self._slopes_of_variables(x, scaled)
         if not self.absolute:
             return derivative
-        signs = np.where(self._is_absolute(), np.sign(_evaluate(tensor, x)), 1.0)
+        signs = np.where(self._is_absolute(), np.sign(self._image(scaled)), 1.0)
         return np.asarray(derivative * signs[:, :, None], float)
+
+    @property
+    def middle(self) -> Floats:
+        """The middle of the data of each angle, on whose turn it is evaluated, shape (n,); NaN where the turn does not matter."""
+        fitted = self.coordinates.angles & np.isfinite(self.domain).all(axis=1)
+        middle = self.centre if self.variables is None else np.where(fitted[:, None], self.domain, np.nan).mean(axis=1)
+        return np.where(fitted, middle, np.nan)
+
+    def depends(self, output: str) -> Bools:
+        """Which coordinates an output is a function of, shape (n,)."""
+        used = self.exponents[_index(output, self.coordinates, "depends")].any(axis=0)
+        if self.variables is None:
+            return np.asarray(used)
+        free = [expression(text, self.coordinates).free_symbols for text, j in zip(self.variables, used, strict=True) if j]
+        names = {symbol.name for each in free for symbol in each}
+        return np.array([str(name) in names for name in self.coordinates], bool)
 
     def monomials(self, output: str) -> dict[tuple[int, ...], float]:
         """The coefficients of the plain monomials of one output by their exponents, in the order of eq. cubic2dv.
@@ -122,61 +139,92 @@ class PolyMap(WithCoordinates):
         return {key: float(value) for key, value in self.exact_monomials(output).items()}
 
     def exact_monomials(self, output: str) -> dict[tuple[int, ...], Fraction]:
-        """As `monomials`, not rounded: for closed forms that must agree with the map where plain monomials cancel."""
+        """As `monomials`, not rounded: for closed forms that must agree with the map where plain monomials cancel.
+
+        FitError for a map with variables.
+        """
         i = _index(output, self.coordinates, "monomials")
+        if self.variables is not None:
+            terms = f"its terms are products of {', '.join(self.variables)}"
+            raise FitError(f"{output}' is not a polynomial in {self.coordinates}: {terms}; expected: `symbolic`, its formula")
         tensor = np.vectorize(Fraction, otypes=[object])(dense([self.exponents[i]], [self.coefficients[i]])[0])
-        tensor = _changed(tensor, self.centre, self.scale, _in_powers)
+        tensor = changed(tensor, self.centre, self.scale, in_powers)
         asked = set(map(tuple, self.exponents[i].tolist()))
-        return {key: tensor[key] for key in paper_order(asked | set(_terms(tensor)))}
+        return {key: tensor[key] for key in paper_order(asked | set(terms_of(tensor)))}
 
     def monomial_error(self, output: str) -> float:
         """The largest difference over the domain between the map and its `monomials`, evaluated in floats as printed.
 
         It is taken on a grid of about 10,000 Chebyshev points, ends included; for a reset, over [-1, 1].
         """
-        i, n = _index(output, self.coordinates, "monomials"), len(self.coordinates)
+        i, n, terms = _index(output, self.coordinates, "monomials"), len(self.coordinates), self.monomials(output)
         ends = np.where(np.isfinite(self.domain), self.domain, self.centre[:, None] + np.outer(self.scale, [-1, 1]))
         nodes = np.cos(np.linspace(0, np.pi, round(10_000 ** (1 / n))))
         axes = [(low + high) / 2 + (high - low) / 2 * nodes for low, high in ends]
         x = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, n)
-        plain = np.sum([value * np.prod(x ** np.array(key), axis=1) for key, value in self.monomials(output).items()], axis=0)
+        plain = np.sum([value * np.prod(x ** np.array(key), axis=1) for key, value in terms.items()], axis=0)
         return float(np.abs((np.abs(plain) if output in self.absolute else plain) - self(x)[:, i]).max())
 
     def symbolic(self, output: str) -> "sp.Expr":
-        """One output as a sympy expression in plain monomials, in real symbols of the coordinates."""
+        """One output as a sympy expression in real symbols of the coordinates: in plain monomials of these, or of the variables.
+
+        Of a variable cos(x) that is not scaled, harmonics cos(k*x) and sin(k*x) stand in their place.
+        """
         import sympy as sp
 
-        symbols = [sp.Symbol(str(name), real=True) for name in self.coordinates]
-        terms = self.monomials(output).items()
-        powers = [sp.Mul(*(x**e for x, e in zip(symbols, key, strict=True))) for key, _ in terms]
-        total = sp.Add(*(sp.Float(value, 17) * power for (_, value), power in zip(terms, powers, strict=True)))
+        if self.variables is None:
+            symbols = [sp.Symbol(str(name), real=True) for name in self.coordinates]
+            terms = self.monomials(output).items()
+            powers = [sp.Mul(*(x**e for x, e in zip(symbols, key, strict=True))) for key, _ in terms]
+            total = sp.Add(*(sp.Float(value, 17) * power for (_, value), power in zip(terms, powers, strict=True)))
+        else:
+            i = _index(output, self.coordinates, "symbolic")
+            of = [expression(text, self.coordinates) for text in self.variables]
+            total = sum_of_products(of, self.exponents[i], self.coefficients[i], self.centre, self.scale)
         return sp.Abs(total) if output in self.absolute else total
+
+    def _image(self, scaled: Floats) -> Floats:
+        """The outputs at scaled variables (N, k) without absolute values, shape (N, outputs)."""
+        if self.variables is None:
+            return _evaluate(self._tensor(), scaled)
+        return _sums(self.exponents, self.coefficients, scaled)
+
+    def _slopes(self, scaled: Floats) -> Floats:
+        tensor = self._tensor()
+        slopes = [np.asarray(chebder(tensor, axis=1 + j), float) / self.scale[j] for j in range(scaled.shape[1])]
+        return np.stack([_evaluate(slope, scaled) for slope in slopes], axis=2)
+
+    def _slopes_of_variables(self, states: Floats, scaled: Floats) -> Floats:
+        """The same by the chain rule, for states (N, n) and scaled variables (N, k) there."""
+        inner = jacobian_of(self.variables or (), self.coordinates, states) / self.scale[:, None]
+        slopes = np.zeros((len(states), len(self.exponents), states.shape[1]))
+        for i, (each, values) in enumerate(zip(self.exponents, self.coefficients, strict=True)):
+            for j, degrees in enumerate(each.T):
+                if degrees.any():
+                    slope = design(each[degrees > 0], scaled, j) @ values[degrees > 0]
+                    slopes[:, i] += slope[:, None] * inner[:, j]
+        return slopes
 
     def _tensor(self) -> Floats:
         return dense(self.exponents, self.coefficients)
 
-    def _scaled(self, states: ArrayLike) -> Floats:
-        return np.asarray((as_states(states, self.coordinates) - self.centre) / self.scale, float)
+    def _scaled(self, states: Floats) -> Floats:
+        x = states if self.variables is None else values_of(self.variables, self.coordinates, states)
+        return np.asarray((x - self.centre) / self.scale, float)
 
-    def _is_absolute(self) -> NDArray[np.bool_]:
+    def _is_absolute(self) -> Bools:
         return np.array([name in self.absolute for name in self.coordinates], bool)
 
 
-def paper_order(exponents: Iterable[tuple[int, ...]]) -> list[tuple[int, ...]]:
-    """Exponents by total degree, then falling degree of the last coordinate, as the paper writes them (eq. cubic2dv).
-
-    >>> paper_order([(1, 0), (0, 0), (0, 1), (2, 0), (1, 1), (0, 2)])
-    [(0, 0), (0, 1), (1, 0), (0, 2), (1, 1), (2, 0)]
-    """
-    return sorted(exponents, key=lambda key: (sum(key), tuple(-e for e in reversed(key))))
-
-
-def design(exponents: Ints, scaled: Floats) -> Floats:
-    """The Chebyshev products of the exponents (m, n) at scaled states (N, n), shape (N, m)."""
+def design(exponents: Ints, scaled: Floats, by: int | None = None) -> Floats:
+    """The Chebyshev products of exponents (m, k) at scaled variables (N, k), or their derivatives by one of these: (N, m)."""
     columns = np.ones((len(scaled), len(exponents)))
     for j, degrees in enumerate(exponents.T):
         if degrees.any():
-            columns *= chebvander(scaled[:, j], int(degrees.max()))[:, degrees]
+            factors = chebvander(scaled[:, j], highest := int(degrees.max()))
+            if j == by:
+                factors = factors[:, :-1] @ chebder(np.eye(highest + 1))
+            columns *= factors[:, degrees]
     return columns
 
 
@@ -204,50 +252,19 @@ def _evaluate(tensor: Floats, scaled: Floats) -> Floats:
     return out
 
 
-def _changed(tensor: Exacts, centre: Floats, scale: Floats, basis: Callable[[int, Fraction, Fraction], Exacts]) -> Exacts:
-    """Coefficients by exponents in another basis, whose row k contains the k-th polynomial of the old one, exactly."""
-    for j, size in enumerate(tensor.shape):
-        rows = basis(size, Fraction(float(centre[j])), Fraction(float(scale[j])))
-        tensor = np.moveaxis(np.tensordot(tensor, rows, axes=(j, 0)), -1, j)
-    return tensor
-
-
-def _in_powers(size: int, centre: Fraction, scale: Fraction) -> Exacts:
-    """The plain coefficients of T_k((x - centre) / scale): shape (size, size), row k for T_k."""
-    rows = np.full((size, size), Fraction(0), object)
-    rows[0, 0] = Fraction(1)
-    if size > 1:
-        rows[1, 0], rows[1, 1] = -centre / scale, 1 / scale
-    for k in range(2, size):
-        shifted = np.concatenate([[Fraction(0)], rows[k - 1, :-1]])
-        rows[k] = 2 * (shifted - centre * rows[k - 1]) / scale - rows[k - 2]
-    return rows
-
-
-def _in_chebyshev(size: int, centre: Fraction, scale: Fraction) -> Exacts:
-    """The Chebyshev coefficients of x^k = (centre + scale s)^k: shape (size, size), row k for x^k, by 2 s T_j = T_j+1 + T_j-1."""
-    rows = np.full((size, size), Fraction(0), object)
-    rows[0, 0] = Fraction(1)
-    for k in range(1, size):
-        half = scale * rows[k - 1] / 2
-        rows[k] = centre * rows[k - 1]
-        rows[k, 1:] += half[:-1]
-        rows[k, :-1] += half[1:]
-        rows[k, 1] += half[0]  # s T_0 is T_1 whole
-    return rows
-
-
-def _dense_exactly(terms: Mapping[tuple[int, ...], Fraction], n: int) -> Exacts:
-    """Coefficients by exponents as one array, shape (degree + 1 of each coordinate)."""
-    tensor = np.full(np.max([(0,) * n, *terms], axis=0) + 1, Fraction(0), object)
-    for key, value in terms.items():
-        tensor[key] = value
-    return tensor
-
-
-def _terms(tensor: Exacts) -> dict[tuple[int, ...], Fraction]:
-    """The coefficients that are not zero, in the paper's order."""
-    return {key: tensor[key] for key in paper_order(k for k, value in np.ndenumerate(tensor) if value)}
+def _sums(exponents: Sequence[Ints], coefficients: Sequence[Floats], scaled: Floats) -> Floats:
+    """The sums of Chebyshev products at scaled variables (N, k), shape (N, outputs); term by term."""
+    out, highest = np.empty((len(scaled), len(exponents))), np.max([each.max(axis=0) for each in exponents], axis=0)
+    for start in range(0, len(scaled), ROWS):
+        rows = slice(start, start + ROWS)
+        bases = [chebvander(x, int(d)).T for x, d in zip(scaled[rows].T, highest, strict=True)]
+        for i, (each, values) in enumerate(zip(exponents, coefficients, strict=True)):
+            products = np.ones((len(values), len(scaled[rows])))
+            for basis, degrees in zip(bases, each.T, strict=True):
+                if degrees.any():
+                    products *= basis[degrees]
+            out[rows, i] = values @ products
+    return out
 
 
 def _index(name: str, names: Sequence[str], what: str) -> int:

@@ -11,7 +11,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.fit.filter import Diagonal
-from nsmaps.reduced.fit.polyfit import stretch_of
+from nsmaps.reduced.fit.lifts import stretch_of
 from nsmaps.reduced.partition.cell import BY_WORDS, Sorting, rounded, side_of
 
 STARTS, RETURNS, TAIL = 24, 256, 64  #: starts along each axis of the plane, returns of their orbits, last states that count

@@ -132,7 +132,7 @@ def held_out_error(polymap: PolyMap, held_out: Returns, demand: Demand) -> tuple
     exact = held_out.select(held_out.valid)
     if not len(exact):
         return np.zeros(len(held_out.coordinates)), 0.0
-    start = exact.coordinates.lift(exact.start, polymap.centre)
+    start = exact.coordinates.lift(exact.start, polymap.middle)
     error = errors(polymap(start), exact)
     return error.max(axis=0), float((error > demand.errors).any(axis=1).mean())
 

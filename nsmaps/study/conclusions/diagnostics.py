@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.reduced.fit.polyfit import POOR
+from nsmaps.reduced.fit.reporting import POOR
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain

@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import Progress
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.reduced.fit.polyfit import unwrapped
+from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
 from nsmaps.study.conclusions.texts import finite, intervals
