@@ -317,7 +317,7 @@ class Changing(Even):
         (Negative, "has int64 down to -1; expected: whole numbers, at least zero"),
         (Flat, r"is an array of shape \(3,\); expected: a row a monomial, shape \(m, 2\)"),
         (Nowhere, r"Nowhere.data for v' is bool of shape .*, 0 of them true; expected: which of the surface's"),
-        (Changing, "does not find a polynomial of its own monomials again: .* off where it was fitted"),
+        (Changing, "does not find a map of its own terms again: .* off where it was fitted"),
     ],
 )
 def test_a_fit_that_is_none(fit, why):

@@ -44,8 +44,21 @@ class BasisFit(PolyFit):
     def _spanned(self, coordinates: Sequence[str]) -> "tuple[Sequence[sp.Expr], Sequence[Ints]]":
         import sympy as sp
 
-        given = tuple(tuple(map(sp.sympify, self.basis(coordinates, name))) for name in coordinates)
+        given = tuple(self._functions(coordinates, name) for name in coordinates)
         return _spanned(given, sp.Symbol(str(coordinates[0]), real=True))
+
+    def _functions(self, coordinates: Sequence[str], output: str) -> "tuple[sp.Expr, ...]":
+        """The basis of an output, checked."""
+        import sympy as sp
+
+        given = list(self.basis(coordinates, output))
+        for each in given:
+            if not isinstance(each, sp.Expr | int | float):
+                what = f"{type(self).__name__}.basis for {output}' has {each!r}"
+                raise FitError(f"{what}, a {type(each).__name__}; expected: sympy expressions and numbers")
+        if not given:
+            raise FitError(f"{type(self).__name__}.basis for {output}' is empty; expected: one function at least")
+        return tuple(map(sp.sympify, given))
 
 
 @lru_cache(maxsize=64)

@@ -67,23 +67,24 @@ class Wound:
             periodic[:, i], target[:, i] = part, part + times * start[:, i]
         return cls(winding, target, periodic)
 
-    def added(self, polymap: PolyMap) -> PolyMap:
-        """The map fitted to the periodic parts, with the angles added that its images wind with."""
-        own = {i: times for i, times in self.winding.items() if times}
-        if not own:
-            return polymap
-        names, exponents, coefficients = polymap.coordinates, list(polymap.exponents), list(polymap.coefficients)
-        texts = polymap.variables or tuple(map(str, names))
-        for j, each in enumerate(exponents):
-            exponents[j] = np.hstack([np.zeros((len(each), len(own)), int), each])
-        for column, (i, times) in enumerate(own.items()):
-            row = np.arange(len(own) + len(texts)) == column
-            exponents[i], coefficients[i] = np.vstack([exponents[i], row]).astype(int), np.append(coefficients[i], times)
-        return replace(
-            polymap,
-            exponents=tuple(exponents),
-            coefficients=tuple(coefficients),
-            centre=np.append(np.zeros(len(own)), polymap.centre),
-            scale=np.append(np.ones(len(own)), polymap.scale),
-            variables=(*(names[i] for i in own), *texts),
-        )
+
+def with_windings(polymap: PolyMap, winding: Mapping[int, int]) -> PolyMap:
+    """A map of periodic parts with the angles added, so many times, that its images wind with."""
+    own = {i: times for i, times in winding.items() if times}
+    if not own:
+        return polymap
+    names, exponents, coefficients = polymap.coordinates.names, list(polymap.exponents), list(polymap.coefficients)
+    texts = polymap.variables or names
+    for j, each in enumerate(exponents):
+        exponents[j] = np.hstack([np.zeros((len(each), len(own)), int), each])
+    for column, (i, times) in enumerate(own.items()):
+        row = np.arange(len(own) + len(texts)) == column
+        exponents[i], coefficients[i] = np.vstack([exponents[i], row]).astype(int), np.append(coefficients[i], times)
+    return replace(
+        polymap,
+        exponents=tuple(exponents),
+        coefficients=tuple(coefficients),
+        centre=np.append(np.zeros(len(own)), polymap.centre),
+        scale=np.append(np.ones(len(own)), polymap.scale),
+        variables=(*(names[i] for i in own), *texts),
+    )

@@ -15,7 +15,7 @@ from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.leastsquares import Design
-from nsmaps.reduced.fit.lifts import Wound, unwrapped
+from nsmaps.reduced.fit.lifts import Wound, unwrapped, with_windings
 from nsmaps.reduced.fit.monomials import has_lower, paper_order
 from nsmaps.reduced.fit.polymap import FitReport as FitReport
 from nsmaps.reduced.fit.polymap import PolyMap as PolyMap
@@ -75,15 +75,15 @@ class PolyFit(BaseModel, Transferable, ABC):
             known(name, names, "absolute")
         rows = [self.data(surface, name) for name in names]
         start, target = unwrapped(surface)
-        wound = Wound.of(surface, start, target, self._windings(names))
-        texts = self._texts(names)
+        wound = Wound.of(surface, start, target, self.windings(names))
+        texts = self.texts(names)
         x = start if texts is None else values_of(texts, names, start)
         exponents = tuple(self.exponents(names, name) for name in names)
         problems = list(zip(names, exponents, rows, wound.periodic.T, strict=True))
         for name, each, use, y in problems:
             _check(f"{name}'", start[use], x[use], y[use], each, texts or names)
         used = np.logical_or.reduce(rows)
-        centre, scale = _scaling(x[used], None if texts is None else exponents)
+        centre, scale = scaling(x[used], None if texts is None else exponents)
         scaled = (x - centre) / scale
         designs: dict[tuple[bytes, bytes], Design] = {}
         solved = []
@@ -94,11 +94,12 @@ class PolyFit(BaseModel, Transferable, ABC):
             solved.append(designs[key].solve(f"{name}'", y[use]))
         domain = np.stack([start[used].min(axis=0), start[used].max(axis=0)], axis=1)
         coefficients = tuple(s.coefficients for s in solved)
-        polymap = wound.added(PolyMap(names, exponents, coefficients, centre, scale, domain, self.absolute, None, texts))
+        periodic = PolyMap(names, exponents, coefficients, centre, scale, domain, self.absolute, None, texts)
+        polymap = with_windings(periodic, wound.winding)
         data = FitData(start, wound.target, tuple(rows), tuple(solved), tuple(wound.winding))
         return replace(polymap, report=report_on(polymap, data))
 
-    def _texts(self, names: Coordinates) -> tuple[str, ...] | None:
+    def texts(self, names: Coordinates) -> tuple[str, ...] | None:
         """The variables as text; FitError for what has none."""
         given = self.variables(names)
         if given is None:
@@ -110,7 +111,7 @@ class PolyFit(BaseModel, Transferable, ABC):
         except ConditionError as error:
             raise FitError(f"a variable of {type(self).__name__}: {error}") from error
 
-    def _windings(self, names: Coordinates) -> dict[int, int]:
+    def windings(self, names: Coordinates) -> dict[int, int]:
         """The windings of outputs that are angles and have one, by number."""
         found = {i: self.winding(names, name) for i, name in enumerate(names) if is_angle(name)}
         return {i: times for i, times in found.items() if times is not None}
@@ -237,7 +238,7 @@ def _check(what: str, start: Floats, x: Floats, y: Floats, exponents: Ints, name
             raise FitError(f"{what}: the data are {here} of {name}; degree {degree} needs {degree + 1} distinct values")
 
 
-def _scaling(x: Floats, exponents: Sequence[Ints] | None) -> tuple[Floats, Floats]:
+def scaling(x: Floats, exponents: Sequence[Ints] | None) -> tuple[Floats, Floats]:
     """Centres and scales, shape (k,) each, that bring values (N, k) to [-1, 1]; with exponents those of variables.
 
     A variable that nearly fills [-1, 1] itself, as the cosine of a whole turn, is left alone, so that its Chebyshev polynomials
