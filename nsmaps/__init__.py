@@ -126,6 +126,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.conditions.region import Box as Box
     from nsmaps.reduced.conditions.region import Region as Region
     from nsmaps.reduced.conditions.region import Where as Where
+    from nsmaps.reduced.fit.basis import BasisFit as BasisFit
+    from nsmaps.reduced.fit.basis import Fourier as Fourier
     from nsmaps.reduced.fit.filter import Diagonal as Diagonal
     from nsmaps.reduced.fit.filter import DiagonalRegion as DiagonalRegion
     from nsmaps.reduced.fit.filter import diagonal_region as diagonal_region
@@ -223,6 +225,7 @@ _PUBLIC = {
     "reduced.partition.partition": ("partition",),
     "reduced.partition.result": ("PartitionResult",),
     "reduced.partition.spec": ("Partition",),
+    "reduced.fit.basis": ("BasisFit", "Fourier"),
     "reduced.fit.polyfit": ("Full", "PolyFit", "Separable", "compare_orders"),
     "reduced.fit.polymap": ("PolyMap", "FitReport"),
     "reduced.composite.printed": ("PrintedMap",),

@@ -124,12 +124,35 @@ def functions():
     return CompositeMap(NAMES, ("B",), tuple(Piece(f"F{k}", *each) for k, each in enumerate(zip(regions, maps, strict=True))))
 
 
+def series():
+    """Pieces in other functions than monomials: Fourier series, functions with scales and an absolute value, a polynomial."""
+    rows = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 2], [0, 0, 3]])
+    waves = np.vstack([np.hstack([np.zeros((6, 1), int), rows]), [1, 0, 0, 0]])
+    whole = np.array([[-2.0, 2.0], [0.0, 2 * np.pi]])
+    values = np.array([0.6, 0.1, 0.2, -0.1, 0.05, 0.03]), np.array([0.3, 0.2, 0.1, -0.2, 0.1, 0.05, 1.0])
+    texts = ("sin(phi)", "v", "cos(phi)")
+    circle = PolyMap(NAMES, (rows, rows), values[:1] * 2, np.zeros(3), np.ones(3), whole, variables=texts)
+    wound = PolyMap(NAMES, (waves[:6], waves), values, np.zeros(4), np.ones(4), whole, variables=("phi", *texts))
+    texts = ("exp(-v)*sin(2*phi + 0.3)", "min(abs(v), 1/(1 + phi**2))", "v**3", "sqrt(v)", "floor(phi) - sign(v - 0.5)")
+    units = np.vstack([np.zeros((1, 5), int), np.eye(5, dtype=int), [1, 0, 2, 0, 0]])
+    rng = np.random.default_rng(4)
+    own = PolyMap(
+        NAMES, (units, units), tuple(rng.normal(size=(2, 7)) * 0.2), rng.uniform(-1, 1, 5), rng.uniform(0.5, 2, 5),
+        np.array([[0.0, 1.0], [-1.0, 1.5]]), ("v",), variables=texts,
+    )  # fmt: skip
+    where = [Where(text=text, coordinates=NAMES) for text in ("phi > 4", "v < 0.3 and phi > 1", "v > 0.1", "v > 0")]
+    pieces = zip(
+        ("whole", "wound", "own", "plain"), where, (circle, wound, own, random_map([[0.0, 1.0], [0.0, 1.0]])), strict=True
+    )
+    return CompositeMap(NAMES, ("B",), tuple(Piece(*each) for each in pieces))
+
+
 @cache
 def cases():
     """What is exported, by name: the thing, the box of its states, and its images (and pieces) at states by nsmaps itself."""
     plane, whole, over_d = random_map([[0.5, 1.0], [0.1, 0.9]], absolute=("v",)), composite(), parametric()
     smooth, shadows, script = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing(), shadowing("Number")
-    called = functions()
+    called, fourier = functions(), series()
     second, second_d = second_iterate(smooth, 0.2, 0.7), second_iterate(over_d, 0.2, 0.4, "min_first", piece="P0")
     third, power = held_iterate(smooth, [0.2, 0.3, 0.8], variable="v"), iterate(line(), 4)
     return {
@@ -140,6 +163,8 @@ def cases():
         "shadowing": (shadows, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (shadows.first_return(x).image, shadows.piece_of(x))),
         "shadowing a script": (script, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (script.first_return(x).image, script.piece_of(x))),
         "functions": (called, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (called.first_return(x).image, called.piece_of(x))),
+        "series": (fourier, [[-0.5, 1.0], [-1.0, 7.0]], lambda x: (fourier.first_return(x).image, fourier.piece_of(x))),
+        "one of a series": (fourier.pieces[2].map, [[0.1, 1.0], [-1.0, 7.0]], fourier.pieces[2].map),
         "parametric": (over_d, [[0.0, 1.0], [0.0, 1.0], [0.25, 0.36]], lambda x: each_value(over_d, x)),
         "second": (second, [[0.5, 1.0]], lambda x: chain(smooth, x, [0.7, 0.2])),
         "second in d": (second_d, [[0.6, 0.9], [0.26, 0.35]], lambda x: chain_of_parametric(over_d, x)),

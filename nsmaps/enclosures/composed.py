@@ -90,8 +90,8 @@ class Composed:
         plain = replace(self.map, absolute=())
         values = plain(states) if self.by is None else plain.derivative(states)[:, :, self.by]
         values = np.where(np.isfinite(values), values, np.nan).reshape(count, -1, n)
-        least, most = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
-        return np.stack([np.where(np.isnan(least), np.inf, least), np.where(np.isnan(most), -np.inf, most)], axis=-1)
+        lowest, highest = np.fmin.reduce(values, axis=1), np.fmax.reduce(values, axis=1)
+        return np.stack([np.where(np.isnan(lowest), np.inf, lowest), np.where(np.isnan(highest), -np.inf, highest)], axis=-1)
 
 
 class _Variables:
@@ -156,19 +156,19 @@ def _chebyshev(low: Floats, high: Floats, degree: int) -> tuple[Floats, Floats]:
     begin, end = (d * np.arccos(np.clip(x, -1, 1))[..., None] / np.pi for x in (high, low))
     first, last = np.maximum(np.ceil(begin - 1e-12 * d), 1), np.minimum(np.floor(end + 1e-12 * d), d - 1)
     odd, even = ((last > first) | ((last == first) & (first % 2 == parity)) for parity in (1, 0))
-    least, most = ends.min(axis=0), ends.max(axis=0)
-    return np.where(odd, np.minimum(least, -1.0), least), np.where(even, np.maximum(most, 1.0), most)
+    lowest, highest = ends.min(axis=0), ends.max(axis=0)
+    return np.where(odd, np.minimum(lowest, -1.0), lowest), np.where(even, np.maximum(highest, 1.0), highest)
 
 
 def _products(
     exponents: Ints, low: Floats, high: Floats, by: int | None = None, steep: tuple[Floats, Floats] | None = None
 ) -> tuple[Floats, Floats]:
     """The ranges of products of exponents (m, k), of which those of variable `by` have the factors `steep`; shape (N, m)."""
-    least = most = np.ones((len(low), len(exponents)))
+    lowest = highest = np.ones((len(low), len(exponents)))
     for j in np.flatnonzero(exponents.any(axis=0)):
         lower, upper = steep if steep is not None and j == by else (low, high)
-        least, most = _times(least, most, lower[:, j, exponents[:, j]], upper[:, j, exponents[:, j]])
-    return least, most
+        lowest, highest = _times(lowest, highest, lower[:, j, exponents[:, j]], upper[:, j, exponents[:, j]])
+    return lowest, highest
 
 
 def _times(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
@@ -177,10 +177,10 @@ def _times(a: Floats, b: Floats, c: Floats, d: Floats) -> tuple[Floats, Floats]:
     return np.minimum(np.minimum(w, x), np.minimum(y, z)), np.maximum(np.maximum(w, x), np.maximum(y, z))
 
 
-def _sum(coefficients: Floats, least: Floats, most: Floats) -> Floats:
+def _sum(coefficients: Floats, lowest: Floats, highest: Floats) -> Floats:
     """The range of a sum of terms (N, m), shape (N, 2)."""
     rises = coefficients > 0
-    return np.stack([np.where(rises, least, most) @ coefficients, np.where(rises, most, least) @ coefficients], axis=-1)
+    return np.stack([np.where(rises, lowest, highest) @ coefficients, np.where(rises, highest, lowest) @ coefficients], axis=-1)
 
 
 def _steps(exponents: Ints) -> Ints:

@@ -77,6 +77,15 @@ def formula(map: AnyPolynomial, piece: str | None = None, coordinates: Sequence[
     return Formula(names, parameters, images, polymap.absolute, domain, False)
 
 
+def check_closed(polymap: PolyMap) -> None:
+    """Raise a NsmapsError for a map in other variables than the coordinates."""
+    if polymap.variables is not None:
+        of = f"a map with the variables {', '.join(polymap.variables)}"
+        raise NsmapsError(
+            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `Iterated` in numbers"
+        )
+
+
 def _polymap(map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | None) -> PolyMap:
     if isinstance(map, CompositeMap | ParametricMap):
         if piece is None and len(map.pieces) > 1:

@@ -73,8 +73,10 @@ def two_cycles(map: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
         StateError: the box is not one, or is not bounded.
     """
     from nsmaps.reduced.fit.polymap import PolyMap
+    from nsmaps.symbolic.formula import check_closed
 
     check_class(map, PolyMap, "the cycles are those of polynomials; `find_cycles` encloses those of other maps")
+    check_closed(map)
     sides = as_box(map.domain if box is None else box, map.coordinates)
     middle = sides.mean(axis=1)
     turns = np.where(map.coordinates.angles, np.round((map(middle[None])[0] - middle) / TWO_PI), 0.0)

@@ -37,7 +37,7 @@ function series(coefficients, size, scaled)
     return work[1]
 end
 
-$parts
+$reals$parts
 $main
 end
 ''')
@@ -80,6 +80,16 @@ function $name(states::AbstractMatrix)
     return images
 end
 """)
+REALS = """real_sin(x) = isfinite(x) ? sin(x) : NaN
+real_cos(x) = isfinite(x) ? cos(x) : NaN
+real_tan(x) = isfinite(x) ? tan(x) : NaN
+real_asin(x) = abs(x) <= 1 ? asin(x) : NaN
+real_acos(x) = abs(x) <= 1 ? acos(x) : NaN
+real_sqrt(x) = x < 0 ? NaN : sqrt(x)
+real_log(x) = x < 0 ? NaN : log(x)
+real_power(x, y) = x < 0 && !isinteger(y) ? NaN : Float64(x)^y
+
+"""  # functions that are not real everywhere
 PIECES = Template(""""The angle brought to [0, 2 pi)."
 function wrap(angle)
     wrapped = mod(angle, TWO_PI)
@@ -88,15 +98,6 @@ end
 
 "The angle on the turn nearest to the middle."
 near(angle, middle) = angle - TWO_PI * round((angle - middle) / TWO_PI)
-
-real_sin(x) = isfinite(x) ? sin(x) : NaN
-real_cos(x) = isfinite(x) ? cos(x) : NaN
-real_tan(x) = isfinite(x) ? tan(x) : NaN
-real_asin(x) = abs(x) <= 1 ? asin(x) : NaN
-real_acos(x) = abs(x) <= 1 ? acos(x) : NaN
-real_sqrt(x) = x < 0 ? NaN : sqrt(x)
-real_log(x) = x < 0 ? NaN : log(x)
-real_power(x, y) = x < 0 && !isinteger(y) ? NaN : Float64(x)^y
 
 "The number of the first piece whose region holds a state, from 1, or 0 where there is none."
 function piece_of(state)
@@ -129,14 +130,17 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
     """The module, by file name."""
     program = program_of(result, name, about)
     module = "".join(word.capitalize() for word in program.name.split("_"))
+    parts = "\n".join(_part(part) for part in program.parts)
+    main = _pieces(program) if program.kind == "pieces" else _chain(program)
     text = MODULE.substitute(
         about="\n".join(program.about).rstrip().replace("\\", "\\\\").replace("$", "\\$").replace('"', "'"),
         module=module,
         name=program.name,
         n=len(program.inputs),
         results="images, pieces" if program.kind == "pieces" else "images",
-        parts="\n".join(_part(part) for part in program.parts),
-        main=_pieces(program) if program.kind == "pieces" else _chain(program),
+        reals=REALS if "real_" in main + parts else "",
+        parts=parts,
+        main=main,
     )
     return {f"{program.name}.jl": text}
 

@@ -14,7 +14,7 @@ $about
 %
 %   $results = $name(states), states: one row a state, $n columns
 $main
-end
+end$reals
 
 function value = series(coefficients, sizes, scaled)
 % Sums of products of Chebyshev polynomials, the last coordinate fastest: Clenshaw's recurrence, a coordinate at a time.
@@ -76,8 +76,8 @@ function angle = near(angle, middle)
     whole = round(turns);
     half = abs(turns - fix(turns)) == 0.5;
     whole(half) = 2 * round(turns(half) / 2);
-    angle = angle - 2 * pi * whole;
-end
+    angle = angle - 2 * pi * whole;""")
+REALS = """
 
 function value = real_sqrt(x)
     value = sqrt(max(x, 0));
@@ -112,20 +112,24 @@ function value = real_power(x, y)
     none = x < 0 & y ~= fix(y);
     base = x .* ones(size(none));
     base(none) = NaN;  % one complex power makes all of them complex, and 0 ^ 0 no number
-    value = base .^ y;""")
+    value = base .^ y;
+end"""  # functions that are not real everywhere
 
 
 def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The function file, by file name."""
     program = program_of(result, name, about)
     about = "\n".join(f"%   {line}".rstrip() for line in "\n".join(program.about).rstrip().split("\n"))
+    parts = "\n".join(_part(part) for part in program.parts)
+    main = _pieces(program) if program.kind == "pieces" else _chain(program)
     text = FILE.substitute(
         results="[images, pieces]" if program.kind == "pieces" else "images",
         name=program.name,
         about=about.replace("%   ", f"%{program.name.upper()} ", 1),
         n=len(program.inputs),
-        main=_pieces(program) if program.kind == "pieces" else _chain(program),
-        parts="\n".join(_part(part) for part in program.parts),
+        main=main,
+        reals=REALS if "real_" in main + parts else "",
+        parts=parts,
     )
     return {f"{program.name}.m": text}
 

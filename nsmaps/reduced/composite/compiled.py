@@ -110,7 +110,7 @@ def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> Composite
     codes = [*tests, *(code for of in formulas for code in of)]
     first = np.cumsum([0, *(len(code) for code in codes)])
     operations = np.array([each for code in codes for each in code], float).reshape(-1, 2)
-    n, most = len(names), columns.shape[1]
+    n, width = len(names), columns.shape[1]
     terms = np.array([[len(each) for each in polymap.exponents] for polymap in maps], np.int64).reshape(-1, n)
     ends = terms.cumsum().reshape(terms.shape)
     outputs = [_in_order(*pair) for polymap in maps for pair in zip(polymap.exponents, polymap.coefficients, strict=True)]
@@ -129,13 +129,13 @@ def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> Composite
         variables=np.array([len(polymap.centre) for polymap in maps], np.int64),
         column=columns,
         kind=kinds,
-        first_formula=first[len(maps) :][np.arange(most + 1) + most * np.arange(len(maps))[:, None]],
-        centre=_padded([polymap.centre for polymap in maps], most, float),
-        scale=_padded([polymap.scale for polymap in maps], most, float),
+        first_formula=first[len(maps) :][np.arange(width + 1) + width * np.arange(len(maps))[:, None]],
+        centre=_padded([polymap.centre for polymap in maps], width, float),
+        scale=_padded([polymap.scale for polymap in maps], width, float),
         absolute=np.array([[name in polymap.absolute for name in names] for polymap in maps], bool).reshape(-1, n),
-        degree=_padded(degrees, most, np.int64),
+        degree=_padded(degrees, width, np.int64),
         first_term=np.column_stack([ends - terms, ends[:, -1:]]),
-        exponent=_padded([each for exponents, _ in outputs for each in exponents], most, np.int64),
+        exponent=_padded([each for exponents, _ in outputs for each in exponents], width, np.int64),
         coefficient=np.array([each for _, coefficients in outputs for each in coefficients], float),
         until=np.array(runs, np.int64),
         word=np.array(words, np.int64),
@@ -144,8 +144,8 @@ def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> Composite
 
 def _variables(maps: Sequence["PolyMap"], names: Coordinates) -> tuple[Ints, Ints, list[list[Code]]]:
     """The coordinate of each variable of each map and its kind, (P, K) each; the code of those that are formulas."""
-    most = max((len(polymap.centre) for polymap in maps), default=len(names))
-    columns, kinds = np.full((len(maps), most), -1), np.zeros((len(maps), most), np.int64)
+    width = max((len(polymap.centre) for polymap in maps), default=len(names))
+    columns, kinds = np.full((len(maps), width), -1), np.zeros((len(maps), width), np.int64)
     codes: list[list[Code]] = []
     for k, polymap in enumerate(maps):
         known = {str(name): (i, ITSELF) for i, name in enumerate(names)}
@@ -154,7 +154,7 @@ def _variables(maps: Sequence["PolyMap"], names: Coordinates) -> tuple[Ints, Int
         texts = polymap.variables or names.names
         for j, text in enumerate(texts):
             columns[k, j], kinds[k, j] = known.get(text, (-1, ITSELF))
-        codes.append([code_of_term(text, names) if text not in known else [] for text in texts] + [[]] * (most - len(texts)))
+        codes.append([code_of_term(text, names) if text not in known else [] for text in texts] + [[]] * (width - len(texts)))
     return columns, kinds, codes
 
 

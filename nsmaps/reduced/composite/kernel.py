@@ -26,7 +26,7 @@ class CompositeTables(NamedTuple):
 
     angle: NDArray[np.bool_]  #: shape (n,)
     given: bool  #: True if the pieces of states are found in Python: a region has a class of its own
-    operation: Ints  #: shape (C,), of conditions, none if `given`, and of variables that are no coordinates
+    operation: Ints  #: shape (C,), of conditions, none if `given`, and of variables that are formulas
     number: Floats  #: shape (C,), that of each operation
     first_operation: Ints  #: shape (P + 1,), where the condition of each piece begins
     depth: int  #: places on the stack that the conditions need

@@ -95,7 +95,7 @@ def parametric_map(
     if len(np.unique(nodes)) <= highest:
         raise FitError(f"order {highest} of {parameter!r} from {len(nodes)} values; expected: at least {highest + 1} values")
     if composed := next((p.name for c in composites.values() for p in c.pieces if p.map.variables is not None), None):
-        raise FitError(f"the piece {composed!r} is no polynomial in the coordinates; expected: `full` or `separable` fits")
+        raise FitError(f"the piece {composed!r} has other variables than the coordinates; expected: `full` or `separable` fits")
     if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in others):
         raise FitError("composite maps of different pieces; expected: the same pieces at every value")
     powers = np.asarray(chebvander((nodes - (low + high) / 2) / ((high - low) / 2), highest), float)
