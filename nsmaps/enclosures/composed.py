@@ -126,7 +126,7 @@ class _Variables:
         inner = [[(at, np.stack(enclose(boxes), axis=-1)) for at, enclose in row] for row in self.inner]
         for i, (exponents, c) in enumerate(self._terms()):
             size = np.exp(np.log(growth) @ exponents.T)
-            for j in np.flatnonzero(exponents.any(axis=0)):
+            for j in np.flatnonzero(exponents.any(axis=0)).tolist():
                 rows = exponents[:, j] > 0
                 outer = _sum(c[rows], *_products(exponents[rows], low, high, j, steep))
                 slack = 2 * EPS * (size[:, rows] @ (np.abs(c) * _steps(exponents) * exponents[:, j] ** 2)[rows])

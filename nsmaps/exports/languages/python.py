@@ -142,7 +142,7 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
         rows=polymap.ROWS,
         floats=polymap.FLOATS,
         imported=IMPORTS if formulas else "from numpy.polynomial.chebyshev import chebvander",
-        evaluation=formulas + "\n\n".join(map(getsource, evaluated)),
+        evaluation=formulas + "\n\n".join(getsource(each) for each in evaluated),
         sparse=SPARSE if formulas else "",
     )
     names = program.variables

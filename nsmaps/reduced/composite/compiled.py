@@ -149,8 +149,8 @@ def _variables(maps: Sequence["PolyMap"], names: Coordinates) -> tuple[Ints, Int
     codes: list[list[Code]] = []
     for k, polymap in enumerate(maps):
         known = {str(name): (i, ITSELF) for i, name in enumerate(names)}
-        for i in np.flatnonzero(np.isfinite(polymap.middle)):
-            known |= {f"sin({names[i]})": (int(i), SINE), f"cos({names[i]})": (int(i), COSINE)}
+        for i in np.flatnonzero(np.isfinite(polymap.middle)).tolist():
+            known |= {f"sin({names[i]})": (i, SINE), f"cos({names[i]})": (i, COSINE)}
         texts = polymap.variables or names.names
         for j, text in enumerate(texts):
             columns[k, j], kinds[k, j] = known.get(text, (-1, ITSELF))
@@ -160,7 +160,7 @@ def _variables(maps: Sequence["PolyMap"], names: Coordinates) -> tuple[Ints, Int
 
 def _padded(rows: Sequence[Sequence[float] | Floats | Ints], length: int, kind: type) -> NDArray[Any]:
     """Rows with ones behind them up to a length, shape (rows, length)."""
-    table = np.ones((len(rows), length), kind)
+    table: NDArray[Any] = np.ones((len(rows), length), kind)
     for row, values in zip(table, rows, strict=True):
         row[: len(values)] = values
     return table

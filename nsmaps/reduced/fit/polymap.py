@@ -123,9 +123,9 @@ class PolyMap(WithCoordinates):
 
     def depends(self, output: str) -> Bools:
         """Which coordinates an output is a function of, shape (n,)."""
-        used = self.exponents[_index(output, self.coordinates, "depends")].any(axis=0)
+        used: Bools = self.exponents[_index(output, self.coordinates, "depends")].any(axis=0)
         if self.variables is None:
-            return np.asarray(used)
+            return used
         free = [expression(text, self.coordinates).free_symbols for text, j in zip(self.variables, used, strict=True) if j]
         names = {symbol.name for each in free for symbol in each}
         return np.array([str(name) in names for name in self.coordinates], bool)
