@@ -123,7 +123,7 @@ class PolyMap(WithCoordinates):
 
     def depends(self, output: str) -> Bools:
         """Which coordinates an output is a function of, shape (n,)."""
-        used: Bools = self.exponents[_index(output, self.coordinates, "depends")].any(axis=0)
+        used = np.atleast_1d(self.exponents[_index(output, self.coordinates, "depends")].any(axis=0))
         if self.variables is None:
             return used
         free = [expression(text, self.coordinates).free_symbols for text, j in zip(self.variables, used, strict=True) if j]
