@@ -17,7 +17,7 @@ from nsmaps.reduced.composite.kernel import BLOCK, COSINE, ITSELF, SINE, Composi
 from nsmaps.reduced.conditions.bytecode import Code, code_of, code_of_term, depth_of
 
 if TYPE_CHECKING:
-    from nsmaps.reduced.composite.piece import Pieces as CompositeMap
+    from nsmaps.reduced.composite.piece import Pieces
     from nsmaps.reduced.fit.polymap import PolyMap
 
 
@@ -31,7 +31,7 @@ class CompiledComposite(WithCoordinates):
     several: NDArray[np.int32] | None  #: shape (pieces + 1,), the number of returns of each, 1 in none; None: one each
 
     @classmethod
-    def of(cls, map: "CompositeMap") -> Self:
+    def of(cls, map: "Pieces") -> Self:
         """The compiled form of a map."""
         several = np.array([*(piece.returns for piece in map.pieces), 1, 1], np.int32) if map.several else None
         return cls(map.coordinates, map.walls, _tables(map, [code_of(piece.region) for piece in map.pieces]), several)
@@ -96,12 +96,12 @@ class CompiledComposite(WithCoordinates):
 
 
 @lru_cache(maxsize=16)
-def compiled(map: "CompositeMap") -> CompiledComposite:
+def compiled(map: "Pieces") -> CompiledComposite:
     """The compiled form of a map, cached for the maps that were used last."""
     return CompiledComposite.of(map)
 
 
-def _tables(map: "CompositeMap", conditions: Sequence[Code | None]) -> CompositeTables:
+def _tables(map: "Pieces", conditions: Sequence[Code | None]) -> CompositeTables:
     tests = [code for code in conditions if code is not None]
     given = len(tests) < len(conditions)
     tests = [[] for _ in conditions] if given else tests
