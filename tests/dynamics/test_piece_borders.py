@@ -184,3 +184,11 @@ def test_a_jump_to_another_state_of_the_cycle_is_one():
     branch = continue_branch(lambda mu: Hidden(map.at(mu=mu)), cycle, 0.0118, (-0.1, 1.1))
     assert branch.events[-1].border == GAP
     assert branch.events[-1].parameter == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there
+
+
+def test_events_on_the_way_to_infinity_are_met():
+    """The fixed point R is at infinity where delta_R = tau_R - 1, and on the way a pair of multipliers passes the unit circle."""
+    map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=1.1)
+    branch = continue_branch(Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 1.1, (0.1, 2), "down")
+    found = [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in branch.events]
+    assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]

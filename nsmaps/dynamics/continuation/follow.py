@@ -12,8 +12,8 @@ from nsmaps.dynamics.continuation.border import GAP, PERSISTENCE
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.crossing import other_tangent
 from nsmaps.dynamics.continuation.ends import SMALLEST, border_ahead, end_of
-from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, Event, between
-from nsmaps.dynamics.continuation.pieces import infinity_met
+from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, TORUS, Event, between
+from nsmaps.dynamics.continuation.infinity import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
 from nsmaps.errors import NsmapsError, check_class
@@ -21,6 +21,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
+BEFORE = [TESTS[DOUBLING], TESTS[TORUS]]  #: of events that may take place on the way to infinity
 PASSED = 8  #: greatest number of borders that a cascade passes without a doubling
 CLOSED = "closed"  #: the reason of a branch that returns to its first orbit
 
@@ -243,7 +244,7 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
             grown.add(step.end, step.length)
         if not ended and step.last:
             ended = f"the range ends at {step.end.value:g}"
-        elif not ended and (far := infinity_met(curve, step.end, float(np.sign(step.turned[-1])))):
+        elif not ended and (far := infinity_met(curve, step.end, float(np.sign(step.turned[-1])), BEFORE)):
             grown.events.append(Event(AT_INFINITY, *far, step.end.orbit, "a multiplier tends to 1"))
             ended = AT_INFINITY
         elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):

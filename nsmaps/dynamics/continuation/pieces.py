@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.continuation.core import correct, length, tangent
 from nsmaps.dynamics.continuation.border import GAP, NEAR, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING, Multipliers, counts
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, parameter_rates
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.piecewise.prolonged import Prolonged
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -27,8 +27,6 @@ CONTINUOUS = 1e-9  #: difference of the images by both pieces, as a share of the
 LEFT = 1e-6, 1e-5, 1e-4, 1e-3  #: distances beyond it, in the scale, at which the cycles of the other side are sought
 AT_ONCE = 1e-9  #: distance of further states from their borders, in the scale, that are there with the first
 STRAIGHT = 0.98  #: least cosine between the directions at a point and at a border ahead of it
-LARGE = 4.0  #: states, in the curve's units, from which on a cycle may go to infinity
-STEP, FARTHER, NEXT = 1e-6, 2.0, 1e-3  #: of the search for it, in the parameter's range and as shares of the distance
 STEPS, STALLED, ROUNDING = 20, 1e-9, 1e-15  #: of Newton's method: most, and the length from which on they are rounding
 
 
@@ -196,7 +194,7 @@ def _is_next(curve: OrbitCurve, met: Met, along: Floats) -> bool:
 def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats, reach: float) -> Iterator[AtBorder]:
     """The borders near the states of a cycle, or ahead of them, beyond which there is another piece, one at a time."""
     states = last.orbit.states
-    letters, own, lowest = last.orbit.words, _pieces(map, last), np.zeros(states.shape)
+    letters, own, lowest = last.orbit.words, pieces_of(map, last), np.zeros(states.shape)
     values, gradients, rates = map.prolonged(own, lowest).borders(
         states, parameter_rates(curve.map_of, last.value, curve.unit, map)
     )
@@ -223,7 +221,7 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
         yield AtBorder((int(k),), (int(j),), (sign,), own, other, both, tuple(range(len(own))))
 
 
-def _pieces(map: PiecewiseMap, point: OrbitPoint) -> tuple[int, ...]:
+def pieces_of(map: PiecewiseMap, point: OrbitPoint) -> tuple[int, ...]:
     """The numbers of the pieces of the states of a cycle."""
     return tuple(map.letters.index(word) for word in point.orbit.words)
 
@@ -274,30 +272,3 @@ def _all_at_once(curve: OrbitCurve, first: Met, others: list[AtBorder]) -> AtBor
             joined = at.states + each.states, at.borders + each.borders, at.signs + each.signs
             at = AtBorder(*joined, at.own, other, lowest, ())
     return replace(at, free=at.states)
-
-
-def infinity_met(curve: OrbitCurve, last: OrbitPoint, way: float) -> tuple[float, float] | None:
-    """The value of the parameter, and its precision, at which the states of a cycle of affine pieces grow without bound, or None.
-
-    There a multiplier is 1. It is sought ahead of a point whose states are large, in a direction of the parameter.
-    """
-    map = curve.map_of(last.value)
-    if not (np.abs(last.y[:-1]).max() > LARGE and isinstance(map, PiecewiseMap) and map.is_affine):
-        return None
-    at, states = AtBorder((), (), (), _pieces(map, last), (), np.zeros((2, *last.orbit.states.shape)), ()), last.orbit.states
-
-    def singular(value: float) -> float:
-        returns = at.prolonged(curve.map_of(value), 0).first_return(states, derivative=True)
-        return float(np.linalg.det(PeriodicOrbit(returns, curve.tolerance, curve.scale).derivative - np.eye(states.shape[1])))
-
-    from scipy.optimize import brentq
-
-    value, step = last.value, STEP * curve.unit
-    slope = (singular(value) - singular(value - way * step)) / (way * step)
-    far = float(np.clip(value - FARTHER * singular(value) / slope, curve.low, curve.high)) if slope else value
-    if not ((far - value) * way > 0 > singular(value) * singular(far)):
-        return None
-    at_infinity = float(brentq(singular, value, far, xtol=1e-15 * curve.unit))
-    near = curve.map_of(at_infinity + NEXT * (value - at_infinity))
-    cycle = periodic_orbit(near, states / NEXT, len(states), scale=curve.scale / NEXT)
-    return (at_infinity, 1e-13 * curve.unit) if cycle.converged and cycle.words == last.orbit.words else None
