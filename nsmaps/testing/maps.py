@@ -6,10 +6,11 @@ from collections.abc import Collection
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.coordinates import TWO_PI, BoxLike, as_box, as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.testing.formulas import neighbours
 
 TRIALS, SIZES = 200, (-2.0, 1.0)  #: random states without `states`, powers of ten of their sizes
@@ -18,10 +19,10 @@ ALONE = 7  #: states whose returns are computed one by one
 SAME = 1e-9  #: of what is the same, relative
 
 
-def check_map(system: System, states: ArrayLike | None) -> None:
+def check_map(system: System, states: ArrayLike | None, bounds: BoxLike | None = None) -> None:
     """As `check_system`."""
     name = type(system).__name__
-    starts = trial_states(system) if states is None else as_states(states, system.coordinates)
+    starts = trial_states(system, bounds) if states is None else as_states(states, system.coordinates)
     given = starts.copy()
     returns = system.first_return(starts, derivative=True)
     if not np.array_equal(starts, given, equal_nan=True):
@@ -30,6 +31,10 @@ def check_map(system: System, states: ArrayLike | None) -> None:
         raise CheckError(
             f"none of {len(returns)} states of {name} has an image ({returns.counts()}); expected: `states` with one"
         )
+    if isinstance(system, PiecewiseMap):
+        from nsmaps.testing.pieces import check_pieces
+
+        check_pieces(system, returns, states is not None or bounds is not None)
     _check_rows(system, returns)
     _check_batches(system, returns)
     found = returns.select(returns.valid)
@@ -37,13 +42,17 @@ def check_map(system: System, states: ArrayLike | None) -> None:
         warnings.warn(f"{name} has no derivatives, which periodic orbits, branches and exponents need", stacklevel=3)
     else:
         check_derivatives(system, found)
-    check_influence(system, found)
+    if not isinstance(system, PiecewiseMap):  # whose formulas say on what they depend
+        check_influence(system, found)
 
 
-def trial_states(system: System) -> Floats:
-    """Random states of all sizes and signs, with angles of a whole turn, on the section."""
+def trial_states(system: System, bounds: BoxLike | None = None) -> Floats:
+    """Random states of a box, or of all sizes and signs with angles of a whole turn, on the section."""
     rng = np.random.default_rng(1)
     shape = TRIALS, len(system.coordinates)
+    if bounds is not None:
+        low, high = as_box(bounds, system.coordinates).T
+        return system.on_section(rng.uniform(low, high, shape))
     states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
     return system.on_section(np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states))
 

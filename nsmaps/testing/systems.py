@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import TWO_PI, as_states
+from nsmaps.coordinates import TWO_PI, BoxLike, as_states
 from nsmaps.errors import CheckError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -38,7 +38,9 @@ CLOSE = 1e-7  #: of the compiled flight to the formulas, relative
 FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas, their impacts, places looked at in a flight
 
 
-def check_system(system: System, acceleration: Acceleration | None = None, states: ArrayLike | None = None) -> None:
+def check_system(
+    system: System, acceleration: Acceleration | None = None, states: ArrayLike | None = None, bounds: BoxLike | None = None
+) -> None:
     """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
     Errors are: walls without room between them, or missing walls, so that flights never return; a wrong period; a flight with a
@@ -57,13 +59,17 @@ def check_system(system: System, acceleration: Acceleration | None = None, state
 
     Of a map that a class gives by its `first_return` errors are states none of which has an image; images that depend on the
     other states of a batch; angles beyond a turn; derivatives that are not those of differences; a parameter on which no return
-    depends.
+    depends. Of a map given by formulas also a piece that never applies; an image that is not finite in its piece; `states` or
+    states within `bounds` that are in no piece; `preimages` whose images differ. Warnings are trial states in no piece, a piece
+    without trial states, a border that is in no piece or has no derivative, and a coordinate that seems to be an angle.
 
     Args:
         system: with parameters at which the base wall, or the section, is reached.
         acceleration: the right-hand side of the equation of motion x'' = f(t, x, x'), with which the displacement is compared;
             without it a wrong sign of the forcing, the same in every term, is not found.
-        states: trial states, shape (N, 2); else speeds of all sizes, as the forces at the base wall have it, at all phases.
+        states: trial states, shape (N, n); else of an impact system speeds of all sizes, as the forces at the base wall have it,
+            at all phases, and of a map states of all sizes.
+        bounds: of a map: the box, as by coordinate, from which trial states are drawn instead.
 
     Raises:
         CheckError: says what is wrong, with the values, and what is expected.
@@ -79,7 +85,7 @@ def check_system(system: System, acceleration: Acceleration | None = None, state
     elif isinstance(system, HybridSystem):
         check_hybrid(system, states)
     else:
-        check_map(system, states)
+        check_map(system, states, bounds)
 
 
 def _check_impacts(system: ImpactSystem, acceleration: Acceleration | None, states: ArrayLike | None) -> None:
