@@ -11,6 +11,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 LARGE = 4.0  #: states, in the curve's units, from which on a cycle may go to infinity
+ROUNDING = 8 * float(np.finfo(float).eps)  #: of det(M - 1)
 STEP, FARTHER, NEXT = 1e-6, 2.0, 1e-3  #: of the search for it, in the parameter's range and as shares of the distance
 
 
@@ -43,4 +44,4 @@ def infinity_met(
     cycle = periodic_orbit(curve.map_of(near), states / NEXT, len(states), scale=curve.scale / NEXT)
     there = curve.evaluate(curve.y(cycle.states, near)) if cycle.converged and cycle.words == last.orbit.words else None
     passed = there is None or any(test(last, last.y) * test(there, last.y) < 0 for test in tests)
-    return None if passed else (at_infinity, 1e-13 * curve.unit)
+    return None if passed else (at_infinity, ROUNDING / abs(slope) + 4 * float(np.spacing(abs(at_infinity))))

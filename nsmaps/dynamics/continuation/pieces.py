@@ -205,7 +205,7 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
         with np.errstate(divide="ignore", invalid="ignore"):
             way = -values / (np.einsum("kjn,kn->kj", gradients, moved) + rates * along[-1] * curve.unit)
         ahead = (way >= 0) & (way <= reach) & (sizes > 0)
-        feet = states[:, None] + way[..., None] * moved[:, None]
+        feet = states[:, None] + np.where(ahead, way, 0.0)[..., None] * moved[:, None]
     for k, j in zip(*np.nonzero(ahead), strict=True):
         step = BEYOND * _normal(gradients[k, j], curve.scale)
         found = map.first_return(curve.coordinates.wrap(np.array([feet[k, j] + step, feet[k, j] - step]))).words.tolist()
