@@ -46,7 +46,7 @@ _ROWS = (
     Row(
         "returns.words",
         "The plane of states coloured by word.",
-        "The word of the first return from every state of the grid, and the pieces of the composite map if there is one."
+        "The word or family of the first return from every state of the grid, and the pieces of the composite map if there is one."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
         (data.PLANES,),
     ),
@@ -59,7 +59,7 @@ _ROWS = (
     Row(
         "returns.surfaces",
         "Surfaces of the images over the plane of states, seen in perspective.",
-        "The return surfaces: each coordinate of the image over the initial states, coloured by family of words. They end "
+        "The return surfaces: each coordinate of the image over the initial states, coloured by family. They end "
         "where the map jumps or an angle is wrapped.",
         (data.PLANES,),
         animated=True,

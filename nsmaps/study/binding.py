@@ -108,10 +108,15 @@ class Binding:
             return condition
 
     def region(self, loc: Loc, given: str | Instance, parameters: bool = False) -> Region:
-        """The states at which a condition holds, as `where`, or the region of a class."""
+        """The states at which a condition holds, as `where`, or the region of a class, tried at the states of the grid."""
         if isinstance(given, str):
             return self.where(loc, given, parameters)
-        found: Region = created(self.study.source, loc, given, REGION, coordinates=self.system.coordinates)
+        from nsmaps.testing.regions import check_one_set
+
+        names, grid = self.system.coordinates, self.study.grid
+        found: Region = created(self.study.source, loc, given, REGION, coordinates=names)
+        with self.study.source.located(loc):
+            check_one_set(found, names.wrap(self.grid(("grid",), grid).states()) if grid else np.zeros((1, len(names))))
         return found
 
     def family(self, name: str) -> ReturnFamily:

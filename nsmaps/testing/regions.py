@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, as_states, wrap
 from nsmaps.errors import CheckError
 from nsmaps.exact.systems.files import place_of
@@ -30,18 +30,28 @@ def check_region(region: Region, states: ArrayLike | None = None) -> None:
     trials = _random_states(region) if states is None else as_states(states, region.coordinates)
     if (trials[:, angles := region.coordinates.angles] != wrap(trials[:, angles])).any():
         raise CheckError(f"`states` of {name} have angles outside [0, 2 pi); expected: angles as regions are given them")
-    inside = _called(region, "contains", trials)
-    if not (isinstance(inside, np.ndarray) and inside.dtype == bool and inside.shape == (len(trials),)):
-        what = f"{inside.dtype} of shape {inside.shape}" if isinstance(inside, np.ndarray) else type(inside).__name__
-        raise CheckError(
-            f"{name}.contains gives {what} for {len(trials)} states; expected: an array of bool, shape ({len(trials)},)"
-        )
+    inside = _mask(region, trials)
     if not inside.any():
         raise CheckError(f"none of {len(trials)} trial states lies in {name}; expected: `states` of which some do")
     _check_one_by_one(region, trials, inside)
     _check_no_states(region, trials[inside][0])
     _check_condition(region, trials, inside)
     _warn_of_turns(region, trials, inside)
+
+
+def check_one_set(region: Region, states: Floats) -> None:
+    """CheckError unless a region contains those of some states (N, n), angles in [0, 2 pi), of which its condition holds."""
+    _check_condition(region, states, _mask(region, states))
+
+
+def _mask(region: Region, states: Floats) -> Bools:
+    """The states that a region contains; a CheckError where its class gives no mask."""
+    inside, count = _called(region, "contains", states), len(states)
+    if not (isinstance(inside, np.ndarray) and inside.dtype == bool and inside.shape == (count,)):
+        what = f"{inside.dtype} of shape {inside.shape}" if isinstance(inside, np.ndarray) else type(inside).__name__
+        name = type(region).__name__
+        raise CheckError(f"{name}.contains gives {what} for {count} states; expected: an array of bool, shape ({count},)")
+    return inside
 
 
 def _called(region: Region, method: str, *given: Floats) -> Any:

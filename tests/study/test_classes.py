@@ -47,6 +47,11 @@ class Slow(nsmaps.ReturnFamily):
         return returns.valid & (returns.start[:, 0] <= self.speed)
 
 
+class Square(Disc):
+    def contains(self, states):
+        return np.abs(np.asarray(states) - self.centre).max(axis=1) <= self.radius
+
+
 class Crooked(Disc):
     width: float = 1.0
 
@@ -153,6 +158,12 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
         ("mine.py:Slow", "nsmaps:ReturnFamily", '"nsmaps:Ret', "nsmaps:ReturnFamily does not define contains; expected: all"),
         ("mine.py:Slow", "slow", '"slow"', "no family 'slow' is installed; installed: none; or a class in a file"),
         ("mine.py:Slow", "nowhere.else:Slow", '"nowhere', "nowhere.else failed to import: ModuleNotFoundError: No module"),
+        (
+            'mine.py:Disc", centre: [1',
+            'mine.py:Square", centre: [1',
+            '{class: "mine.py:Square',
+            "Square is two sets of states: of ",
+        ),
         (
             'mine.py:Disc", centre: [1/5, pi/2], radius: 0.35',
             'mine.py:Crooked", centre: [1, 1], radius: 1',
