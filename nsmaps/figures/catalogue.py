@@ -46,7 +46,7 @@ _ROWS = (
     Row(
         "returns.words",
         "The plane of states coloured by word.",
-        "The word or family of the first return from every state of the grid, and the pieces of the composite map if there is one."
+        "The word or family of the first return from every state of the grid, and the pieces of any composite map."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
         (data.PLANES,),
     ),
