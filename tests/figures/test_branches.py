@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from figures.conftest import START, study_of
+from nsmaps_border_collision import BorderCollision
 
 import nsmaps
 from nsmaps.dynamics.continuation.branch import Branch
@@ -118,3 +119,12 @@ def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, 
     every = {str(branch.labels[-1]) for branch in found}
     assert {*boxes, *legend} == every | {"stable", "unstable", "period doubling"}
     assert not set(boxes) & set(legend)
+
+
+def test_a_cycle_at_infinity_is_an_asymptote(ax):
+    map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
+    branch = continue_branch(nsmaps.Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
+    branches([branch], ax, 0, "delta_R")
+    (line,) = (line for line in ax.lines if line.get_linestyle() == ":")
+    assert line.get_xdata() == pytest.approx([0.7, 0.7])
+    assert "cycle at infinity" in [text.get_text() for text in ax.get_legend().get_texts()]

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.continuation.events import AT_INFINITY
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.data import BRANCHES
 from nsmaps.figures.lines import cut, neighbours
@@ -26,6 +27,7 @@ _SIDES = np.array([[x, y] for x in (0, 1, -1) for y in (1, -1)])  #: of a line, 
 _CORNERS = np.array([[x, y] for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)])  #: of a name, and points between them
 _WEIGHT = {True: 1.5, False: 1.0, None: 1.0}  #: points, of lines
 _TRIED, _BETWEEN = 300, 8  #: places along the lines of a motion; points between two of a line
+_ASYMPTOTE = {"color": BLACK, "ls": ":", "lw": 0.8}  #: of the lines to a cycle at infinity
 _MARKERS = {
     "period doubling": "o",
     "period halving": "o",
@@ -73,6 +75,9 @@ def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter
     for branch in shown:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
     for event, places in ((event, event.orbit.states[:, coordinate]) for branch in shown for event in branch.events):
+        if event.kind == AT_INFINITY:
+            ax.axvline(event.parameter, **_ASYMPTOTE)  # type: ignore[arg-type]
+            continue
         size = _fineness(len(places))
         look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
         ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
@@ -90,7 +95,8 @@ def _handles(shown: "Sequence[Branch]", colours: Mapping[str, str]) -> list[Line
     motions = [Line2D([], [], color=colour, label=motion) for motion, colour in colours.items()]
     lines = [Line2D([], [], color="0.3", ls=ls, label=label) for stable, (ls, label) in _LOOKS.items() if stable in present]
     look: dict[str, Any] = {"color": BLACK, "mfc": "white", "ms": 4.6, "mew": 0.8, "ls": ""}
-    return [*motions, *lines, *(Line2D([], [], marker=_MARKERS[kind], label=kind, **look) for kind in kinds)]
+    looks = {kind: _ASYMPTOTE if kind == AT_INFINITY else {"marker": _MARKERS[kind], **look} for kind in kinds}
+    return [*motions, *lines, *(Line2D([], [], label=kind, **own) for kind, own in looks.items())]
 
 
 def _name_lines(ax: Axes, shown: "Sequence[Branch]", coordinate: int, colours: Mapping[str, str]) -> list[str]:
