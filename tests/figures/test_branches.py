@@ -125,6 +125,6 @@ def test_a_cycle_at_infinity_is_an_asymptote(ax):
     map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
     branch = continue_branch(nsmaps.Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
     branches([branch], ax, 0, "delta_R")
-    (line,) = (line for line in ax.lines if line.get_linestyle() == ":")
-    assert line.get_xdata() == pytest.approx([0.7, 0.7])
+    dotted = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
+    assert pytest.approx([0.7, 0.7]) in [list(x) for x in dotted if len(x) == 2]
     assert "cycle at infinity" in [text.get_text() for text in ax.get_legend().get_texts()]
