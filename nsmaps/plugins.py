@@ -191,8 +191,8 @@ def is_file(name: str) -> bool:
 
 
 def is_installed(name: str) -> bool:
-    """Whether the name can only mean a class that a package registered, and nothing that anyone may write."""
-    return ":" not in name
+    """Whether the name can only mean a class that a package registered, or one of nsmaps, and nothing that anyone may write."""
+    return ":" not in name or name.startswith("nsmaps:")
 
 
 def _entries(group: str = SYSTEM.group) -> tuple[EntryPoint, ...]:

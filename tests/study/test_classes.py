@@ -40,6 +40,11 @@ class Even(nsmaps.PolyFit):
         return np.ones(len(surface.start), bool)
 
 
+class Odd(Even):
+    def exponents(self, coordinates, output):
+        return np.array([[0, coordinates.index("w")]])
+
+
 class Slow(nsmaps.ReturnFamily):
     speed: float = 0.2
 
@@ -154,6 +159,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
         ("radius: 0.35", "radius: wide", "wide", "unknown name 'wide'; expected: numbers"),
         ("radius: 0.35", "radius: [1]", "[1]", "radius is [1]; expected: number"),
         (", radius: 0.35", "", '{class: "mine.py:Disc", centre: [1/5', "the key 'radius' is missing"),
+        ('mine.py:Even", degree', 'mine.py:Odd", degree', '{class: "mine.py:Odd', "Odd.exponents raises ValueError: "),
         ("speed: 3/10", "sped: 3/10", "sped", "unknown field of Slow 'sped'; expected: max_returns, speed, did you"),
         ("mine.py:Slow", "nsmaps:ReturnFamily", '"nsmaps:Ret', "nsmaps:ReturnFamily does not define contains; expected: all"),
         ("mine.py:Slow", "slow", '"slow"', "no family 'slow' is installed; installed: none; or a class in a file"),
@@ -168,7 +174,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
             'mine.py:Disc", centre: [1/5, pi/2], radius: 0.35',
             'mine.py:Crooked", centre: [1, 1], radius: 1',
             '{class: "mine.py:Crooked',
-            "Crooked cannot be created: AttributeError: 'float'",
+            "Crooked raises AttributeError: 'float'",
         ),
     ],
 )
@@ -260,6 +266,11 @@ def test_installed_classes_and_classes_of_modules(tmp_path: Path, monkeypatch: p
     result = nsmaps.run(nsmaps.load_study(tmp_path / "own.yaml", installed_only=True))
     assert {result.versions[name] for name in ("disc", "even", "slow")} == {"own_classes 1.0"}
     assert type(result.family("slow")) is class_of(FAMILY, "own_classes:Slow")
+    (tmp_path / "own.yaml").write_text(
+        text.replace("mine.py:Slow", "slow").replace('"even", degree: 1', '"nsmaps:Fourier", harmonics: 1')
+    )
+    fit = nsmaps.load_study(tmp_path / "own.yaml", installed_only=True).diagonal.orders["even"]
+    assert class_of(FIT, fit.of) is nsmaps.Fourier
     (tmp_path / "own.yaml").write_text(text.replace("mine.py:Slow", "own_classes:Slow"))
     assert nsmaps.load_study(tmp_path / "own.yaml").families["slow"].of == "own_classes:Slow"
     with pytest.raises(

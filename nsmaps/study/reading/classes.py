@@ -1,6 +1,7 @@
 """Objects of user-defined classes in a study: the class by its name, and values of its fields."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
@@ -45,13 +46,20 @@ def created(source: Source, loc: Loc, spec: Instance, kind: Kind, **given: Any) 
         source.known((*loc, name), name, names, f"field of {cls.__name__}", key=True)
         with source.located((*loc, name)):
             values[name] = _evaluated(value, cls.model_fields[name].annotation)
+    with calling(source, loc, cls.__name__), source.located(loc, cls):
+        return cls(**values, **given)
+
+
+@contextmanager
+def calling(source: Source, loc: Loc, what: str) -> Iterator[None]:
+    """Any error of code of a class becomes a StudyError at its place."""
     try:
-        with source.located(loc, cls):
-            return cls(**values, **given)
+        with source.located(loc):
+            yield
     except StudyError:
         raise
-    except Exception as error:  # of a validator of the class
-        raise source.error(loc, f"{cls.__name__} cannot be created: {type(error).__name__}: {error}") from error
+    except Exception as error:
+        raise source.error(loc, f"{what} raises {type(error).__name__}: {error}") from error
 
 
 def _evaluated(value: Any, annotation: Any) -> Any:

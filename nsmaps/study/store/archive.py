@@ -68,7 +68,7 @@ def versions_of(study: Study) -> dict[str, str]:
     """The versions, the package or the file that defines the system, and the packages that define other classes of the study."""
     names = study.classes()
     system = names.pop(("system",))
-    installed = {name: owners_of(name) for name in names.values() if is_installed(name)}
+    installed = {name: owners for name in names.values() if (owners := owners_of(name))}
     return {**versions(), "system": owners_of(system) if is_installed(system) else system, **installed}
 
 

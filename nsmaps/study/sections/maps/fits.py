@@ -10,7 +10,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.polyfit import Degree, Full, PolyFit, Separable
 from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import COPIES, Size
-from nsmaps.study.reading.classes import CLASS, OWN, Instance, created, form_of
+from nsmaps.study.reading.classes import CLASS, OWN, Instance, calling, created, form_of
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, one_of
 
@@ -56,6 +56,9 @@ def bind_fit(loc: Loc, section: FitSection | Instance, binding: "Binding") -> Po
     source = binding.study.source
     if isinstance(section, Instance):
         fit: PolyFit = created(source, loc, section, FIT)
+        for name in binding.system.coordinates:
+            with calling(source, loc, f"{type(fit).__name__}.exponents"):
+                fit.exponents(binding.system.coordinates, name)  # which refuses names that are not coordinates
         return fit
     for key in ("separable", "lines"):
         if getattr(section, key) is not None:
