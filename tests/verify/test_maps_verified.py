@@ -20,7 +20,7 @@ from nsmaps.proof.horseshoe import certificate_of as horseshoe_around
 from nsmaps.proof.maps.formula import stated_map
 from nsmaps.proof.maps.prove import prove_map
 from nsmaps.verify.cells import Refused
-from nsmaps.verify.certificate import Certificate, read, statement, verify, write
+from nsmaps.verify.certificate import Certificate, read, statement, verify, write_certificate
 from nsmaps.verify.formula import Doubtful
 from nsmaps.verify.maps.cycles import stated_of, verified
 from nsmaps.verify.maps.formula import hull, jets, map_of, pieces_of
@@ -72,7 +72,7 @@ def lozi() -> Lozi:
 
 def proved(certificate: Certificate, folder: Path) -> VerifiedMap:
     """What is proved of the certificate as it is read from a file."""
-    write(folder / "map.proof", certificate)
+    write_certificate(folder / "map.proof", certificate)
     found = verify(read(folder / "map.proof"))
     assert isinstance(found, VerifiedMap)
     assert "Proved" in statement(found, certificate)
