@@ -16,6 +16,8 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.trajectory import track
+from nsmaps.proof.maps.prove import prove_map
+from nsmaps.verify.certificate import verify
 
 README = Path(__file__).parents[1] / "README.md"
 TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
@@ -277,6 +279,8 @@ def own_map():
         assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
         with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
             track(map, [0.5], 2)
+    proved = verify(prove_map(Logistic(a=2.5), cycles=[([0.6], 1)]))
+    assert [len(cycle.states) for cycle in proved.cycles] == [1]
 
 
 CASES = {

@@ -170,4 +170,7 @@ def test_it_is_the_circuit_from_clock_to_clock(given, letters):
     last = [max(set(word) - {"C"}, default="N", key="SZ".index) for word in circuit.words.tolist()]
     assert map.words.tolist() == last
     assert set(last) == set(letters)
-    check_system(BoostConverter(**given))
+
+
+def test_check_system_finds_no_fault():
+    check_system(BoostConverter(**CIRCUITS[0][0]), states=np.linspace(0.01, 4, 80)[:, None])

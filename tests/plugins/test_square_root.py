@@ -8,7 +8,9 @@ from piecewise_references import numbers, rows
 
 import nsmaps
 from nsmaps import Along
+from nsmaps.proof.maps.prove import prove_map
 from nsmaps.testing import check_system
+from nsmaps.verify.certificate import verify
 
 LINE, PLANE = rows("M4a"), rows("M4b")
 WINDOWS = [(float(case["parameters"]["a"]), window) for case in LINE["cases"] for window in case["windows"]]
@@ -166,3 +168,14 @@ def test_next_to_the_border_the_slope_grows_and_on_it_the_left_piece_holds():
 def test_check_system_finds_no_fault():
     check_system(SquareRoot(a=0.5, mu=0.1))
     check_system(SquareRootPlane(alpha=0.5, gamma=0.05, rho=0.1))
+
+
+def test_the_cells_that_are_proved_to_be_forward_invariant_cover_the_attractor():
+    """The map carries [mu - sqrt(mu), mu] into itself, for a < 1: its cells and few beside them; the root there is steep."""
+    pytest.importorskip("flint")
+    made = prove_map(SquareRoot(a=0.8, mu=0.05), cycles=[([0.0023], 1)], start=[0.01], window=[[-0.5, 0.5]], cells=1024)
+    proved = verify(made)
+    low, high = (0.05 - np.sqrt(0.05) + 0.5) * 1024, (0.05 + 0.5) * 1024
+    inside = np.flatnonzero(made.codes == 0)
+    assert proved.closed.size == len(inside) < high - low + 4
+    assert {*range(int(low) + 1, int(high))} <= set(inside.tolist())
