@@ -216,3 +216,13 @@ def test_a_normal_form_of_five_dimensions():
     assert pickle.loads(pickle.dumps(form)) == form
     with pytest.raises(SystemDefinitionError, match="the normal form in 0 dimensions; expected: a whole number"):
         normal_form(0)
+
+
+def test_orbits_that_diverge_slowly_escape():
+    """Beyond the fixed point L, at -1/(a_L - 1) for mu = 1, they grow by a_L a return: after 1,500 returns they are finite."""
+    system, values = BorderCollision1(a_L=1.15, a_R=-10.0), [-8.0, -7.0, -4.0]
+    assert (1 + np.array(values) < -1 / 0.15).tolist() == [True, False, False]
+    found = nsmaps.bifurcation(Along(system, "a_R"), values, [0.1], discard=1000)
+    assert found.labels[:, 0].tolist() == ["escapes", "C", "C"]
+    chart = nsmaps.chart(system, {"a_R": values, "mu": [0.5, 1.0]}, [0.1], returns=500, discard=1000)
+    assert [chart.labels[0, k, 0] for k in range(3)] == ["escapes", "C", "C"]
