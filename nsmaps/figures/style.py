@@ -149,9 +149,12 @@ def piece_label(name: str) -> str:
 def bare(name: str) -> str:
     r"""A name in mathematical type without its dollars.
 
-    >>> bare("phi"), bare("Gamma"), bare("v"), bare("speed")
-    ('\\phi', '\\Gamma', 'v', '\\mathrm{speed}')
+    >>> bare("phi"), bare("Gamma"), bare("v"), bare("speed"), bare("tau_R")
+    ('\\phi', '\\Gamma', 'v', '\\mathrm{speed}', '\\tau_{R}')
     """
+    stem, _, side = name.partition("_")
+    if len(side) == 1 and (len(stem) == 1 or _GREEK.fullmatch(stem)):
+        return f"{bare(stem)}_{{{side}}}"
     if _GREEK.fullmatch(name):
         return rf"\{name}"
     return str(name) if len(name) == 1 else rf"\mathrm{{{name}}}".replace("_", r"\_")
@@ -163,7 +166,8 @@ def symbol(name: str, index: str = "") -> str:
     >>> symbol("phi", "k+1"), symbol("v")
     ('$\\phi_{k+1}$', '$v$')
     """
-    return f"${bare(name)}_{{{index}}}$" if index else f"${bare(name)}$"
+    plain = bare(name)
+    return f"${plain}$" if not index else f"${{{plain}}}_{{{index}}}$" if "_" in plain else f"${plain}_{{{index}}}$"
 
 
 @contextmanager
