@@ -1,6 +1,8 @@
 """Studies with regions, fits and families of user-defined classes: run, stored, resumed, copied; errors at their place."""
 
+import pickle
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import nsmaps
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.plugins import FAMILY, FIT, REGION, class_of, system_class
 from nsmaps.study.reading.shipped import copy_study
+from nsmaps.study.store.renewed import renewed
+from nsmaps.study.study import Study
 
 CLASSES = """
 import numpy as np
@@ -277,6 +281,22 @@ def test_installed_classes_and_classes_of_modules(tmp_path: Path, monkeypatch: p
         StudyError, match=r"the class is the module 'own_classes:Slow', .* expected: an installed class, by its name"
     ):
         nsmaps.load_study(tmp_path / "own.yaml", installed_only=True)
+
+
+def test_objects_of_classes_in_files_reach_other_processes(folder: Path) -> None:
+    disc = class_of(REGION, f"{folder}/mine.py:Disc")(coordinates=("x", "y"), centre=(0.1, 0.2), radius=0.3)
+    sent = [pickle.dumps(each) for each in (disc, class_of(FIT, f"{folder}/mine.py:Even")(degree=4))]
+    del sys.modules[type(disc).__module__]  # as where nothing has loaded the file
+    region, fit = map(pickle.loads, sent)
+    assert type(region) is not type(disc)
+    assert (region.centre, region.coordinates, fit.degree) == ((0.1, 0.2), disc.coordinates, 4)
+
+
+def test_fields_of_classes_are_not_renamed_in_stored_studies() -> None:
+    fit = {"class": "mine.py:Line", "along": "v"}
+    stored = {"composite": [{"name": "R1", "fit": fit}, {"name": "R2", "fit": {"separable": {"v": 1}, "along": {"v": 1}}}]}
+    first, second = renewed(stored, Study)["composite"]
+    assert (first["fit"], second["fit"]) == (fit, {"separable": {"v": 1}, "lines": {"v": 1}})
 
 
 def test_a_shipped_study_is_copied_with_the_files_of_its_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

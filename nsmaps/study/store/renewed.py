@@ -9,7 +9,7 @@ def renewed(data: Any, model: Any) -> Any:
     """The content of a study's file with current keys, figures and claims, by the names in `was` of each model."""
     if isinstance(data, list):
         return [renewed(item, inside(model, 0)) for item in data]
-    if not isinstance(data, dict):
+    if not isinstance(data, dict) or "class" in data:  # whose keys are fields of a user-defined class
         return data
     was = getattr(bare(model), "was", {})
     named = {was.get(key, key): value for key, value in data.items()}
