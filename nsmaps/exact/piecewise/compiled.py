@@ -1,8 +1,8 @@
 """The compiled form of a map given by formulas, at the values of its parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -44,8 +44,10 @@ class CompiledPieces:
         return self._orbits(start, [*self._room(len(kicks), len(start), ())[:-1], kicks[..., None]], kicked=True)
 
     def _orbits(self, start: Floats, room: list[Any], by: Sequence[Any] = (), kicked: bool = False) -> Returns:
-        self._run(by, start, room, kicked)
-        return self._returns(np.concatenate([start[None], room[0]])[:-1].reshape(-1, start.shape[1]), room, bool(by))
+        states = np.empty((len(room[0]) + 1, *start.shape))
+        states[0], room[0] = start, states[1:]
+        self.loop(by, kicked)(start, *room)
+        return self._returns(states[:-1].reshape(-1, start.shape[1]), room, bool(by))
 
     def sensitivities(self, start: Floats, rates: Floats) -> Floats:
         """The derivatives of images along a direction of the parameters, shape (N, n)."""
@@ -53,20 +55,22 @@ class CompiledPieces:
 
     def _computed(self, start: Floats, by: Sequence[Any]) -> list[Any]:
         """The fields of the first returns of states, with derivatives by some symbols."""
-        room = self._room(1, len(start), by)
-        in_chunks(len(start), lambda k: self._run(by, start[k], [each[:, k] for each in room]))
+        room, loop = self._room(1, len(start), by), self.loop(by)
+        in_chunks(len(start), lambda k: loop(start[k], *(each[:, k] for each in room)))
         return room
 
-    def _run(self, by: Sequence[Any], start: Floats, room: list[Any], kicked: bool = False) -> None:
+    def loop(self, by: Sequence[Any] = (), kicked: bool = False) -> Callable[..., None]:
+        """The compiled loop at the values of the parameters: a function of states and of the memory for the fields of returns."""
         words = np.array([encode(letter, self.formulas.letters) for letter in self.formulas.letters], np.int64)
         source = _program(self.formulas, tuple(self.coordinates.angles.tolist()), tuple(by), kicked)
-        compiled_program(source)(self.values, words, start, *room)
+        return partial(compiled_program(source), self.values, words)
 
     def _room(self, n: int, m: int, by: Sequence[Any]) -> list[Any]:
         """Memory for the fields of n returns of each of M states."""
         d = len(self.coordinates)
-        kinds = (np.float64, (d,)), (np.int32, (d,)), (np.int64, ()), (np.int8, ()), (np.float64, ()), (np.float64, (d, len(by)))
-        return [np.empty((n, m, *shape), kind) for kind, shape in kinds]
+        kinds = (np.float64, (d,)), (np.int64, ()), (np.int8, ()), (np.float64, ()), (np.float64, (d, len(by)))
+        image, *others = [np.empty((n, m, *shape), kind) for kind, shape in kinds]
+        return [image, np.zeros((n, m, d), np.int32), *others]
 
     def _returns(self, start: Floats, room: list[Any], derivative: bool) -> Returns:
         image, turns, codes, outcome, time, slopes = (each.reshape(len(start), *each.shape[2:]) for each in room)

@@ -28,8 +28,8 @@ def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Sym
 
     Its arguments are the parameters, the code of each piece's word, the states, arrays of shape (n, M, ...), and `rows` of shape
     (n, M, dim, number of symbols) for the derivatives of images by some symbols. If it is `kicked`, rows are added to the images
-    instead, shape (n, M, dim, 1). Angles are brought to [0, 2 pi) before conditions are evaluated; an outcome that ended an orbit
-    is repeated.
+    instead, shape (n, M, dim, 1). Turns are zero before; angles are brought to [0, 2 pi) before conditions are evaluated; an
+    outcome that ended an orbit is repeated.
     """
     x, dims = [str(symbol) for symbol in formulas.variables], range(len(formulas.variables))
     lines = [f"    {symbol} = p[{k}]" for k, symbol in enumerate(formulas.symbols)]
@@ -46,11 +46,11 @@ def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Sym
     body += [f"if piece < 0 or {_not_finite([f'_w{j}' for j in dims])}:", "    before = UNCOVERED if piece == -1 else before"]
     body += ["    before = ESCAPED if piece >= 0 else before", "    outcome[i, m], codes[i, m], time[i, m] = before, 0, math.nan"]
     for j in dims:
-        body += [f"    {x[j]} = image[i, m, {j}] = math.nan", f"    turns[i, m, {j}] = 0"]
+        body += [f"    {x[j]} = image[i, m, {j}] = math.nan"]
         body += [f"    rows[i, m, {j}, {k}] = math.nan" for k in range(len(by))]
     body += ["else:", "    outcome[i, m], codes[i, m], time[i, m] = RETURNED, words[piece], 1.0"]
     for j in dims:
-        body += [f"    {line}" for line in (_arrived(x[j], j) if angles[j] else [f"{x[j]} = _w{j}", f"turns[i, m, {j}] = 0"])]
+        body += [f"    {line}" for line in (_arrived(x[j], j) if angles[j] else [f"{x[j]} = _w{j}"])]
         body += [f"    image[i, m, {j}] = {x[j]}"]
     return "\n".join([HEAD, *lines, *(f"            {line}" for line in body)])
 
