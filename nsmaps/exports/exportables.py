@@ -75,6 +75,8 @@ def _envelopes(name: str, piece: Piece, domain: AttractingDomain, study: Sequenc
         names = identifiers([f"{name} {each.coordinate} {side}" for side in ("lower", "upper")])
         if not isinstance(each, ClosedEnvelope) or each.kind != HELD:
             why = "its curves cross (eq. auxphi), or have an error added: it is numbers, those of updates[-1].envelopes"
+        elif piece.map.variables is not None:
+            why = f"it is of {', '.join(piece.map.variables)}; the piece itself is written"
         elif each.coordinate in piece.map.absolute:
             why = f"the absolute value of {each.coordinate} is taken, which is not a polynomial"
         else:

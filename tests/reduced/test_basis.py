@@ -218,22 +218,74 @@ def test_images_of_boxes_hold_those_of_their_states(fitted):
 
 
 def test_domains_and_morse_sets_of_series():
-    lifted = lambda x: np.stack([0.2 + 0.4 * x[:, 0] + 0.1 * np.sin(x[:, 1]), x[:, 1] + 0.3 + 0.6 * np.sin(x[:, 1])], axis=1)  # noqa: E731
-    grid = [Axis(low=0, high=1, points=6), around(16)]
-    polymap = Fourier(harmonics=1, degrees={"v": 1}).fit(surface_of(CYLINDER, lifted, grid))
-    rest = np.pi + np.arcsin(0.5)  # of phi; that of v is (0.2 - 0.05)/0.6
+    """Of phi' = phi + 0.3 + 0.6 sin phi, which rests at sin phi = -1/2."""
+    polymap = Fourier(harmonics=1).fit(on_circle(lambda x: x + 0.3 + 0.6 * np.sin(x)))
+    rest, saddle = np.pi + np.arcsin(0.5), 2 * np.pi - np.arcsin(0.5)
     for map, bounds in ((polymap, "outer"), (whole(polymap), "enclosed")):
-        domain = nsmaps.attracting_domain(map, [[0.1, 0.6], [3.4, 3.9]], bounds=bounds)
+        domain = nsmaps.attracting_domain(map, [[3.4, 3.9]], bounds=bounds)
         assert domain.forward_invariant
         assert domain.status == bounds
-        assert (domain.boxes[-1][:, 0] <= [0.25, rest]).all()
-        assert ([0.25, rest] <= domain.boxes[-1][:, 1]).all()
-    cover = nsmaps.morse_sets(
-        whole(Fourier(harmonics=1).fit(on_circle(lambda x: x + 0.3 + 0.6 * np.sin(x)))), [[0, TWO_PI]], depth=6
-    )
-    fixed = np.array([rest, 2 * np.pi - np.arcsin(0.5)])
-    assert all(((cover.hulls[:, 0, 0] <= x) & (x <= cover.hulls[:, 0, 1])).any() for x in fixed)
-    assert (np.abs(cover.hulls.mean(axis=2) - fixed).min(axis=1) < 0.1).all()
+        assert domain.boxes[-1][0, 0] <= rest <= domain.boxes[-1][0, 1]
+    cover = nsmaps.morse_sets(whole(polymap), [[0, TWO_PI]], depth=6)
+    for x in (rest, saddle):
+        assert ((cover.hulls[:, 0, 0] <= x) & (x <= cover.hulls[:, 0, 1])).any()
+    assert (np.abs(cover.hulls.mean(axis=2) - [rest, saddle]).min(axis=1) < 0.1).all()
+
+
+SYSTEM = """
+from nsmaps import Angle, Coordinates, PiecewiseMap
+
+
+class Dissipative(PiecewiseMap):
+    dimensionless = True
+    coordinates = Coordinates(("v", Angle("phi")))
+    K: float = 0.3
+
+    def pieces(self, x):
+        from sympy import sin
+
+        v = 0.3 * x.v + self.K * sin(x.phi)
+        return {"A": (True, {"v": v, "phi": x.phi + 0.2 + v})}
+"""
+STUDY = """
+system: mine.py:Dissipative
+parameters: {K: 0.3}
+grid:
+  v: {from: -0.5, to: 0.5, points: 12}
+  phi: {from: 0, to: 6.0, points: 21}
+families: {A: [A]}
+diagonal:
+  family: A
+  delta: 5
+  orders: {series: {class: "nsmaps:Fourier", harmonics: 1, degrees: {v: 1}}, full: {full: {v: 1, phi: 3}}}
+composite:
+  - name: whole
+    box: {v: [-0.6, 0.6], phi: [0, 6.2831853]}
+    family: A
+    fit: {class: "nsmaps:Fourier", harmonics: 1, degrees: {v: 1}}
+orbits:
+  - {start: {v: 0.1, phi: 1.0}, returns: 30}
+domains:
+  - {name: outer, map: whole, box: {v: [-0.5, 0.3], phi: [3.2, 4.2]}, bounds: outer, updates: 1}
+"""
+
+
+def test_a_study_with_a_series(tmp_path):
+    """It is computed, stored, drawn and exported; what has no closed form is left out with the reason."""
+    from nsmaps.figures import draw
+
+    (tmp_path / "mine.py").write_text(SYSTEM)
+    (tmp_path / "study.yaml").write_text(STUDY)
+    result = nsmaps.run(tmp_path / "study.yaml", out=tmp_path / "run")
+    again = nsmaps.read_result(tmp_path / "run")
+    polymap, stored = (each.composite.piece("whole").map for each in (result, again))
+    x = np.random.default_rng(0).uniform([-1, 0], [1, 6], (50, 2))
+    v = 0.3 * x[:, 0] + 0.3 * np.sin(x[:, 1])
+    np.testing.assert_allclose(polymap(x), np.stack([v, x[:, 1] + 0.2 + v], axis=1), atol=1e-13)
+    assert (stored(x) == polymap(x)).all()
+    assert len(draw(again, ["cobweb", "envelopes", "fit_error"], tmp_path / "figures", dpi=30)) >= 3
+    assert list(nsmaps.export(again, "json")) == ["composite_map.json"]
+    assert nsmaps.export(polymap, "latex").count(r"\sin{\left(\phi \right)}") >= 2
 
 
 def test_stored_to_the_bit(fitted):

@@ -11,6 +11,7 @@ from nsmaps.coordinates import Angle
 from nsmaps.errors import CheckError
 from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily
 from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.fit.basis import BasisFit, Fourier
 from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
 from nsmaps.testing import check_family, check_polyfit, check_region
 
@@ -308,6 +309,65 @@ class Changing(Even):
     def exponents(self, coordinates, output):
         self.asked.append(1)
         return np.array([[0, 0], [2, 0], [4, 0]]) if len(self.asked) <= 2 else np.array([[0, 0], [1, 0]])
+
+
+V, PHI = sp.symbols("v phi", real=True)
+
+
+class Own(BasisFit):
+    """Functions that a test states."""
+
+    functions: ClassVar[tuple[object, ...]] = (1, sp.exp(-V), sp.sin(3 * PHI), V**2 * sp.sqrt(PHI))
+
+    def basis(self, coordinates, output):
+        return self.functions
+
+    def data(self, surface, output):
+        return np.ones(len(surface.start), bool)
+
+
+class Wide(Own):
+    """Exponents without the columns of its variables."""
+
+    def exponents(self, coordinates, output):
+        return np.eye(2, dtype=int)
+
+
+@pytest.mark.parametrize(
+    "fit", [Own(), Fourier(harmonics=5, degrees={"v": 2}), Fourier(harmonics={"phi": 2}, turns=2), Fourier(harmonics=0)]
+)
+def test_fits_in_other_functions_pass(fit):
+    check_polyfit(fit, NAMES)
+    check_polyfit(Fourier(harmonics=3), (Angle("phi"),))
+
+
+@pytest.mark.parametrize(
+    ("functions", "why"),
+    [
+        (
+            (1, sp.sin(PHI) ** 2, sp.cos(PHI) ** 2),
+            r"its 3 terms are linearly dependent on the data, among them sin\(phi\)\*\*2, cos",
+        ),
+        ((1, V, 2 * V), "Own for v': its 3 terms are linearly dependent on the data, among them .*v"),
+        ((1, sp.log(V - 1)), r"the variable log\(v - 1\) is not finite at \d+ of \d+ states, as v = 0.5, .*or a `box` on which"),
+        ((1, sp.Symbol("w") ** 2), "Own: a variable of Own: the name w is not a coordinate; expected: phi, v"),
+        (("sin(phi)",), r"Own.basis for v' has 'sin\(phi\)', a str"),
+        ((), "Own.basis for v' is empty"),
+    ],
+)
+def test_a_basis_that_is_none(functions, why, monkeypatch):
+    monkeypatch.setattr(Own, "functions", functions)
+    with pytest.raises(CheckError, match=why):
+        check_polyfit(Own(), NAMES)
+
+
+def test_a_box_and_the_shape_of_a_basis(monkeypatch):
+    with pytest.raises(
+        CheckError, match=r"Wide.exponents for v' is an array of shape \(2, 2\); .* in .*exp\(-v\), .*shape \(m, 3\)"
+    ):
+        check_polyfit(Wide(), NAMES)
+    monkeypatch.setattr(Own, "functions", (1, sp.log(V - 1)))
+    check_polyfit(Own(), NAMES, box={"v": (1.5, 2.5), "phi": (0.0, 1.0)})
 
 
 @pytest.mark.parametrize(

@@ -112,7 +112,8 @@ def _part(program: Program, part: Part) -> list[str]:
     names = polymap.coordinates
     of = names if polymap.variables is None else [expression(text, names) for text in polymap.variables]
     scales = zip(map(math, of), polymap.centre, polymap.scale, strict=True)
-    sides = [x if (c, s) == (0, 1) else rf"\frac{{{x} {_signed(-c, '')}}}{{{number(s)}}}" for x, c, s in scales]
+    shifted = [(x if c == 0 else f"{x} {_signed(-c, '')}", s) for x, c, s in scales]
+    sides = [x if s == 1 else rf"\frac{{{x}}}{{{number(s)}}}" for x, s in shifted]
     scaled = [f"s_{{{j}}} = {side}" for j, side in enumerate(sides, 1)]
     about = r"\\ ".join(text(line.strip()) for line in part.about)
     body = [f"{about}\n\n$T_i$ are Chebyshev polynomials of", r"\[ " + r", \qquad ".join(scaled) + r". \]"]
