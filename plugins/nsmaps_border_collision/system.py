@@ -158,9 +158,14 @@ def _normal_form(name: str, n: int) -> type[PiecewiseMap]:
 
         return {"L": (first < 0, image("L")), "R": (True, image("R"))}
 
-    fields = {each: float for side in "LR" for each in sides[side]} | {"mu": float}
+    fields = {
+        each: Field(description=f"coefficient {k} of the characteristic polynomial for x1 {'<' if side == 'L' else '>='} 0")
+        for side in "LR"
+        for k, each in enumerate(sides[side], 1)
+    } | {"mu": Field(1.0, description="distance from the border collision")}
     text = f"The normal form of a border collision in {n} dimensions; see `normal_form`."
-    own = {"__module__": __name__, "__doc__": text, "__annotations__": fields, "mu": 1.0, "coordinates": names, "pieces": pieces}
+    about = {"__module__": __name__, "__doc__": text, "__annotations__": dict.fromkeys(fields, float), "dimensionless": True}
+    own = {**about, **fields, "coordinates": Coordinates(names), "pieces": pieces}
     return type(name, (PiecewiseMap,), own)
 
 
