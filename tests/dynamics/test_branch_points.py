@@ -132,7 +132,7 @@ def test_the_branches_of_the_delayed_logistic_map_cross():
         other = switched_branch(Delayed, event, (0.5, 1.8), side, step=0.1)
         assert np.abs(other.points).max() < 1e-9
         assert other.parameter[-1] in (0.5, 1.8)
-    with pytest.raises(NsmapsError, match="expected: a branch point of a branch"):
+    with pytest.raises(NsmapsError, match="expected: a branch point, or a border collision of pieces"):
         switched_branch(Delayed, replace(event, kind="fold"), (0.5, 1.8))
 
 
