@@ -15,6 +15,7 @@ from nsmaps.coordinates import BoxLike, as_box
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -37,9 +38,9 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
 
     Args:
         how: `outer`: a polynomial map's own, by Bernstein form, rounding included. `inflated`: the same, moved out by `error`,
-            for the map that it approximates. `enclosed`: of composite maps, and of any map with `image_boxes`. `sampled`: on
-            grids of `samples` points an axis, of any map, not a bound. None is `outer` or `inflated` of a polynomial map,
-            `enclosed` where that can be, and else `sampled`.
+            for the map that it approximates. `enclosed`: of composite maps, maps given by formulas, and any map with
+            `image_boxes`. `sampled`: on grids of `samples` points an axis, of any map, not a bound. None is `outer` or `inflated`
+            of a polynomial map, `enclosed` where that can be, and else `sampled`.
 
     Raises:
         NsmapsError: the map has no such bounds, or `inflated` is given without an error or an error without it.
@@ -47,7 +48,7 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
     best: How = "sampled"
     if isinstance(map, PolyMap):
         best = "inflated" if error is not None else "outer"
-    elif isinstance(map, BoxMap | CompositeMap):
+    elif isinstance(map, BoxMap | CompositeMap | PiecewiseMap):
         best = "enclosed"
     chosen = how or best
     if (chosen == "inflated") != (error is not None):
@@ -57,10 +58,11 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
         values = np.zeros(len(map.coordinates)) if error is None else error.values
         status = "outer" if error is None else f"inflated by {error.how} error"
         return partial(of_polynomials, map, values, status)
-    if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap):
+    if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap | PiecewiseMap):
         return partial(Enclosed.of, box_map(map), samples)
     if chosen != "sampled":
-        choices = "outer and inflated of a polynomial map, enclosed of a composite map or one with image_boxes, sampled of any"
+        enclosed = "enclosed of a composite map, one given by formulas or one with image_boxes"
+        choices = f"outer and inflated of a polynomial map, {enclosed}, sampled of any"
         raise NsmapsError(f"bounds are {chosen}, of a {type(map).__name__}; expected: {choices}")
     return lambda box: Sampled.of(map, box, samples)
 

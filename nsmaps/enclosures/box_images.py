@@ -11,17 +11,19 @@ from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.composed import bounds_of
 from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
+from nsmaps.enclosures.sides import first_sides
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.polymap import PolyMap
 
 EVERYWHERE = "0 == 0"
-Fitted = PolyMap | CompositeMap
+Fitted = PolyMap | CompositeMap | PiecewiseMap
 Boxed = BoxMap | ReturnMap | PolyMap  #: what `box_map` takes
 
 
@@ -84,14 +86,23 @@ class FittedBoxes(ReturnMap):
 
     map: CompositeMap
     winners: Winners
+    sides: tuple[Floats, ...]  #: of each piece a box (n, 2) that holds the states of which it is the first
 
     @classmethod
     def of(cls, map: Fitted) -> "FittedBoxes":
-        """Of a PolyMap, one piece that holds everywhere: angles are on the turn nearest to where it was fitted."""
+        """Of a PolyMap, one piece that holds everywhere: angles are on the turn nearest to where it was fitted.
+
+        Maps given by formulas are enclosed at the values of their parameters, of which the rounding is not counted.
+        """
         if isinstance(map, PolyMap):
             everywhere = Where(coordinates=map.coordinates, text=EVERYWHERE)
             map = CompositeMap(map.coordinates, (), (Piece("fitted", everywhere, map),))
-        return cls(map, Winners.of([piece.region for piece in map.pieces]))
+        if isinstance(map, PiecewiseMap):
+            from nsmaps.reduced.composite.formulas import composite_of
+
+            map = composite_of(map)
+        regions = [piece.region for piece in map.pieces]
+        return cls(map, Winners.of(regions), tuple(first_sides(regions)))
 
     @property
     def coordinates(self) -> Coordinates:
@@ -117,7 +128,7 @@ class FittedBoxes(ReturnMap):
         empty[whole.source[none]] = True
         found = [(np.empty(0, np.int64), np.empty((0, n, 2)), np.empty(0, np.str_))]
         for k, piece in enumerate(self.map.pieces):
-            for part in _common(piece, whole.of(wins[:, k])):
+            for part in _common(piece, _inside(whole.of(wins[:, k]), self.sides[k])):
                 source, images = _images(piece.map, part)
                 found.append((source, images, np.full(len(source), piece.word)))
         source, images, words = (np.concatenate(each) for each in zip(*found, strict=True))
@@ -143,9 +154,12 @@ def box_map(map: Boxed) -> BoxMap:
     """
     if isinstance(map, BoxMap):
         return map
-    if isinstance(map, PolyMap | CompositeMap):
+    if isinstance(map, Fitted):
         return FittedBoxes.of(map)
-    accepted = "an exact system, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), any map with `image_boxes`"
+    accepted = (
+        "an exact system, a map given by formulas, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), "
+        "any map with `image_boxes`"
+    )
     raise NsmapsError(f"a {type(map).__name__} encloses no images of boxes; expected: {accepted}")
 
 
@@ -162,6 +176,14 @@ def _common(piece: Piece, whole: Parts) -> Iterator[Parts]:
         turns = turns_of(low, high) if angles[k] else (0,)
         parts = [_cut(part, k, low - TWO_PI * turn, high - TWO_PI * turn, turn != 0) for part in parts for turn in turns]
     yield from (part for part in parts if len(part.source))
+
+
+def _inside(parts: Parts, box: Floats) -> Parts:
+    """The parts that meet a box (n, 2), of which the common part is left."""
+    for k in np.flatnonzero(np.isfinite(box).any(axis=1)).tolist():
+        low, high = box[k].tolist()
+        parts = _cut(parts, k, low, high, False)
+    return parts
 
 
 def _cut(parts: Parts, k: int, low: float, high: float, is_moved: bool) -> Parts:

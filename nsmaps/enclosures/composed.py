@@ -4,6 +4,7 @@ The values lie between bounds of each term over the intervals of its variables, 
 middle, and how far derivatives, bounded by the chain rule, can lead from there; its excess shrinks with the square of the box.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,10 +16,12 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.enclosures.bernstein import EPS, Polynomials
 from nsmaps.enclosures.branch_and_bound import Hulls
 from nsmaps.enclosures.first_match import enclosure_of
+from nsmaps.enclosures.intervals import Interval
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.fit.variables import slopes_of
 
 BLOCK = 2**18  #: floats of one array of terms at a time
+STEP = re.compile(r"\b(floor|sign)\(")
 FLOAT = 2.0**-48  #: by which a variable in floats may differ, relative to its largest value; the exact one is in its interval
 
 
@@ -94,6 +97,10 @@ class Composed:
         return np.stack([np.where(np.isnan(lowest), np.inf, lowest), np.where(np.isnan(highest), -np.inf, highest)], axis=-1)
 
 
+def _anything(boxes: Floats) -> Interval:
+    return np.full(len(boxes), -np.inf), np.full(len(boxes), np.inf)
+
+
 class _Variables:
     """The enclosures of a map's variables and of their derivatives, and what follows from them for its images."""
 
@@ -102,7 +109,10 @@ class _Variables:
         self.map = map
         self.own = [enclosure_of(text, names) for text in texts]
         self.inner = [
-            [(j, enclosure_of(text, names)) for j, text in enumerate(row) if text != "0"] for row in slopes_of(texts, names)
+            list(enumerate([_anything] * len(names)))  # across a step there is no mean value form
+            if STEP.search(of)
+            else [(j, enclosure_of(text, names)) for j, text in enumerate(row) if text != "0"]
+            for of, row in zip(texts, slopes_of(texts, names), strict=True)
         ]
         self.degree = int(max(each.max() for each in map.exponents))
 

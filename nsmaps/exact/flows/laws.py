@@ -1,7 +1,7 @@
 """Formulas compiled by themselves and kept in memory: impact laws and resets that are not linear, observables."""
 
-from collections.abc import Sequence
-from functools import cache, lru_cache
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, lru_cache, reduce
 from typing import Any
 
 import sympy as sp
@@ -57,7 +57,7 @@ def rows_source(
 
 def assignments(formulas: Sequence[sp.Expr], places: Sequence[str]) -> list[str]:
     """Lines that write formulas to places, what they share first."""
-    shared, short = sp.cse(map(_plain, formulas), symbols=sp.numbered_symbols("_c"))
+    shared, short = sp.cse([replaced(formula, SLOPES) for formula in formulas], symbols=sp.numbered_symbols("_c"))
     lines = [f"{symbol} = {code(formula)}" for symbol, formula in shared]
     return [*lines, *(f"{place} = {code(formula)}" for place, formula in zip(places, short, strict=True))]
 
@@ -72,7 +72,21 @@ def _compiled_rows(source: str) -> Any:
     return reset_law_of(source)
 
 
-def _plain(formula: sp.Expr) -> sp.Expr:
-    """A formula whose step functions, as the derivative of the larger of two numbers has them, are cases."""
-    formula = formula.replace(sp.Heaviside, lambda x, *_: sp.Piecewise((1, x >= 0), (0, True)))
-    return formula.replace(sp.DiracDelta, lambda *_: sp.S.Zero)
+STEPS = (sp.floor, sp.sign, sp.Heaviside)
+REMAINDERS: dict[Any, Callable[..., Any]] = {
+    sp.Mod: lambda x, y: x - y * sp.floor(x / y),
+    sp.frac: lambda x: x - sp.floor(x),
+    sp.ceiling: lambda x: -sp.floor(-x),
+}  #: by floor
+SLOPES: dict[Any, Callable[..., Any]] = {
+    sp.Derivative: lambda of, *by: sp.S.Zero if isinstance(of, STEPS) else sp.Derivative(replaced(of, REMAINDERS), *by).doit(),
+    sp.Subs: lambda inner, *at: sp.Subs(inner, *at).doit(),
+    sp.DiracDelta: lambda *_: sp.S.Zero,
+    sp.Heaviside: lambda x, *_: 1 - sp.Max(0, -sp.sign(x)),
+}  #: what derivatives of steps and kinks leave
+
+
+def replaced(formula: Any, changes: Mapping[Any, Callable[..., Any]]) -> Any:
+    """A formula without some functions, for each of which there is a formula of its arguments."""
+    changed = reduce(lambda each, kind: each.replace(kind, changes[kind]), changes, formula)
+    return formula if changed == formula else replaced(changed, changes)

@@ -1,7 +1,6 @@
 """Formulas and conditions of sympy as text, in the grammar of conditions: the inverse of reading them in symbols."""
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import reduce
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import sympy as sp
@@ -9,6 +8,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import ConditionError
+from nsmaps.exact.flows.laws import REMAINDERS, SLOPES, replaced
 from nsmaps.files.expressions import CAPITAL, FUNCTIONS
 
 WIDE = 32  #: terms of a sum or factors of a product without parentheses, which nest no deeper than a text may
@@ -27,25 +27,7 @@ def text_of(expression: Any, names: Sequence[str]) -> str:
     >>> text_of(sp.sqrt(x / 3) - 0.1 * sp.Max(x, 1), ("x",)), text_of((x > 0) & ~sp.Eq(x, 1), ("x",))
     ('-0.1*max(1, x) + sqrt(3)*sqrt(x)/3', '(x > 0) and (x != 1)')
     """
-    return _Writer(frozenset(map(str, names))).written(_plain(sp.sympify(expression)))
-
-
-STEPS = (sp.floor, sp.sign, sp.Heaviside)
-CHANGES: dict[type, Callable[..., Any]] = {
-    sp.Mod: lambda x, y: x - y * sp.floor(x / y),
-    sp.frac: lambda x: x - sp.floor(x),
-    sp.ceiling: lambda x: -sp.floor(-x),
-    sp.Derivative: lambda inner, *by: sp.S.Zero if isinstance(inner, STEPS) else sp.Derivative(inner, *by).doit(),
-    sp.Subs: lambda inner, *at: sp.Subs(inner, *at).doit(),
-    sp.DiracDelta: lambda *_: sp.S.Zero,
-    sp.Heaviside: lambda x, *_: 1 - sp.Max(0, -sp.sign(x)),
-}
-
-
-def _plain(expression: Any) -> Any:
-    """Steps, remainders and what derivatives of them leave, in functions that the grammar has."""
-    changed = reduce(lambda each, kind: each.replace(kind, CHANGES[kind]), CHANGES, expression)
-    return expression if changed == expression else _plain(changed)
+    return _Writer(frozenset(map(str, names))).written(replaced(sp.sympify(expression), {**REMAINDERS, **SLOPES}))
 
 
 class _Writer:
