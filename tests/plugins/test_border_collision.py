@@ -1,6 +1,7 @@
 """The plugin border_collision: reference values M1, M2, M3, M6, M7, in exact arithmetic or by long runs of another program."""
 
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -226,3 +227,35 @@ def test_orbits_that_diverge_slowly_escape():
     assert found.labels[:, 0].tolist() == ["escapes", "C", "C"]
     chart = nsmaps.chart(system, {"a_R": values, "mu": [0.5, 1.0]}, [0.1], returns=500, discard=1000)
     assert [chart.labels[0, k, 0] for k in range(3)] == ["escapes", "C", "C"]
+
+
+@pytest.mark.thorough
+def test_the_study_of_period_adding_has_windows_in_closed_form(shipped):
+    """L^(n-1) R and its mirror image from (1 - a)/(1 - a^n) times a^(n-1) to a^(n-2)."""
+    found = {window.label: window for window in nsmaps.read_result(shipped("border_collision_1/adding")).windows["exact"]}
+    a = 0.7
+    for n in (2, 3, 4, 5, 6):
+        window = found[f"{'L' * (n - 1)}R, period {n}"]
+        ends = np.array([a ** (n - 1), a ** (n - 2)]) * (1 - a) / (1 - a**n)
+        assert [window.low.value, window.high.value] == pytest.approx(ends, abs=1e-14)
+        assert window.low.kind == window.high.kind == "border collision"
+        mirrored = found[f"L{'R' * (n - 1)}, period {n}"]
+        assert [mirrored.low.value, mirrored.high.value] == pytest.approx(1 - ends[::-1], abs=1e-14)
+
+
+@pytest.mark.thorough
+def test_the_study_of_basins_has_polygons(shipped):
+    """The middle of an edge of the manifold is between the basins: a little to either side of it orbits end differently."""
+    result = nsmaps.read_result(shipped("border_collision/basins"))
+    assert {attractor.label for attractor in result.basins.attractors} == {"R, period 1", "LLR, period 3"}
+    (stable,) = result.manifolds["LRR"]
+    checked = 0
+    for line in stable.lines:
+        for one, other in pairwise(line):
+            middle, across = (one + other) / 2, np.array([one[1] - other[1], other[0] - one[0]])
+            if not (np.abs(middle) < 3).all() or np.abs(other - one).max() < 0.05:
+                continue
+            sides = nsmaps.orbit(result.system, middle + 1e-6 * np.array([[1.0], [-1.0]]) * across, 3000).words[-3:]
+            assert {"".join(sorted(words)) for words in sides.T.tolist()} == {"LLR", "RRR"}
+            checked += 1
+    assert checked > 20
