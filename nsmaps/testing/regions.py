@@ -8,9 +8,9 @@ import sympy as sp
 
 from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, as_states, wrap
-from nsmaps.errors import CheckError
+from nsmaps.errors import CheckError, ConditionError
 from nsmaps.exact.systems.files import place_of
-from nsmaps.reduced.conditions.region import Region
+from nsmaps.reduced.conditions.region import Region, as_where
 
 TRIALS, SIZES = 2000, (0.01, 0.1, 1.0, 10.0, 100.0)  #: random states of each size that are tried, of both signs
 
@@ -124,7 +124,10 @@ def _check_condition(region: Region, states: Floats, inside: np.ndarray) -> None
             f"{name}.condition has the symbols {', '.join(sorted(map(str, unknown)))}; expected: only "
             f"{', '.join(map(str, symbols))}, each as sp.Symbol(name, real=True)"
         )
-    holds = np.broadcast_to(sp.lambdify(symbols, given, "numpy")(*states.T), inside.shape)
+    try:
+        holds = as_where(region).contains(states)
+    except ConditionError as error:
+        raise CheckError(str(error)) from error
     if (holds != inside).any():
         k = int(np.flatnonzero(holds != inside)[0])
         raise CheckError(

@@ -132,6 +132,20 @@ class Planar(Disc):
         return v > phi
 
 
+class Special(Disc):
+    """A function that conditions lack."""
+
+    def contains(self, states):
+        from scipy.special import gamma
+
+        v, phi = np.asarray(states, float).T
+        return np.isfinite(v) & np.isfinite(phi) & (gamma(np.abs(v) + 1) < 2)
+
+    def condition(self):
+        v = sp.Symbol("v", real=True)
+        return sp.gamma(sp.Abs(v) + 1) < 2
+
+
 class Across(Disc):
     """States near (0.5, 0), in the plane instead of on the cylinder."""
 
@@ -155,6 +169,12 @@ def test_errors_of_a_region_name_its_method_and_line():
         check_region(Planar(coordinates=NAMES))
     with pytest.raises(CheckError, match=r"`states` of Disc have angles outside \[0, 2 pi\)"):
         check_region(Disc(coordinates=NAMES), [[0.5, -1.0]])
+
+
+def test_a_region_whose_condition_has_no_text():
+    states = np.random.default_rng(1).uniform(0, 2, (50, 2))
+    with pytest.raises(CheckError, match=r"the region Special: .*gamma"):
+        check_region(Special(coordinates=NAMES), states)
 
 
 def test_a_region_across_zero_of_an_angle_gives_a_warning():
