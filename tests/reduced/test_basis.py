@@ -1,5 +1,7 @@
 """Fits in other functions than monomials: Fourier series, bases of a user's own, their maps, enclosures and refusals."""
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from nsmaps.reduced.composite.parametric import parametric_map
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.basis import BasisFit, Fourier
 from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.store.serialize import decode, encode
 
 CIRCLE, CYLINDER = (Angle("phi"),), ("v", Angle("phi"))
@@ -215,6 +218,20 @@ def test_images_of_boxes_hold_those_of_their_states(fitted):
             assert (wanted[..., j] <= slope.outer[:, None, :, 1] + 1e-13).all()
     assert excess[1] < excess[0] / 40
     assert excess[2] < excess[1] / 40
+
+
+def test_images_of_boxes_across_jumps_and_kinks():
+    """floor(v) + abs(v - 1)/2: from 0 to 1 to the left of 1, at least 1 from there on."""
+    names = ("v",)
+    texts, units = ("floor(v)", "abs(v - 1)"), (np.eye(2, dtype=int),)
+    polymap = PolyMap(names, units, (np.array([1.0, 0.5]),), np.zeros(2), np.ones(2), np.array([[0.0, 2.0]]), variables=texts)
+    found = bounds_of(polymap).hulls(np.array([[[0.9, 1.1]], [[1.1, 1.2]], [[1.0, 1.0]]]))
+    ends = found.outer[:, 0] + found.margin[:, :1] * [-1.0, 1.0]
+    assert ends[0, 0] <= 0.0 + 1e-15
+    np.testing.assert_allclose(ends[1:], [[1.05, 1.1], [1.0, 1.0]], atol=1e-12)
+    kinked = replace(polymap, exponents=(np.array([[0, 1]]),), coefficients=(np.array([1.0]),))
+    slopes = bounds_of(replace(kinked, variables=("v", "abs(v - 1)"))).slope(0).hulls(np.array([[[0.9, 1.1]], [[1.1, 1.2]]]))
+    np.testing.assert_allclose(slopes.outer[:, 0], [[-1, 1], [1, 1]], atol=1e-12)
 
 
 def test_domains_and_morse_sets_of_series():
