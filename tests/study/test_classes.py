@@ -56,6 +56,11 @@ class Slow(nsmaps.ReturnFamily):
         return returns.valid & (returns.start[:, 0] <= self.speed)
 
 
+class Lost(nsmaps.ReturnFamily):
+    def contains(self, returns):
+        return returns.start[:, 5] > 0
+
+
 class Square(Disc):
     def contains(self, states):
         return np.abs(np.asarray(states) - self.centre).max(axis=1) <= self.radius
@@ -191,6 +196,13 @@ def test_errors_of_classes_are_at_their_place(folder: Path, old: str, new: str, 
     line, column = text[:at].count("\n") + 1, at - text[:at].rfind("\n")
     assert str(caught.value).startswith(f"{folder / 'own.yaml'}:{line}:{column}: "), caught.value
     assert message in str(caught.value)
+
+
+def test_an_error_of_a_family_is_at_its_place(folder: Path) -> None:
+    (folder / "own.yaml").write_text(STUDY.replace('"mine.py:Slow", speed: 3/10', '"mine.py:Lost"'))
+    where = r"own.yaml:7:9: Lost.contains \(.*mine.py:\d+\) of 1681 returns: IndexError: index 5 is out of bounds"
+    with pytest.raises(StudyError, match=where):
+        nsmaps.run(folder / "own.yaml")
 
 
 LOZI = """

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Tag
 
 from nsmaps.exact.surfaces.compose import most_returns
 from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern
-from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import surfaces_among
 from nsmaps.exact.words import LONGER
 from nsmaps.plugins import FAMILY, class_of
@@ -39,7 +39,11 @@ def _compute(spans: Spans, plan: "Plan", result: "StudyResult") -> dict[str, Any
     if plan.study.partition and not families:
         words = [word for word in np.unique(returns.words[returns.valid]).tolist() if LONGER not in word]
         families = [WordFamily(name=word, words=(word,)) for word in words]
-    return {"returns": returns, "surfaces": surfaces_among(plan.system, returns, grid, families)}
+    found: dict[str, Surface] = {}
+    for family in families:
+        with plan.study.source.located(("families", family.name)):
+            found |= surfaces_among(plan.system, returns, grid, [family])
+    return {"returns": returns, "surfaces": found}
 
 
 def _describe(spans: Spans, study: "Study") -> str:
