@@ -281,6 +281,10 @@ def own_map():
             track(map, [0.5], 2)
     proved = verify(prove_map(Logistic(a=2.5), cycles=[([0.6], 1)]))
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
+    found = nsmaps.find_cycles(Logistic(a=2.5), [[0.3, 0.9]], 1)
+    assert [cycle.states[0, 0] for cycle in found.cycles] == [pytest.approx(0.6)]
+    with pytest.raises(nsmaps.NsmapsError, match="encloses no images of boxes"):
+        nsmaps.find_cycles(InPython(a=2.5), [[0.3, 0.9]], 1)
 
 
 CASES = {

@@ -11,8 +11,11 @@ from piecewise_references import cyclic, number, rows
 import nsmaps
 from nsmaps import Along, Guard, HybridSystem, Section
 from nsmaps.dynamics.search import periodic_orbits_by_word
+from nsmaps.proof.horseshoe import prove_horseshoe
+from nsmaps.proof.maps.prove import prove_map
 from nsmaps.symbolic.kneading import topological_entropy
 from nsmaps.testing import check_system
+from nsmaps.verify.certificate import verify
 
 TABLE = rows("M8")
 ROWS = [row for name in ("integer_alpha", "other_alpha", "compensation") for row in TABLE[name]]
@@ -174,3 +177,20 @@ def test_it_is_the_circuit_from_clock_to_clock(given, letters):
 
 def test_check_system_finds_no_fault():
     check_system(BoostConverter(**CIRCUITS[0][0]), states=np.linspace(0.01, 4, 80)[:, None])
+
+
+def test_the_cells_of_the_study_are_proved_to_be_forward_invariant():
+    """The currents from I_ref - alpha to I_ref are carried into themselves: their cells, and images of those beside them."""
+    pytest.importorskip("flint")
+    made = prove_map(BoostConverter(alpha=2.5, I_ref=4), start=[3.3], window=[[0, 5]], cells=256)
+    inside = np.flatnonzero(made.codes == 0)
+    assert verify(made).closed.size == len(inside) < 2.5 / 5 * 256 + 8
+    assert {*range(int(1.5 / 5 * 256) + 1, int(4 / 5 * 256))} <= set(inside.tolist())
+
+
+@pytest.mark.thorough
+def test_the_horseshoe_of_the_study_has_at_most_the_entropy_of_the_map():
+    pytest.importorskip("flint")
+    system = BoostConverter(alpha=2.5, I_ref=4)
+    proved = verify(prove_horseshoe(system, [[1.5, 4]], 8, returns=4, depth=5))
+    assert 0.2974 < proved.chaos.entropy < topological_entropy(system) < 0.5381
