@@ -63,7 +63,10 @@ class Part:
         polymap = self.polymap
         ends = zip(polymap.coordinates, polymap.domain.tolist(), strict=True)
         box = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in ends if np.isfinite([low, high]).all())
-        lines = [f"{self.title}: {f'fitted on {box}' if box else 'coordinates set to constants or kept'}"]
+        if polymap.report is not None or np.isfinite(polymap.domain).all():
+            lines = [f"{self.title}: fitted on {box}"]
+        else:
+            lines = [f"{self.title}: given by a formula"]
         if polymap.report is not None:
             for row in polymap.report.rows():
                 numbers = f"largest error {row['max_error']:.3g}, R^2 {row['r2']:.9g}, {row['points']} points"

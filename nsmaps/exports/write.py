@@ -10,6 +10,7 @@ from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exports.document import KINDS, kind_of
 from nsmaps.exports.equations.modes import mode_files
@@ -24,7 +25,8 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 PROGRAMS = ("c", "julia")  #: languages in which the first return of an exact system is written
-ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, ImpactSystem, HybridSystem, the result of a study"
+SYSTEMS = "ImpactSystem, HybridSystem, PiecewiseMap"
+ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, {SYSTEMS}, the result of a study"
 
 
 def export(
@@ -36,9 +38,9 @@ def export(
     curve: nothing is expanded, so that nothing cancels. Numbers have as many digits as read back to them.
 
     Args:
-        result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap or StudyResult; for latex also an
-            ImpactSystem or a HybridSystem; for c and julia an ImpactSystem whose flights are in closed form: its first return at
-            its parameters.
+        result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap, PiecewiseMap or StudyResult; for
+            latex also an ImpactSystem or a HybridSystem; for c and julia an ImpactSystem whose flights are in closed form: its
+            first return at its parameters.
         format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too), "javascript"
             (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
@@ -49,9 +51,9 @@ def export(
         The text of the file, or texts by file name where there are several, as of "c" or of a study's result.
 
     Raises:
-        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region that only python
-            knows, or a system whose exact map has no table: with modes, with flights that are integrated, or with an impact
-            law that C has no function for.
+        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region or a map with a
+            function that formulas do not have, or a system whose exact map has no table: with modes, with flights that are
+            integrated, or with an impact law that C has no function for.
 
     Examples:
         >>> import nsmaps
@@ -130,17 +132,23 @@ def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
 
 def left_out(result: "StudyResult", format: str) -> list[str]:
     """What a study's result holds that is not written in a language, each with the reason."""
-    why = _unwritten(result.system, format) if format in PROGRAMS else ""
+    why = _unwritten(result.system, format) if format in PROGRAMS or isinstance(result.system, PiecewiseMap) else ""
     return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
 
 
 def _of_system(system: System, format: str, name: str | None = None) -> dict[str, str]:
-    """The equations of an exact system, or its first return as a program, by file name."""
+    """The equations of an exact system, its first return as a program, or a map given by formulas, by file name."""
     if why := _unwritten(system, format):
-        expected = "latex, or c and julia of flights in closed form" if isinstance(system, FlowSystem) else FlowSystem.wanted
+        expected = "latex, or c and julia of flights in closed form"
+        expected = "latex, or a formula of known functions" if isinstance(system, PiecewiseMap) else expected
+        expected = expected if isinstance(system, FlowSystem | PiecewiseMap) else FlowSystem.wanted
         raise NsmapsError(f"{type(system).__name__} as {format!r}: {why}; expected: {expected}")
     if isinstance(system, HybridSystem):
         return mode_files(system, name)
+    if isinstance(system, PiecewiseMap):
+        from nsmaps.exports.equations.pieces import piece_files
+
+        return piece_files(system, format, _writer(format), name)
     assert isinstance(system, ImpactSystem)
     if format == "latex":
         return system_files(system, name)
@@ -151,6 +159,8 @@ def _of_system(system: System, format: str, name: str | None = None) -> dict[str
 
 def _unwritten(system: System, format: str) -> str:
     """The reason why a system cannot be written in a language, or no text."""
+    if isinstance(system, PiecewiseMap):
+        return "" if format == "latex" else _without_text(system)
     if not isinstance(system, FlowSystem):
         return "its returns are given by a program, and not by formulas"
     if format == "latex":
@@ -160,3 +170,14 @@ def _unwritten(system: System, format: str) -> str:
     if not isinstance(system, ImpactSystem):
         return "it has modes, which have an engine of their own"
     return "its flights are integrated" if system.flight() == "acceleration" else ""
+
+
+def _without_text(system: PiecewiseMap) -> str:
+    """The reason why a map given by formulas has no text, or none."""
+    from nsmaps.reduced.composite.formulas import composite_of
+
+    try:
+        composite_of(system)
+    except NsmapsError as error:
+        return str(error)
+    return ""

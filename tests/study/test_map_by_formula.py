@@ -5,6 +5,7 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
+from nsmaps.exports.write import left_out
 from nsmaps.study.prepare import prepare
 
 CLASSES = """
@@ -74,6 +75,16 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
     cycle = found.orbits[0].exact.states[-2:]
     assert sorted(found.orbits[0].exact.words[-2:]) == ["L", "R"]
     assert np.abs(found.system.first_return(cycle).image - cycle[::-1]).max() < 1e-9
+    exported = nsmaps.export(found, "python")
+    assert ("formula.py" in exported, "composite_map.py" in exported) == (kind == "Formula", True)
+    assert [why.split(":")[0] for why in left_out(found, "c")] == ["the exact map"] * (kind == "Program")
+
+
+def test_cells_in_a_study_of_a_map(study):
+    """The fixed point attracts at a = 0.5, within cells that are forward invariant."""
+    found = nsmaps.run(study("Formula", "parameters: {a: 0.5}\nmorse: {box: {x: [-1, 1.5], y: [-0.5, 0.5]}, depth: 4}"))
+    assert (found.morse.of, found.trap.of, found.trap.forward_invariant) == ("map Formula", "map Formula", True)
+    assert found.morse.contains(np.array([[1 / 1.2, 0.3 / 1.2]])).all()
 
 
 @pytest.mark.parametrize(

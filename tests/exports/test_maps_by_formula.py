@@ -1,0 +1,96 @@
+"""Maps given by formulas in every language: run on ten thousand states, the images are those of the compiled map."""
+
+import ctypes
+import shutil
+import subprocess
+
+import given
+import numpy as np
+import pytest
+
+import nsmaps
+
+gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
+node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
+of_each = pytest.mark.parametrize("map", given.MAPS, ids=lambda map: type(map).__name__.lower())
+
+
+def compare(map, answer):
+    """The images and pieces of an answer of (states) against those of the compiled map, to the last bits."""
+    box = np.array(given.MAPS[map], float)
+    states = np.random.default_rng(8).uniform(*box.T, (10_000, len(box)))
+    states[:4, 0] = [0.0, 2 * np.pi, np.nextafter(0, -1), np.nan]
+    images, pieces = answer(states)
+    expected = map.first_return(states)
+    letters = np.array([*map.letters, ""])[pieces]
+    assert letters.tolist() == expected.words.tolist()
+    assert set(letters) >= set(map.letters)
+    assert (np.isnan(images) == np.isnan(expected.image)).all()
+    away = np.abs(map.coordinates.difference(images, expected.image)) / (1 + np.abs(expected.image))
+    assert np.nanmax(away) <= 4e-15
+
+
+@of_each
+def test_python(map):
+    namespace = {}
+    exec(nsmaps.export(map, "python"), namespace)
+    compare(map, namespace[type(map).__name__.lower()])
+
+
+@gcc
+@of_each
+def test_c(map, tmp_path):
+    nsmaps.export(map, "c", tmp_path, name="it")
+    strict = ["-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c99"]
+    subprocess.run(["gcc", *strict, "-shared", "-fPIC", "it.c", "-o", "it.so", "-lm"], cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "it.so"))
+
+    def answer(states):
+        images, pieces = np.empty_like(states), np.empty(len(states), np.intc)
+        pointers = (ctypes.c_void_p(each.ctypes.data) for each in (states, images, pieces))
+        library.it_batch(ctypes.c_size_t(len(states)), *pointers)
+        return images, pieces
+
+    compare(map, answer)
+
+
+@node
+@of_each
+def test_javascript(map, tmp_path):
+    nsmaps.export(map, "javascript", tmp_path, name="it")
+    script = """
+        const fs = require("fs"), map = require("./it.js"), n = Number(process.argv[1])
+        const numbers = new Float64Array(new Uint8Array(fs.readFileSync("states.bin")).buffer), rows = []
+        for (let k = 0; k < numbers.length / n; ++k) {
+            const [image, piece] = map.image_of([...numbers.subarray(k * n, k * n + n)])
+            rows.push(...image, piece)
+        }
+        fs.writeFileSync("images.bin", new Uint8Array(Float64Array.from(rows).buffer))
+    """
+
+    def answer(states):
+        states.astype("<f8").tofile(tmp_path / "states.bin")
+        subprocess.run(["node", "-e", script, str(states.shape[1])], cwd=tmp_path, check=True)
+        rows = np.fromfile(tmp_path / "images.bin").reshape(len(states), -1)
+        return rows[:, :-1], rows[:, -1].astype(int)
+
+    compare(map, answer)
+
+
+@of_each
+def test_other_languages_and_data(map, tmp_path):
+    """MATLAB and Julia are written, and JSON is read back as the composite map of the formulas."""
+    assert "function" in nsmaps.export(map, "matlab")
+    assert "module " in nsmaps.export(map, "julia")
+    nsmaps.export(map, "json", tmp_path, name="it")
+    read = nsmaps.read_map(tmp_path / "it.json")
+    compare(map, lambda states: (read.first_return(states).image, read.piece_of(states)))
+
+
+def test_latex_has_the_cases_with_symbols_of_parameters():
+    text = nsmaps.export(given.Circle(), "latex")
+    assert r"\section*{The map Circle}" in text
+    assert r"Parameters: $\omega = 0.7$, $k = 1.6$." in text
+    cases = r"k \sin^{3}{\left(\phi \right)} + \omega + \phi & \text{otherwise} \\"
+    assert r"\[ \phi_{k+1} = \begin{cases}" in text
+    assert cases in text
