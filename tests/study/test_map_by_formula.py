@@ -101,7 +101,7 @@ def test_cells_in_a_study_of_a_map(study):
             "orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}",
             "'impacts' is not an observable of Formula",
         ),
-        ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "no proofs are made of such"),
+        ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "'top' is of proofs about flights"),
     ],
 )
 def test_what_a_map_lacks_is_refused_at_its_line(study, sections, line):
