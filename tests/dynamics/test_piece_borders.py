@@ -109,10 +109,10 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     partner = switched_branch(Along(map, "tau_R"), event, (-2, 0), max_points=5)
     assert sorted(partner.words[0]) == ["L", "R", "R"]
     assert (partner.parameter[1:] < -1.02).all()
-    gone, at = ending(map, "tau_R", cycle, (-3, 0), "down")
+    gone, at = ending(map, "tau_R", cycle, (-4, 0), "down")
     assert at.kind == "cycle at infinity"
     assert at.parameter == pytest.approx(float(infinite), abs=1e-12)
-    assert len(gone.parameter) < 500
+    assert len(gone.parameter) < 400
 
 
 def test_a_doubling_of_affine_pieces_is_degenerate():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from nsmaps_border_collision import BorderCollision, Lozi
+from nsmaps_border_collision import Lozi
 from nsmaps_square_root import SquareRootPlane
 
 import nsmaps
@@ -51,7 +51,7 @@ class Cubed(PiecewiseMap):
 
 @pytest.mark.parametrize(
     "map",
-    [Lozi(), BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=-1.5, delta_R=0.9), Parabola(), Parabola(told=True),
+    [Lozi(), Parabola(), Parabola(told=True),
      SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)],
     ids=lambda map: type(map).__name__,
 )  # fmt: skip
