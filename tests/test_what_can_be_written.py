@@ -16,6 +16,7 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.trajectory import track
+from nsmaps.exports.languages import LANGUAGES
 from nsmaps.proof.maps.prove import prove_map
 from nsmaps.verify.certificate import verify
 
@@ -283,6 +284,11 @@ def own_map():
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
     found = nsmaps.find_cycles(Logistic(a=2.5), [[0.3, 0.9]], 1)
     assert [cycle.states[0, 0] for cycle in found.cycles] == [pytest.approx(0.6)]
+    assert all(nsmaps.export(Logistic(a=2.5), language) for language in LANGUAGES)
+    exec(nsmaps.export(Logistic(a=2.5), "python"), program := {})
+    assert program["logistic"]([[0.2]])[0] == pytest.approx(0.4)
+    with pytest.raises(nsmaps.NsmapsError, match="given by a program, and not by formulas"):
+        nsmaps.export(InPython(a=2.5), "c")
     with pytest.raises(nsmaps.NsmapsError, match="encloses no images of boxes"):
         nsmaps.find_cycles(InPython(a=2.5), [[0.3, 0.9]], 1)
 
