@@ -17,7 +17,7 @@ import typer
 
 from nsmaps.cli import commands, exploring, proving
 from nsmaps.cli.drawing import draw_listed, say_undrawn
-from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory
+from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
 from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.figures.catalogue import drawable, named_by
@@ -49,10 +49,6 @@ StudyName = Annotated[
 ]
 
 GIVEN = dict(os.environ)  #: the environment with which the program was started
-Settings = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="NAME=VALUE", help="A parameter in place of the study's own, such as r=0.45; may be repeated."),
-]
 
 
 def main() -> None:

@@ -1,23 +1,29 @@
 """The command `nsmaps explore`: an offline page of a run, or a live page of a study."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from nsmaps.cli.options import InstalledOnly
+from nsmaps.cli.options import InstalledOnly, Settings
 from nsmaps.cli.terminal import examples, progress_line, reported_errors
 from nsmaps.errors import NsmapsError
+
+if TYPE_CHECKING:
+    from nsmaps.study.study import Study
 
 EXAMPLES = examples("nsmaps run vi_pair/explore", "nsmaps explore runs/vi_pair/explore", "nsmaps explore vi_pair/fp --live")
 
 
 def explore(
-    what: Annotated[str, typer.Argument(metavar="DIR|STUDY", help="A folder that `nsmaps run` wrote; with --live a study too.")],
+    what: Annotated[
+        str, typer.Argument(metavar="DIR|STUDY", help="A folder that `nsmaps run` wrote; with --live a study or a system too.")
+    ],
     live: Annotated[bool, typer.Option("--live", help="Serve a page that computes while it is used, until Ctrl-C.")] = False,
     port: Annotated[int, typer.Option(help="Of --live: the port, 0 for any that is free.")] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Of --live: do not open a browser.")] = False,
     out: Annotated[Path, typer.Option(help="Of --live: the folder to which studies are saved.", file_okay=False)] = Path(),
+    set_: Settings = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
@@ -30,8 +36,13 @@ def explore(
         folder = Path(what)
         is_run = (folder / "result.json").is_file()
         if live:
-            _serve(str(folder / "study.yaml") if is_run else what, out, port, not no_browser, installed_only)
+            study = _study(str(folder / "study.yaml") if is_run else what, set_ or [], installed_only)
+            from nsmaps.explore.live.serve import serve
+
+            serve(study, out, port, not no_browser, typer.echo)
             return
+        if set_:
+            raise NsmapsError(f"--set {set_[0]} is of --live; expected: the run of a study with it, or --live")
         if not is_run:
             raise NsmapsError(f"{what} is not a folder that `nsmaps run` wrote; expected: one, or --live for a study")
         from nsmaps.explore.page.write import write_page
@@ -44,9 +55,16 @@ def explore(
     typer.echo(str(path))
 
 
-def _serve(study: str, out: Path, port: int, browser: bool, installed_only: bool) -> None:
-    """The live page of a study, until Ctrl-C."""
-    from nsmaps.explore.live.serve import serve
-    from nsmaps.study.reading.reader import load_study
+def _study(name: str, settings: list[str], installed_only: bool) -> "Study":
+    """The study of this name, or one of a system alone; with parameters set."""
+    from nsmaps.plugins import is_file, system_names
+    from nsmaps.study.reading.overrides import assignments
+    from nsmaps.study.reading.reader import check_installed, load_study, made_ready
+    from nsmaps.study.study import Study
 
-    serve(load_study(study, installed_only=installed_only), out, port, browser, typer.echo)
+    if not (is_file(name) or name in system_names()):
+        return load_study(name, assignments(settings), installed_only=installed_only)
+    study = Study.model_validate({"name": name.rpartition(":")[2], "system": name})
+    if installed_only:
+        check_installed(study)
+    return made_ready(study, assignments(settings))

@@ -12,6 +12,7 @@ from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern, letters_of
 from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.words import encode
 from nsmaps.parallel import SERIAL, Jobs
 from nsmaps.plugins import FAMILY, REGION
@@ -121,20 +122,27 @@ class Binding:
 
     def family(self, name: str) -> ReturnFamily:
         """A family of the study; raises StudyError unless its words are returns of the system."""
-        walls, first, source = self.system.letters, self.system.section_letters, self.study.source
+        first, source = self.system.section_letters, self.study.source
         words: Sequence[str] | Instance = self.study.families[name]
         if isinstance(words, Instance):
             family: ReturnFamily = created(source, ("families", name), words, FAMILY, name=name)
             return family
         for number, word in enumerate(words):
             loc = ("families", name, number)
-            with source.located(loc):
-                encode(letters_of(word), walls)
+            self.check_return(loc, letters_of(word))
             if not (letters_of(word).startswith(first) and len(word) > len(min(first))):
                 raise source.error(loc, f"the word {word!r} is not a return; expected: words that {_ends(self.system, first)}")
         ends = {} if len(first) == 1 and first[0] else {"max_returns": max(_needed(word, first) for word in words)}
         with source.located(("families", name), WordFamily, words=""):
             return WordFamily(name=name, words=tuple(words), **ends)
+
+    def check_return(self, loc: Loc, word: str) -> None:
+        """Raise StudyError for a word with unknown letters, or with more than the one of a return of a map in pieces."""
+        with self.study.source.located(loc):
+            encode(word, self.system.letters)
+        if isinstance(self.system, PiecewiseMap) and len(word) > 1:
+            letters = ", ".join(self.system.letters)
+            raise self.study.source.error(loc, f"the word {word!r} has several letters; expected: that of one piece: {letters}")
 
     def every_coordinate(self, loc: Loc, values: Mapping[str, Value]) -> dict[str, Value]:
         """The values in the order of the system's coordinates; raises StudyError if one is missing."""

@@ -1,5 +1,7 @@
 """Live exploration: scenes of studies, their pictures as arrays, and what a page does with them, without a browser."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,18 @@ from nsmaps.explore.live import pictures
 from nsmaps.explore.live.scene import scene_of, span, study_of
 from nsmaps.study.store.archive import resolved
 
+FORM = """
+from nsmaps import PiecewiseMap
+
+class Form(PiecewiseMap):
+    a: float
+    c: float = -1.2
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {"L": (x.x <= 0, {"x": self.a * x.x + x.y + 1, "y": -0.3 * x.x}),
+                "R": (True, {"x": self.c * x.x + x.y + 1, "y": -0.4 * x.x})}
+"""
 STUDIES = ("vi_pair/bifurcation", "bouncing_ball/auto", "recoil_pair/diagram", "soft_impact/domain", "belt/diagram")
 
 
@@ -160,3 +174,28 @@ class Ticks(ImpactSystem):
         s = t - hit.t
         return hit.z + (hit.w + cos(hit.t)) * s - s**2 / 2 - (sin(t) - sin(hit.t))
 '''
+
+
+def test_a_map_by_formula_is_explored_from_its_file(tmp_path, monkeypatch):
+    """A system alone with parameters set; the fixed point on the right is 1/2.6, -0.4/2.6."""
+    from nsmaps.cli.exploring import _study
+
+    (tmp_path / "form.py").write_text(FORM)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(nsmaps.NsmapsError, match="the parameter 'a' is missing"):
+        _study("form.py:Form", [], False)
+    scene = scene_of(_study("form.py:Form", ["a=0.9"], False))
+    assert list(scene.plane) == ["x", "y"]
+    found = pictures.followed(scene)
+    assert (found.time[-1], list(found.curves)) == (60.0, ["x", "y"])
+    np.testing.assert_array_equal(found.curves["y"], found.orbit.states[:61, 1])
+    assert "R" in found.text
+    scene = replace(scene, plane={"x": (-1.0, 1.0), "y": (-1.0, 1.0)})
+    shown = pictures.words(scene, 10)
+    assert (shown.kind, set(shown.names)) == ("First returns by word", {"L", "R"})
+    assert pictures.diagram(scene, 20, 20).counts.sum() > 0
+    fixed = [one for one in pictures.cycles(scene) if one.period == 1]
+    assert min(np.abs(one.states[0] - [1 / 2.6, -0.4 / 2.6]).max() for one in fixed) < 1e-12
+    path = tmp_path / "mine.yaml"
+    path.write_text(resolved(study_of(scene, "mine")))
+    assert nsmaps.load_study(path).system_object() == scene.system

@@ -101,6 +101,9 @@ def test_cells_in_a_study_of_a_map(study):
             "orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}",
             "'impacts' is not an observable of Formula",
         ),
+        ("noise: {sigma: [0.1], start: {x: 0.1, y: 0.1}, modes: {a: [LR]}}", "the word 'LR' has several letters"),
+        ("families: {a: [L, LR]}", "the word 'LR' has several letters; expected: that of one piece: L, R"),
+        ("branches: [{name: a, parameter: a, from: 0, to: 2, start: {x: 0.1, y: 0.1}, chatter: true}]", "complete chatter of a"),
         ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "'top' is of proofs about flights"),
     ],
 )

@@ -21,6 +21,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.explore.live.pictures import Diagram, Followed, Plane
 from nsmaps.explore.live.scene import Scene, span
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, PIECES, RED, REST, SKY, tint
@@ -44,7 +45,7 @@ class Page:
         self.sliders = {name: _slider(scene, name) for name in names}
         self.parameter = Select(title="Parameter of the diagram", value=scene.parameter, options=names)
         self.coordinate = Select(title="Coordinate of the diagram", value=scene.coordinate, options=list(scene.coordinates))
-        self.colours = RadioButtonGroup(labels=["impact words", "basins"], active=0)
+        self.colours = RadioButtonGroup(labels=["words", "basins"], active=0)
         self.cycles = Button(label="Find cycles of up to four returns")
         self.name = TextInput(title="Name of a study", value="explored")
         self.save = Button(label="Save as a study", button_type="primary")
@@ -54,9 +55,11 @@ class Page:
         self._curves = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
         self.diagram, self.now = self._make_diagram()
         self.plane = self._make_plane()
-        self.motion = figure(name="motion", height=360, title="Motion through the first impacts or events", **_look("pan"))
+        moves = isinstance(scene.system, FlowSystem)
+        title = "Motion through the first impacts or events" if moves else "First returns"
+        self.motion = figure(name="motion", height=360, title=title, **_look("pan"))
         self.motion.multi_line("xs", "ys", source=self._curves, line_color="colour", line_width=1.6, legend_field="name")
-        self.motion.xaxis.axis_label = "time"
+        self.motion.xaxis.axis_label = "time" if moves else "return"
         self.widen(scene)
 
     def layout(self) -> LayoutDOM:

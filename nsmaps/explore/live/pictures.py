@@ -18,6 +18,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.explore.live.scene import Scene
 from nsmaps.parallel import Jobs
@@ -25,7 +26,7 @@ from nsmaps.progress import Progress
 
 MOST = 9  #: areas of a plane that have a colour of their own; the last of them is of all others
 RETURNS, DISCARDED = 300, 500  #: of an orbit, and before those of a diagram
-_TRACKED = 12  #: impacts or events of the motion that is drawn
+_TRACKED, _SHOWN = 12, 61  #: impacts or events of the motion that is drawn, states of the orbit of a map
 _PERIODS = (1, 2, 3, 4)  #: in returns, of the cycles that are searched for
 _GUESSES = 5  #: along either coordinate of the plane, from which they are searched for
 
@@ -79,11 +80,11 @@ class Plane:
 
 
 def words(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
-    """The plane by impact word of the first return, or by its outcome where there is no word."""
+    """The plane by the word of the first return, or by its outcome where there is no word."""
     returns = scene.system.first_return(scene.grid(points).states())
     ends = [Outcome(number).name for number in returns.outcome.tolist()]
     text = np.where(returns.words == "", ends, returns.words)
-    return _areas("First returns by impact word", text.tolist(), points)
+    return _areas("First returns by word", text.tolist(), points)
 
 
 def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
@@ -107,11 +108,11 @@ def _areas(kind: str, names: Sequence[str], points: int) -> Plane:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Followed:
-    """The orbit of a start with its limit set, and the motion through its first impacts or events."""
+    """The orbit of a start with its limit set, and the motion through its first impacts or events, of maps its first returns."""
 
     orbit: Orbit
     ends: LimitSet | None  #: None if the orbit ended
-    time: Floats | None = None  #: shape (k,), NaN between flights; None if there is no motion
+    time: Floats | None = None  #: shape (k,), NaN between flights, or numbers of returns; None if there is no motion
     curves: Mapping[str, Floats] = field(default_factory=dict)  #: by name, each of shape (k,)
 
     @property
@@ -124,9 +125,12 @@ class Followed:
 
 
 def followed(scene: Scene) -> Followed:
-    """The orbit of the start of a scene, and the motion through its first impacts or events."""
+    """The orbit of the start of a scene, and the motion through its first impacts or events, or its first returns."""
     found = orbit(scene.system, scene.start, RETURNS)
     ends = limit_set(scene.system, found)
+    if not isinstance(scene.system, FlowSystem):
+        first = found.states[:_SHOWN]
+        return Followed(found, ends, np.arange(float(len(first))), dict(zip(scene.coordinates, first.T, strict=True)))
     try:
         motion = track(scene.system, scene.start, _TRACKED)
     except NsmapsError:

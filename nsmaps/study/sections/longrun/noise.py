@@ -9,7 +9,6 @@ from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.words import encode
 from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
@@ -90,9 +89,8 @@ def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
     with binding.study.source.located(("noise",)):
         check_noise(binding.system, spec.noise(spec.sigma[0]))
     for name, words in spec.modes.items():
-        with binding.study.source.located(("noise", "modes", name)):
-            for word in words:
-                encode(word, binding.system.letters)
+        for word in words:
+            binding.check_return(("noise", "modes", name), word)
     if along := spec.impacts:
         binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
     return binding.start(("noise", "start"), spec.start)

@@ -9,6 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.follow import CLOSED
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
@@ -92,6 +93,9 @@ def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
         text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; expected: 'at' within the range"
         raise source.error(loc if section.at is None else (*loc, "at"), text)
     binding.check_value(loc, name, value, "at")
+    if section.chatter:
+        with source.located((*loc, "chatter")):
+            FlowSystem.require(binding.system, "complete chatter")
     return binding.start((*loc, "start"), section.start)
 
 

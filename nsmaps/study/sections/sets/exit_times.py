@@ -34,6 +34,10 @@ def _needs(spec: ExitTimesSection) -> Iterator[Need]:
 
 
 def _bind(spec: ExitTimesSection, binding: "Binding") -> Box:
+    from nsmaps.enclosures.box_images import box_map
+
+    with binding.study.source.located(("exit_times",)):
+        box_map(binding.system)
     return binding.box(("exit_times", "box"), spec.box)
 
 

@@ -28,6 +28,10 @@ class MorseSection(BaseModel):
 
 
 def _bind(spec: MorseSection, binding: "Binding") -> Box:
+    from nsmaps.enclosures.box_images import box_map
+
+    with binding.study.source.located(("morse",)):
+        box_map(binding.system)
     return binding.box(("morse", "box"), spec.box)
 
 
