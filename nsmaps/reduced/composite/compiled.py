@@ -34,12 +34,7 @@ class CompiledComposite(WithCoordinates):
     def of(cls, map: "Pieces") -> Self:
         """The compiled form of a map."""
         several = np.array([*(piece.returns for piece in map.pieces), 1, 1], np.int32) if map.several else None
-        return cls(map.coordinates, map.walls, _tables(map, [code_of(piece.region) for piece in map.pieces]), several)
-
-    @property
-    def given(self) -> bool:
-        """True if the pieces of states are to be given, since a region has a class of its own."""
-        return self.tables.given
+        return cls(map.coordinates, map.walls, _tables(map), several)
 
     def pieces_of(self, states: Floats) -> Ints:
         """The number of the first piece that contains each state (N, n), shape (N,): -1 for none, -2 if it is NaN or infinite."""
@@ -48,7 +43,7 @@ class CompiledComposite(WithCoordinates):
         return piece
 
     def first_returns(self, start: Floats, piece: Ints) -> Returns:
-        """The first returns of states (N, n). Their pieces, shape (N,), are read if they are `given`, and otherwise written."""
+        """The first returns of states (N, n); the numbers of their pieces are written to `piece`, shape (N,)."""
         room = self._room(1, start)
 
         def run(k: slice) -> None:
@@ -101,10 +96,8 @@ def compiled(map: "Pieces") -> CompiledComposite:
     return CompiledComposite.of(map)
 
 
-def _tables(map: "Pieces", conditions: Sequence[Code | None]) -> CompositeTables:
-    tests = [code for code in conditions if code is not None]
-    given = len(tests) < len(conditions)
-    tests = [[] for _ in conditions] if given else tests
+def _tables(map: "Pieces") -> CompositeTables:
+    tests = [code_of(piece.region) for piece in map.pieces]
     maps, names = [piece.map for piece in map.pieces], map.coordinates
     columns, kinds, formulas = _variables(maps, names)
     codes = [*tests, *(code for of in formulas for code in of)]
@@ -120,7 +113,6 @@ def _tables(map: "Pieces", conditions: Sequence[Code | None]) -> CompositeTables
     words = [_code(piece.word, map.walls) for piece in map.pieces]
     return CompositeTables(
         angle=names.angles,
-        given=given,
         operation=operations[:, 0].astype(np.int64),
         number=np.ascontiguousarray(operations[:, 1]),
         first_operation=first[: len(maps) + 1],

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief, finite_rows
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import FitError, NsmapsError, near_match
-from nsmaps.exact.returnmap import ReturnMap, single_returns
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.reduced.composite.piece import Piece as Piece
@@ -55,9 +55,15 @@ class CompositeMap(Pieces, ReturnMap):
 
     def piece_once(self, states: ArrayLike) -> Ints:
         """As `piece_of`, for states that are looked up once: by the regions where that is faster than loading compiled code."""
-        x = as_states(states, self.coordinates)
-        few = len(self.pieces) * len(x) <= ONCE
-        return np.maximum(self._pieces_by_region(x), -1) if few else self.piece_of(x)
+        x = self.coordinates.wrap(as_states(states, self.coordinates))
+        if len(self.pieces) * len(x) > ONCE:
+            return self.piece_of(x)
+        number, left = np.full(len(x), -1), np.flatnonzero(finite_rows(x))
+        for k, piece in enumerate(self.pieces):
+            holds = piece.region.contains(x[left])
+            number[left[holds]] = k
+            left = left[~holds]
+        return number
 
     def piece(self, name: str) -> Piece:
         """The piece of a name."""
@@ -85,21 +91,18 @@ class CompositeMap(Pieces, ReturnMap):
         from nsmaps.reduced.composite.compiled import compiled
 
         start, fast = as_states(states, self.coordinates), compiled(self)
-        number = self._pieces_by_region(start) if fast.given else np.empty(len(start), np.int64)
+        number = np.empty(len(start), np.int64)
         returns = fast.first_returns(start, number)
         return replace(returns, derivative=self._derivative(start, number)) if derivative else returns
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first.
 
-        They are computed in one compiled loop, unless a region has a class of its own. The outcome that ended an orbit is
-        repeated.
+        They are computed in one compiled loop. The outcome that ended an orbit is repeated.
         """
         from nsmaps.reduced.composite.compiled import compiled
 
-        start, fast = as_states(states, self.coordinates), compiled(self)
-        single = fast.given and n > 0
-        returns = Returns.concatenated([*single_returns(self, start, n)]) if single else fast.orbits(start, n)
+        returns = compiled(self).orbits(as_states(states, self.coordinates), n)
         return replace(returns, derivative=self._slopes(returns.start)) if derivative else returns
 
     def _slopes(self, states: Floats) -> Floats:
@@ -125,24 +128,10 @@ class CompositeMap(Pieces, ReturnMap):
         )
 
     def _pieces_of(self, states: Floats) -> Ints:
-        """As `piece_of`, -2 for a state that is not finite: by compiled conditions, or by regions if one is user-defined."""
+        """As `piece_of`, -2 for a state that is not finite."""
         from nsmaps.reduced.composite.compiled import compiled
 
-        fast = compiled(self)
-        return self._pieces_by_region(states) if fast.given else fast.pieces_of(states)
-
-    def _pieces_by_region(self, states: Floats) -> Ints:
-        """As `_pieces_of`, by the regions themselves."""
-        x = self.coordinates.wrap(states)
-        number = np.where(finite_rows(x), -1, -2)
-        left = np.flatnonzero(number == -1)
-        for k, piece in enumerate(self.pieces):
-            if not len(left):
-                break
-            holds = piece.region.contains(x[left])
-            number[left[holds]] = k
-            left = left[~holds]
-        return number
+        return compiled(self).pieces_of(states)
 
     def _derivative(self, states: Floats, number: Ints) -> Floats:
         """The derivatives of the pieces' maps at states (N, n), shape (N, n, n); NaN in no piece."""

@@ -25,8 +25,7 @@ class CompositeTables(NamedTuple):
     """A composite map of P pieces over n coordinates in arrays: C operations, T terms of polynomials in at most K variables."""
 
     angle: NDArray[np.bool_]  #: shape (n,)
-    given: bool  #: True if the pieces of states are found in Python: a region has a class of its own
-    operation: Ints  #: shape (C,), of conditions, none if `given`, and of variables that are formulas
+    operation: Ints  #: shape (C,), of conditions, and of variables that are formulas
     number: Floats  #: shape (C,), that of each operation
     first_operation: Ints  #: shape (P + 1,), where the condition of each piece begins
     depth: int  #: places on the stack that the conditions need
@@ -84,8 +83,7 @@ def load(tables, work, states, begin, end, piece):
         if not finite:
             piece[i] = NO_STATE
             continue
-        if not tables.given:
-            piece[i] = NOWHERE
+        piece[i] = NOWHERE
         work.left[count] = i
         count += 1
     return count
@@ -95,12 +93,11 @@ def load(tables, work, states, begin, end, piece):
 def divide(tables, work, k, count, piece):
     """Divide the remaining states into those that piece k contains, now in `work.held`, and the others: the numbers of both."""
     x, left, held, first = work.x, work.left, work.held, tables.first_operation
-    if not tables.given:
-        evaluate_condition(tables.operation, tables.number, first[k], first[k + 1], x, count, work.stack)
+    evaluate_condition(tables.operation, tables.number, first[k], first[k + 1], x, count, work.stack)
     many, kept = 0, 0
     for c in range(count):
         i = left[c]
-        if piece[i] == k if tables.given else work.stack[0, c] != 0.0:
+        if work.stack[0, c] != 0.0:
             piece[i] = k
             held[many] = i
             many += 1
@@ -237,7 +234,7 @@ def advance(tables, work, states, begin, end, piece, image, turns, codes, outcom
 def orbits(tables, work, start, piece, image, turns, codes, outcome):
     """Write the fields of `Returns` for the first n returns of M states (M, dim), each array of shape (n, M, ...).
 
-    The outcome that ended an orbit is repeated to the last return. Pieces are read if `tables.given`, otherwise written.
+    The outcome that ended an orbit is repeated to the last return.
     """
     for begin in range(0, len(start), BLOCK):
         end = min(begin + BLOCK, len(start))
