@@ -98,6 +98,19 @@ def test_a_window_ends_where_its_last_point_meets_the_border(a, window):
     assert f"state {n} (L) at x = 0, beyond which is R" in event.detail
 
 
+@pytest.mark.parametrize("side", ["down", "up"])
+def test_curves_of_doublings_and_borders_in_two_parameters(side):
+    """Those of LLR for a from 0.4 to 0.9."""
+    system = SquareRoot(a=0.5, mu=0.07)
+    orbit = nsmaps.periodic_orbit(system, [0.06], 3)
+    branch = nsmaps.continue_branch(Along(system, "mu"), orbit, system.mu, (0.01, 0.3), side, step=0.5)
+    curve = nsmaps.bifurcation_curve(Along(system, "mu", "a"), branch.events[0], 0.5, ((0.01, 0.3), (0.4, 0.9)), step=0.1)
+    mu, a = np.array(curve.parameters).T
+    exact = [float(doubling_and_border(each, 3)[side == "up"]) for each in a]
+    assert len(mu) > 8
+    assert mu == pytest.approx(exact, rel=1e-13)
+
+
 def test_the_fixed_point_with_an_impact_doubles():
     """s^2 + s = mu and -1/(2 s) = -1: at mu = 3/4, from above."""
     system = SquareRoot(a=0.5, mu=2.0)
