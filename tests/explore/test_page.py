@@ -307,3 +307,60 @@ def test_a_run_without_a_map_is_refused(tmp_path):
         NsmapsError, match="the page shows a composite map of two coordinates; expected: a study with 'composite'"
     ):
         data_of(nsmaps.run(tmp_path / "bare.yaml"))
+
+
+MAP = """
+from nsmaps import PiecewiseMap
+
+class Form(PiecewiseMap):
+    c: float = -1.2
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {"L": (x.x <= 0, {"x": 0.9 * x.x + x.y + 1, "y": -0.3 * x.x}),
+                "R": (True, {"x": self.c * x.x + x.y + 1, "y": -0.4 * x.x})}
+"""
+STUDY = """
+system: form.py:Form
+grid: {x: {from: -2, to: 2, points: 21}, y: {from: -1, to: 1, points: 21}}
+families: {left: [L], right: [R]}
+composite:
+  - {name: left, family: left, where: x <= 0, fit: {full: {x: 1, y: 1}}}
+  - {name: right, family: right, where: x > 0, fit: {full: {x: 1, y: 1}}}
+orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder_of_map(tmp_path_factory):
+    place = tmp_path_factory.mktemp("map")
+    (place / "form.py").write_text(MAP)
+    (place / "study.yaml").write_text(STUDY)
+    for command in (
+        ["run", str(place / "study.yaml"), "--out", str(place / "run"), "--no-figures"],
+        ["explore", str(place / "run")],
+    ):
+        assert CliRunner().invoke(app, [*command, "--quiet"]).exit_code == 0
+    return place / "run"
+
+
+def test_the_page_of_a_map_has_its_orbits_in_place_of_flights(folder_of_map):
+    result = nsmaps.read_result(folder_of_map)
+    data = data_of(result)
+    assert (data["shown"], len(data["flights"])) == ("orbit", 19**2)
+    for flight in data["flights"][::50]:
+        found = nsmaps.orbit(result.system, flight["state"], 4)
+        assert flight["letters"] == found.words.tolist()
+        assert flight["bodies"]["x"][::2] == pytest.approx(found.states[:, 0], rel=1e-6, abs=1e-6)
+        assert len(flight["time"]) == len(flight["bodies"]["y"]) == 9
+    assert "nsmaps_map" in data["script"]
+
+
+def test_the_page_of_a_map_opens(new_page, folder_of_map):
+    page = new_page()
+    page.goto((folder_of_map / "explore.html").as_uri())
+    page.locator("#motion-name[data-period]").wait_for()
+    assert page.locator("#motion-name").get_attribute("data-period") == "1"
+    assert page.locator("#exact").text_content() == "The exact orbit, computed with this page."
+    assert page.problems == []
+    page.context.close()

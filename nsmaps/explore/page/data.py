@@ -10,6 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.events import ModeTrack
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.exports.write import export
 from nsmaps.figures.composite.areas import colours_of
@@ -46,6 +47,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     return {
         "title": result.study.title or result.study.name,
         "system": type(result.system).__name__,
+        "shown": "flight" if isinstance(result.system, FlowSystem) else "orbit",
         "parameters": dict(result.system.parameters),
         "coordinates": list(composite.coordinates),
         "angles": composite.coordinates.angles.tolist(),
@@ -122,7 +124,16 @@ def _flights(result: "StudyResult") -> list[dict[str, Any]]:
 
 
 def _bodies(system: "System", start: Floats, count: int) -> dict[str, Any]:
-    """The exact motion through so many impacts or events: places over time, letters, and which bodies are walls."""
+    """The exact motion through so many impacts or events: places over time, letters, and which bodies are walls.
+
+    Of a map these are its coordinates, each held from one return to the next.
+    """
+    if not isinstance(system, FlowSystem):
+        path = orbit(system, start, count)
+        ends = np.repeat(np.arange(count + 1.0), 2)[1:]
+        lines = {name: _short(np.repeat(line, 2)[:-1]) for name, line in zip(system.coordinates, path.states.T, strict=True)}
+        letters, at = path.words.tolist(), list(range(1, count + 1))
+        return {"time": _short(ends), "bodies": lines, "walls": [], "letters": letters, "at": at}
     found = track(system, start, count, _SAMPLES)
     if isinstance(found, ModeTrack):
         bodies = dict(zip(found.names, np.moveaxis(found.states, -1, 0), strict=True))

@@ -109,9 +109,9 @@ function draw(points, all = false) {
     if (!flown) motion.choose(state.value)
     const near = motion.now.value, from = motion.now.state
     byId("exact").textContent = flown ?
-        `The exact flight from ${names.map((name, c) => `${name} = ${short(from[c])}`).join(", ")}${moved ? ` at ${moved.name} = `
-            + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? "The exact flight, computed with this page." :
-        `The exact flight on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
+        `The exact ${DATA.shown} from ${names.map((name, c) => `${name} = ${short(from[c])}`).join(", ")}${moved ? ` at ${moved.name} = `
+            + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? `The exact ${DATA.shown}, computed with this page.` :
+        `The exact ${DATA.shown} on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
     moveCursor()
     if (!all || !DATA.surfaces.length) return
     due = () => drawSurfaces(byId("surfaces"), Number(byId("image").value), byId("sheets").value, rows, points, fly)
