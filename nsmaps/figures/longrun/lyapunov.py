@@ -17,9 +17,11 @@ _COLOURS = (BLUE, ORANGE, "0.45")
 
 
 def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet of two panels: per return and per unit of time."""
-    panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in (False, True))
-    return (Sheet("lyapunov", panels, 2, legend=True),)
+    """One sheet of two panels: per return and per unit of time; of one where a return takes a unit, as those of maps do."""
+    at = LYAPUNOV.of(result, "lyapunov").at
+    kinds = (False,) if np.array_equal(at.exponents, at.per_time, equal_nan=True) else (False, True)
+    panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in kinds)
+    return (Sheet("lyapunov", panels, len(panels), legend=True),)
 
 
 def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
