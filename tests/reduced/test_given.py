@@ -115,6 +115,20 @@ def test_a_root_has_bounded_images_up_to_its_border():
     assert closed_box(map, [[-0.2, 0.02]]).forward_invariant
 
 
+def test_a_root_beyond_a_slanted_border_is_not_bounded_across_it():
+    class Slanted(given.Lozi):
+        """The root of x + y where that is positive."""
+
+        def pieces(self, x):
+            return {"L": (x.x + x.y < 0, {"x": x.x, "y": x.y}), "R": (True, {"x": sp.sqrt(x.x + x.y), "y": x.y})}
+
+    found = box_map(Slanted()).image_boxes(
+        np.array([[[-0.1, 0.2], [0.0, 0.1]], [[0.1, 0.2], [0.0, 0.1]], [[-0.3, -0.2], [0, 0.1]]])
+    )
+    assert (found.bounded.tolist(), found.empty.tolist()) == ([False, True, True], [True, False, False])
+    assert found.images[found.source == 1][0, 0] == pytest.approx(np.sqrt([0.1, 0.3]), abs=1e-12)
+
+
 SIDES = [
     ("x > 1 and y < 2*x", [[1, np.inf], [-np.inf, np.inf]], [[-np.inf, np.inf]] * 2),
     ("not (x > 1 or 0.5 >= y)", [[-np.inf, 1], [0.5, np.inf]], [[-np.inf, np.inf]] * 2),

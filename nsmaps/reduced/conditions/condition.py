@@ -85,7 +85,7 @@ def with_numbers(text: str, values: Mapping[str, float], names: Sequence[str]) -
 def read_number(text: str) -> float:
     """The finite number in a text, or a ConditionError that states the column.
 
-    Allowed are numbers, + - * / **, parentheses, pi, e, sqrt, sin, cos, exp and log.
+    Allowed are numbers, + - * / **, parentheses, pi, e and the FUNCTIONS of `nsmaps.files.expressions`, from sqrt to max.
 
     >>> read_number("2*pi/3") == 2 * math.pi / 3
     True
