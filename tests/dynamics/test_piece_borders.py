@@ -194,3 +194,14 @@ def test_events_on_the_way_to_infinity_are_met():
     branch = continue_branch(Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1)
     found = [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in branch.events]
     assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]
+
+
+def test_a_small_cycle_at_an_infinite_slope_is_not_at_a_gap() -> None:
+    """A motion of extent 5e-4: the root of what is left of a distance is no jump, as it falls with the distance."""
+    a, mu = 0.2, 6.4888945e-08
+    half = a**6 / 2
+    root = np.sqrt(half**2 + mu * (1 - a**7) / (1 - a)) - half
+    system = SquareRoot(a=a, mu=mu)
+    cycle = nsmaps.periodic_orbit(system, [root**2], 7)
+    branch = nsmaps.continue_branch(nsmaps.Along(system, "mu"), cycle, mu, (0.9 * mu, 1.2 * mu), "up", step=0.5)
+    assert branch.events[-1].border == "non-smooth fold"

@@ -12,7 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import correct, length, tangent
-from nsmaps.dynamics.continuation.border import GAP, NEAR, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING, Multipliers, counts
+from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING, Multipliers, counts
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, parameter_rates
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.piecewise.prolonged import Prolonged
@@ -23,6 +23,7 @@ from nsmaps.exact.systems.piecewise import PiecewiseMap
 CLOSE = 1e-3  #: distance of a state from a border, in scales of the coordinates, within which one is sought
 BEYOND = 1e-7  #: a border, in these: states that show which piece is there
 NEARBY = 1e-10  #: from a border at which the slope of a piece is infinite
+CLOSER = 1e-2  #: share of this at which it is seen whether the map jumps: where it is continuous images meet as the square root
 CONTINUOUS = 1e-9  #: difference of the images by both pieces, as a share of the scale
 LEFT = 1e-6, 1e-5, 1e-4, 1e-3  #: distances beyond it, in the scale, at which the cycles of the other side are sought
 AT_ONCE = 1e-9  #: distance of further states from their borders, in the scale, that are there with the first
@@ -103,16 +104,23 @@ class AtBorder:
                 return there
         return None
 
-    def returns(self, curve: OrbitCurve, map: ReturnMap, states: Floats, side: int) -> tuple[Returns, bool]:
-        """The returns of the cycle by the pieces of a side, and whether a slope is infinite there: then those from next to it."""
+    def returns(self, curve: OrbitCurve, map: ReturnMap, states: Floats, side: int, share: float = 1.0) -> tuple[Returns, bool]:
+        """The returns of the cycle by the pieces of a side, and whether a slope is infinite there: then those from next to it.
+
+        They are from a share of `NEARBY` beside it.
+        """
         there, beside = self.prolonged(map, side), states.copy()
         found = there.first_return(states, derivative=True)
         if np.isfinite(found.slopes).all():
             return found, False
         gradients = there.borders(states)[1]
         for k, j, sign in zip(self.states, self.borders, self.signs, strict=True):
-            beside[k] += (sign, -sign)[side] * NEARBY * _normal(gradients[k, j], curve.scale)
+            beside[k] += (sign, -sign)[side] * share * NEARBY * _normal(gradients[k, j], curve.scale)
         return there.first_return(beside, derivative=True), True
+
+    def jump(self, curve: OrbitCurve, here: Returns, there: Returns) -> float:
+        """The largest difference of the images by the pieces of both sides, in the curve's scale."""
+        return float(np.max(np.abs(curve.coordinates.difference(here.image, there.image)) / curve.scale))
 
     def outcome(self, curve: OrbitCurve, value: float, states: Floats) -> tuple[str, str]:
         """What becomes of the cycle at a value of the parameter, "" where that is not known, and the place in words."""
@@ -128,8 +136,9 @@ class AtBorder:
         if len(states) > 1 and curve.coordinates.near(states, states[:1], AT_ONCE, curve.scale).all():
             return "", f"all {len(self.own)} states at {of.names[self.borders[0]]}: the cycle shrinks to a point"
         (here, steep), (there, beyond) = (self.returns(curve, map, states, side) for side in (0, 1))
-        off = np.abs(curve.coordinates.difference(here.image, there.image)) / curve.scale
-        if not off.max() <= (NEAR * np.sqrt(NEARBY) if steep or beyond else CONTINUOUS):
+        off = self.jump(curve, here, there)
+        nearer = self.jump(curve, *(self.returns(curve, map, states, side, CLOSER)[0] for side in (0, 1)))
+        if not (off <= CONTINUOUS or ((steep or beyond) and nearer <= 2 * np.sqrt(CLOSER) * off)):
             return GAP, f"{place}; the map jumps"
         own, other = (PeriodicOrbit(each, curve.tolerance, curve.scale).multipliers for each in (here, there))
         (own_above, own_below), (above, below) = counts(own), counts(other)
