@@ -169,3 +169,23 @@ figures: [observables, bifurcation]
     assert found.optimum.parameters["a"] == pytest.approx(at, abs=1e-6)
     noisy = found.noisy_optimum
     assert abs(noisy.value[0] - 1 / (0.7 + at)) < 5 * noisy.error[0]
+
+
+def test_projections_of_a_map_on_the_circle_leave_out_parts_without_states(tmp_path):
+    from nsmaps.figures.returns.projections import sheets
+
+    (tmp_path / "turn.py").write_text("""
+import nsmaps
+
+class Turn(nsmaps.PiecewiseMap):
+    b: float = 1.0
+    coordinates = ("w", nsmaps.Angle("phi"))
+
+    def pieces(self, x):
+        image = {"w": x.w / 2, "phi": x.phi + self.b}
+        return {"F": (x.phi > 4, image), "S": (True, image)}
+""")
+    axes = "{w: {from: -1, to: 1, points: 5}, phi: {from: 0, to: 2*pi, points: 21}}"
+    (tmp_path / "study.yaml").write_text(f"system: turn.py:Turn\ngrid: {axes}\nfamilies: {{late: [F], early: [S]}}\n")
+    found = sheets(nsmaps.run(nsmaps.load_study(tmp_path / "study.yaml")))
+    assert [(sheet.name, len(sheet.panels)) for sheet in found] == [("projections-late", 2), ("projections-early", 4)]

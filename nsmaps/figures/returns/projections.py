@@ -40,7 +40,10 @@ def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
     halves = _halves(first.coordinates[-1], list(first.grid.axes.values())[-1])
     *_, last = names = first.coordinates
     views: list[dict[str, Any]] = [{"part": half, "coordinate": name, "bar": name == last} for half in halves for name in names]
-    panels = {family: tuple(partial(projections, result, family=family, **view) for view in views) for family in named}
+    panels = {
+        family: tuple(partial(projections, result, family=family, **view) for view in views if _has_states(surface, view["part"]))
+        for family, surface in named.items()
+    }
     if len(halves) == 1:
         return (Sheet("projections", sum(panels.values(), ()), 2, 0.84, legend=True),)
     return tuple(Sheet(file_of("projections", family), each, 2, 0.84, legend=True) for family, each in panels.items())
@@ -53,6 +56,12 @@ def _halves(name: str, axis: Axis) -> list[Part]:
         return [(axis.low, axis.high)]
     ends = [axis.low, *cuts.tolist(), axis.high]
     return list(pairwise(ends))
+
+
+def _has_states(surface: Surface, part: Part) -> bool:
+    """Whether a surface has states in a part of the last coordinate, or none at all, of which an empty picture is drawn."""
+    last, (low, high) = surface.start[:, -1], part
+    return not len(last) or bool(((last >= low - 1e-9) & (last <= high + 1e-9)).any())
 
 
 def projections(
