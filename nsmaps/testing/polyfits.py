@@ -111,7 +111,7 @@ def _check_independent(subject: str, texts: Sequence[str], exponents: Ints, scal
     terms = ", ".join(_title(texts, each) for each in exponents[part].tolist())
     raise CheckError(
         f"{subject}: its {len(exponents)} terms are linearly dependent on the data, among them {terms}; expected: terms of which "
-        "none is a sum of others"
+        "none is a sum of others, or a `box` in which none is"
     )
 
 

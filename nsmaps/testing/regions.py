@@ -57,7 +57,8 @@ def _mask(region: Region, states: Floats) -> Bools:
 def _called(region: Region, method: str, *given: Floats) -> Any:
     """What a method gives; a CheckError with its place where it raises another error."""
     try:
-        return getattr(region, method)(*given)
+        with np.errstate(all="ignore"):
+            return getattr(region, method)(*given)
     except Exception as error:
         where, hint = place_of(type(region), method), ""
         if method == "condition" and "truth value" in str(error):

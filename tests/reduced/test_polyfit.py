@@ -13,6 +13,7 @@ from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
+from nsmaps.reduced.fit.leastsquares import Design
 from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable, compare_orders
 from nsmaps.reduced.fit.polymap import design
@@ -345,6 +346,24 @@ def test_orthogonal_polynomials_span_the_same_and_find_the_same_minimum():
         design_, y = mpmath.matrix(rows), mpmath.matrix(f(*states.T)[0].tolist())
         errors = y - design_ * mpmath.cholesky_solve(design_.T * design_, design_.T * y)
         assert report.sse[0] == pytest.approx(float(sum(e**2 for e in errors)), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("fit", "width"),
+    [(POLY23, 3e-3), (Separable(degrees={"v": 5, "phi": 4}), 3e-3), (Full(degrees={"v": 2, "phi": 5}), 3e-3)],
+    ids=["poly23", "separable", "poly52"],
+)
+def test_data_along_a_curve_recover_what_the_monomials_span(fit, width):
+    """Monomials without all products of earlier ones, on data that are badly conditioned: no other space takes their place."""
+    rng = np.random.default_rng(3)
+    along, across = rng.uniform(-1, 1, (2, 400))
+    exponents = fit.exponents(NAMES, "v")
+    problem = Design(exponents, np.stack([along, along + width * across], axis=1))
+    y = problem.columns @ rng.normal(size=len(exponents))
+    basis, least = problem.orthonormal
+    assert least > 1e-8
+    assert abs(basis @ (basis.T @ y) - y).max() < 1e-10
+    assert abs(problem.columns @ problem.solve("v'", y).coefficients - y).max() < 1e-10
 
 
 def test_points_on_a_conic_or_given_again_tell_nothing_apart():

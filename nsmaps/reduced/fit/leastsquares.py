@@ -67,18 +67,16 @@ def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Float
     m).
 
     Each is a coordinate times an earlier one, minus its projection on the previous ones (Arnoldi's process, twice against
-    rounding:
-    Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021), so that no monomial of high degree is
-    formed. Also returns the least share that was independent; where it is not above ALIKE the data do not determine the
-    coefficients, and the process stops.
+    rounding: Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021), so that no monomial of high
+    degree is formed; where that product leaves the span, the Chebyshev product takes its place. Also returns the least share
+    that was independent; where it is not above ALIKE the data do not determine the coefficients, and the process stops.
     """
     order = np.argsort(exponents.sum(axis=1), kind="stable")
-    place = {tuple(exponents[k].tolist()): at for at, k in enumerate(order)}
+    factors = _factors(exponents[order])
     basis, least = np.zeros(columns.shape), 1.0
     for at, k in enumerate(order):
-        j = int(np.argmax(exponents[k]))
-        parent = place.get(tuple((exponents[k] - (np.arange(exponents.shape[1]) == j)).tolist()))
-        column = columns[:, k] if parent is None else scaled[:, j] * basis[:, parent]
+        j, earlier = factors.get(at, (0, None))
+        column = columns[:, k] if earlier is None else scaled[:, j] * basis[:, earlier]
         size = np.linalg.norm(column)
         for _ in range(2):
             column = column - basis[:, :at] @ (basis[:, :at].T @ column)
@@ -87,6 +85,18 @@ def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Float
             break
         basis[:, at] = column / np.linalg.norm(column)
     return basis, least
+
+
+def _factors(exponents: Ints) -> dict[int, tuple[int, int]]:
+    """By monomial of (m, n), the coordinate and the earlier monomial of which it is the product, if with that coordinate all
+    monomials up to this one have products that are no later, so that any sum of them has."""
+    place = {tuple(each): at for at, each in enumerate(exponents.tolist())}
+    factors: dict[int, tuple[int, int]] = {}
+    for j, unit in enumerate(np.eye(exponents.shape[1], dtype=int)):
+        products = [place.get(tuple(each), len(place)) for each in (exponents + unit).tolist()]
+        latest = np.maximum.accumulate(products).tolist()
+        factors |= {at: (j, k) for k, at in enumerate(products) if at == latest[k] < len(place)}
+    return factors
 
 
 def left_out(error: Floats, leverage: Floats) -> float:
