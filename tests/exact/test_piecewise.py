@@ -171,7 +171,10 @@ def test_check_system_tries_a_map():
 @pytest.mark.parametrize(
     ("pieces", "text"),
     [
-        (lambda self, x: {"L": (x.x < 0, {"x": x.x, "y": x.y})} if x.x < 1 else {}, "cannot choose by a relation"),
+        (lambda self, x: {"L": (x.x < 0, {"x": x.x, "y": x.y})} if x.x < 1 else {}, "x.x < 1; a formula cannot choose by a"),
+        (lambda self, x: {"L": (x.z < 0, {"x": x.x, "y": x.y})}, "'z'; expected: the coordinates, x.x, x.y"),
+        (lambda self, x: {"L": (True, {"x": np.sin(x.x), "y": x.y})}, "expected: formulas in sympy's functions, as sympy.sin"),
+        (lambda self, x: {"L": (sp.zeta(x.x) > 1, {"x": x.x, "y": x.y})}, "has zeta.* > 1; expected: functions that Python"),
         (lambda self, x: {"L": (x.x < 0, {"x": x.x})}, "has images of x; expected: of each of x, y"),
         (
             lambda self, x: {"L": (x.x, {"x": x.x, "y": x.y})},

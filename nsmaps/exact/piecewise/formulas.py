@@ -1,5 +1,6 @@
 """The pieces of a map given by formulas: conditions and images in sympy."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -9,9 +10,11 @@ from typing import Any
 import sympy as sp
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
+from sympy.printing.codeprinter import PrintMethodNotImplementedError
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import in_symbols
+from nsmaps.exact.flows.laws import code
 from nsmaps.exact.systems.parameters import System, choices_of
 
 CONDITIONS = (Relational, BooleanFunction, BooleanAtom)
@@ -56,9 +59,11 @@ def formulas_of(choices: Choices) -> PieceFormulas:
     variables = tuple(sp.Symbol(f"_y_{k}", real=True) for k in range(len(names)))
     try:
         pieces = symbolic.pieces(SimpleNamespace(**dict(zip(names, variables, strict=True))))
-    except TypeError as error:
-        text = "a formula cannot choose by a relation of symbols: write conditions with & and |, and cases as pieces"
-        raise SystemDefinitionError(f"{cls.__name__}.pieces: {text} ({error})") from error
+    except (TypeError, AttributeError) as error:
+        shown = str(error)
+        for variable, name in zip(variables, names, strict=True):
+            shown = re.sub(rf"\b{variable}\b", f"x.{name}", shown)
+        raise SystemDefinitionError(f"{cls.__name__}.pieces: {shown}; {_advice(error, names)}") from error
     if not (isinstance(pieces, Mapping) and pieces):
         raise SystemDefinitionError(
             f"{cls.__name__}.pieces gives {pieces!r:.80}; expected: pairs of a condition and images by letter"
@@ -71,6 +76,15 @@ def formulas_of(choices: Choices) -> PieceFormulas:
         raise SystemDefinitionError(f"{cls.__name__} names its pieces {given}; expected: a letter or a digit for each")
     conditions, images = zip(*found, strict=True)
     return PieceFormulas(letters, conditions, images, variables, tuple(symbols.values()))
+
+
+def _advice(error: Exception, names: Sequence[str]) -> str:
+    """What is expected of pieces that raise an error."""
+    if isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace):
+        return f"expected: the coordinates, {', '.join(f'x.{name}' for name in names)}"
+    if "truth value" in str(error):
+        return "a formula cannot choose by a relation of symbols: write conditions with & and |, and cases as pieces"
+    return "expected: formulas in sympy's functions, as sympy.sin, not those of math or numpy"
 
 
 def _piece(what: str, piece: Any, names: Sequence[str], known: set[sp.Symbol]) -> tuple[Any, tuple[sp.Expr, ...]]:
@@ -91,4 +105,8 @@ def _piece(what: str, piece: Any, names: Sequence[str], known: set[sp.Symbol]) -
             raise SystemDefinitionError(
                 f"{what} has {', '.join(sorted(map(str, unknown)))} in {formula}; expected: fields and states"
             )
+        try:
+            code(formula)
+        except PrintMethodNotImplementedError as error:
+            raise SystemDefinitionError(f"{what} has {formula}; expected: functions that Python's math has") from error
     return condition, rows

@@ -56,8 +56,8 @@ class Design:
             return Solved(coefficients, float(np.linalg.cond(basis)), _leverage(basis), loss)
         if rank < len(self.exponents):
             raise FitError(
-                f"{what}: {len(y)} data points distinguish only {rank} of {len(self.exponents)} monomials (they may lie on a "
-                "curve); expected: data that fill an area, or lower degrees"
+                f"{what}: {len(y)} data points distinguish only {rank} of {len(self.exponents)} terms (they may lie on a curve, "
+                "or one term is a sum of others); expected: data that fill an area, or fewer terms"
             )
         return plain
 
