@@ -1,5 +1,7 @@
 """The commands `nsmaps prove` and `nsmaps verify`."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -49,7 +51,8 @@ def prove(
         certificate, path = _found(read), out or Path(f"{read.name.rpartition('/')[2]}.proof")
         write_certificate(path, certificate)
         say(f"written to {path}: {path.stat().st_size / 1e6:.3g} MB")
-        _verified(certificate)
+        with _refusal():
+            _verified(certificate)
 
 
 def _found(study: "Study") -> "Certificate":
@@ -109,21 +112,29 @@ def verify(
     """
     with reported_errors(), progress_line(quiet):
         _check_flint()
-        from nsmaps.verify.cells import Refused
         from nsmaps.verify.certificate import Verified, read
 
         if figure is not None and figure.suffix not in PICTURES:
             raise NsmapsError(f"--figure is {str(figure)!r}; expected: a name that ends with {', '.join(PICTURES)}")
-        try:
+        with _refusal():
             certificate = read(file)
             if figure is not None and (not certificate.grid or "pieces" in certificate.system):
                 raise NsmapsError(f"{figure} is not drawn: it is of cells of phase and speed; expected: a certificate with these")
             found = _verified(certificate)
-        except Refused as refused:
-            say(f"refused: {refused}", err=True)
-            raise typer.Exit(FAILED) from None
         if figure is not None and isinstance(found, Verified):
             say(f"drawn to {_drawn(certificate, found, figure)}")
+
+
+@contextmanager
+def _refusal() -> Iterator[None]:
+    """A certificate that is refused ends the program with the reason."""
+    from nsmaps.verify.cells import Refused
+
+    try:
+        yield
+    except Refused as refused:
+        say(f"refused: {refused}", err=True)
+        raise typer.Exit(FAILED) from None
 
 
 def _verified(certificate: "Certificate") -> "Verified | VerifiedMap":

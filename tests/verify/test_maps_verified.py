@@ -12,8 +12,10 @@ import pytest
 import sympy as sp
 from flint import acb, arb, ctx, fmpq
 from nsmaps_border_collision import Lozi
+from typer.testing import CliRunner
 
 import nsmaps
+from nsmaps.cli.cli import app
 from nsmaps.errors import ProofError
 from nsmaps.proof.cycles import certificate_of
 from nsmaps.proof.horseshoe import certificate_of as horseshoe_around
@@ -250,3 +252,11 @@ def test_advice_where_no_proof_is_found(lozi: Lozi) -> None:
         prove_map(lozi, start=[0.1, 0.1])
     with pytest.raises(ProofError, match="no cycle of 3 returns"):
         prove_map(lozi, cycles=[([0.1, 0.1], 3)])
+
+
+def test_a_cycle_that_is_stated_twice_is_refused_by_the_command(tmp_path: Path) -> None:
+    text = "system: lozi\nproof: {start: {x: 0.6, y: 0.2}, cycles: [{start: {x: 0.6, y: 0.2}}]}\n"
+    (tmp_path / "twice.yaml").write_text(text)
+    made = CliRunner().invoke(app, ["prove", str(tmp_path / "twice.yaml"), "--out", str(tmp_path / "twice.proof"), "-q"])
+    assert "refused: cycles are not shown to differ, at " in made.output
+    assert made.exit_code == 1
