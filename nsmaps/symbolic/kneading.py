@@ -102,7 +102,10 @@ def laps_of(map: PiecewiseMap) -> Laps:
     words = map.first_return([[float(place)] for place in places]).words.tolist()
     own = dict(zip(map.letters, lines(map), strict=True))
     if "" in words:
-        raise NsmapsError(f"the topological entropy of {name}: states next to a border are in no piece")
+        raise NsmapsError(
+            f"the topological entropy of {name}: states next to a border are in no piece; expected: a last piece whose "
+            "condition is True"
+        )
     kept = [k for k in range(len(breaks)) if words[k] != words[k + 1]]
     slopes, shifts = zip(*(own[words[k]] for k in (*kept, len(breaks))), strict=True)
     return Laps(tuple(breaks[k] for k in kept), slopes, shifts)

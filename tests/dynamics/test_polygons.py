@@ -76,6 +76,17 @@ def test_an_inverse_that_is_not_one_function_is_refused():
         Wrong().inverse()
 
 
+def test_inverses_of_maps_of_the_circle_are_to_be_given():
+    class Turned(nsmaps.PiecewiseMap):
+        coordinates = (nsmaps.Angle("phi"),)
+
+        def pieces(self, x):
+            return {"S": (True, {"phi": x.phi + 1})}
+
+    with pytest.raises(SystemDefinitionError, match=r"Turned, whose coordinates have angles, .* expected: a method `preimages"):
+        Turned().inverse()
+
+
 def test_the_manifolds_of_lozi_are_polygons():
     """The unstable one of R has the corner (Z, 0) and its images; its inverse leads back to R, the map along the other."""
     map = Lozi(a=1.7, b=0.5)

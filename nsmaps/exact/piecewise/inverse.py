@@ -66,6 +66,11 @@ def _given(choices: Choices, of: PieceFormulas, names: Sequence[str]) -> dict[st
 
 def _solved(cls: type, of: PieceFormulas, k: int) -> tuple[sp.Expr, ...]:
     """The state before a return by a piece, as formulas of the state after it, by its equations."""
+    if cls.coordinates.angles.any():  # type: ignore[attr-defined]
+        raise SystemDefinitionError(
+            f"the inverse of {cls.__name__}, whose coordinates have angles, of which equations have solutions in every turn; "
+            "expected: a method `preimages(self, x)`"
+        )
     after = [sp.Symbol(f"_z_{j}", real=True) for j in range(len(of.variables))]
     equations = [image - new for image, new in zip(of.images[k], after, strict=True)]
     try:
@@ -74,10 +79,10 @@ def _solved(cls: type, of: PieceFormulas, k: int) -> tuple[sp.Expr, ...]:
         solved = sp.solve(equations, list(of.variables), dict=True)
         found = [tuple(row.get(x, x) for x in of.variables) for row in solved]
     checked = [row for row in found if _leads_back(of, k, row, after)]
-    if cls.coordinates.angles.any() or len(found) != 1 or len(checked) != 1:  # type: ignore[attr-defined]
+    if len(found) != 1 or len(checked) != 1:
         raise SystemDefinitionError(
             f"the inverse of the piece {of.letters[k]!r} of {cls.__name__}: {len(checked)} of {len(found)} solutions of its "
-            "equations lead back to every state; expected: one, without angles, or a method `preimages(self, x)`"
+            "equations lead back to every state; expected: one, or a method `preimages(self, x)`"
         )
     return tuple(row.subs(dict(zip(after, of.variables, strict=True)), simultaneous=True) for row in found[0])
 
