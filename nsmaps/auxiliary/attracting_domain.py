@@ -119,7 +119,7 @@ def attracting_domain(
         updates: largest number N of updates.
         grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.
         around: with `grow`, a state, shape (n,), about which the given box is halved up to six times where it cannot be grown.
-        samples: points an axis of the grids on which envelopes are sampled.
+        samples: points an axis of the grids on which envelopes are sampled; fewer in more than two coordinates.
         tolerance: largest move of a bound in the last update, relative to the start box, that counts as converged.
         of: name of the map in the result.
         progress: called after each update with the fraction of `updates` that is done, and with 1 at the end.

@@ -14,6 +14,7 @@ Function = Callable[[Floats], Floats]
 
 ZOOMS, FINER = 5, 17  #: how often the best of samples is sought on a finer grid between its neighbours, and the points of that
 SHARES = np.linspace(0, 1, FINER)
+AT_MOST = 10_000  #: points, nearly, of a grid over the other coordinates: 100 along each of two, 22 along each of three
 SIGNS = np.array([-1.0, 1.0])  #: by which images are multiplied, so that the lower map is a maximum too
 
 
@@ -113,9 +114,9 @@ class Sampled(WithCoordinates):
 def extremes(function: Function, index: int, x: ArrayLike, box: Floats, samples: int) -> Floats:
     """The least and the largest image of coordinate `index` at each of its values x, shape (m,), over the others: shape (2, m).
 
-    The best of a grid with `samples` points along every other coordinate of the box, shape (n, 2), its ends included, is
-    refined between its neighbours, along one axis after the other. No curve is laid through samples, so that nothing exceeds
-    what the map takes, at a jump either.
+    The best of a grid with `samples` points along every other coordinate of the box, shape (n, 2), its ends included, or fewer
+    where these are several (AT_MOST), is refined between its neighbours, along one axis after the other. No curve is laid
+    through samples, so that nothing exceeds what the map takes, at a jump either.
     """
     values = np.asarray(x, float)
     return _extremes(function, np.tile(box, (len(values), 1, 1)), np.full(len(values), index), values, samples)
@@ -169,6 +170,7 @@ def _extremes(function: Function, boxes: Floats, index: Ints, x: Floats, samples
         sides: which of the two, in this order.
     """
     (count, n), row = boxes.shape[:2], np.arange(len(x))
+    samples = min(samples, round(AT_MOST ** (1 / max(n - 1, 1))))
     others = np.array([[k for k in range(n) if k != i] for i in range(n)], int).reshape(n, n - 1)[index]
     share = np.indices((samples,) * (n - 1)).reshape(n - 1, samples ** (n - 1)) / (samples - 1)
     ends = np.take_along_axis(boxes, others[:, :, None], axis=1)

@@ -34,6 +34,14 @@ def test_envelopes_of_a_known_map_have_the_extremes_of_its_parabola():
     assert y_map.upper == pytest.approx(y_map.x)
 
 
+def test_envelopes_in_four_coordinates_are_those_of_the_formula():
+    """x' = x - (y - 0.3)^2 + z w over the unit cube: from x - 0.49 at y = 1, z w = 0 to x + 1 at y = 0.3, z w = 1."""
+    map = Plain(lambda x, y, z, w: (x - (y - 0.3) ** 2 + z * w, y / 2, z / 2, w / 2), ("x", "y", "z", "w"))
+    first, *_ = envelopes(map, [[0, 1]] * 4)
+    assert first.upper == pytest.approx(first.x + 1, abs=1e-12)
+    assert first.lower == pytest.approx(first.x - 0.49, abs=1e-12)
+
+
 def test_the_worst_case_settles_on_its_two_cycle():
     """x' = -0.5 x + 0.1 y with |y| <= 1: xi_U = -0.5 x + 0.1, xi_L = -0.5 x - 0.1; p = -0.2, q = 0.2 in the first update."""
     map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
