@@ -117,11 +117,7 @@ def test_the_partition_of_a_map_in_two_pieces_is_this_map():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda map: nsmaps.observe(map, [0.1, 0.1], 5, "impacts"),
-        lambda map: nsmaps.chart(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
-        lambda map: nsmaps.noisy_orbits(map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
         lambda map: nsmaps.strip_map(map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
-        lambda map: nsmaps.optimize(map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
         lambda map: track(map, [0.1, 0.1], 5),
         lambda map: nsmaps.export(map, "c"),
         lambda map: nsmaps.export(map, "latex"),
@@ -130,6 +126,20 @@ def test_the_partition_of_a_map_in_two_pieces_is_this_map():
 )
 def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
     with pytest.raises(NsmapsError, match=r"Lozi.*; expected: an ImpactSystem.*: (other maps have no motion|what it rests on)"):
+        call(Lozi())
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda map: nsmaps.observe(map, [0.1, 0.1], 5, "impacts"),
+        lambda map: nsmaps.chart(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
+        lambda map: nsmaps.noisy_orbits(map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
+        lambda map: nsmaps.optimize(map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
+    ],
+)
+def test_observables_and_noise_of_motions_are_none_of_a_map(call):
+    with pytest.raises(NsmapsError, match=r"not an observable of Lozi; expected: x, y|tau = 0.1, of a Lozi, which has no motion"):
         call(Lozi())
 
 
