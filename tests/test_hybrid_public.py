@@ -114,6 +114,15 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "doubled_branch": lambda s: nsmaps.doubled_branch(along(s), s, tuple(values(s))),
     "switched_branch": lambda s: nsmaps.switched_branch(along(s), s, tuple(values(s))),
     "exit_times": lambda s: nsmaps.exit_times(s, {"all": nsmaps.Where(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2),
+    "certificate_of": lambda s: nsmaps.certificate_of(s, [near(s)]),
+    "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), 3, "sampled"),
+    "periodic_orbits_by_word": lambda s: nsmaps.periodic_orbits_by_word(s, 1),
+    "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], 4, 0),
+    "staircase": lambda s: nsmaps.staircase(along(s), tuple(values(s)), STARTS[s], 2, 4),
+    "surfaces": lambda s: nsmaps.surfaces(s, grid(s), [nsmaps.WordFamily(name="any", words=(2 * s.letters[0],))]),
+    "topological_entropy": lambda s: nsmaps.topological_entropy(s),
+    "track": lambda s: nsmaps.track(s, STARTS[s], 2),
+    "windows": lambda s: nsmaps.windows(swept(s), along(s), np.array([STARTS[s]]), 9),
     "export": lambda s: nsmaps.export(s, "latex"),
     "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
     "global_continuation": lambda s: nsmaps.global_continuation(
@@ -149,6 +158,12 @@ CALLS: dict[str, Callable[[Any], Any]] = {
 #: public names that are no functions of a system: results, specs, names and the like
 OTHERS = {name for name in nsmaps.__all__ if name[0].isupper() or name == "__version__"} - set(CALLS)
 OTHERS |= {
+    "build_composite",
+    "chebyshev_nodes",
+    "compare_orders",
+    "diagonal_region",
+    "parametric_map",
+    "write_certificate",
     "chatter_scaling",
     "hausdorff",
     "load_study",
@@ -167,6 +182,9 @@ def test_every_public_name_is_called_here_or_takes_no_system() -> None:
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
 REFUSED = {
+    "certificate_of": "no proofs are made of such; expected: a PiecewiseMap",
+    "periodic_orbits_by_word": "cycles by their words of a .*; expected: a PiecewiseMap",
+    "topological_entropy": "the entropy by kneading series of a .*; expected: a PiecewiseMap",
     "CompleteChatter": "chatter of a .* is not one event here; expected: an ImpactSystem",
     "chatter_cascade": "a cascade begins at the end of a branch; expected: Event",
     "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",

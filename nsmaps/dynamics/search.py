@@ -68,6 +68,7 @@ def periodic_orbits_by_word(map: PiecewiseMap, max_period: int, tolerance: float
     """
     from nsmaps.exact.piecewise.affine import cycles_of_words
 
+    map = PiecewiseMap.require(map, "cycles by their words")
     return tuple(periodic_orbit(map, states, len(states), tolerance) for _, states in cycles_of_words(map, max_period))
 
 

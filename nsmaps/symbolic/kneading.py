@@ -58,7 +58,7 @@ def topological_entropy(map: PiecewiseMap) -> float:
         NsmapsError: the map has several coordinates or an angle, or a piece is not affine, or states between two breaks are in
             no piece.
     """
-    laps = laps_of(map)
+    laps = laps_of(PiecewiseMap.require(map, "the entropy by kneading series"))
     kneading = np.array([laps.series(k, 1) - laps.series(k, -1) for k in range(len(laps.breaks))])
     if not len(kneading):
         return 0.0

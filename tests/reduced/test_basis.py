@@ -301,7 +301,7 @@ def test_a_study_with_a_series(tmp_path):
     np.testing.assert_allclose(polymap(x), np.stack([v, x[:, 1] + 0.2 + v], axis=1), atol=1e-13)
     assert (stored(x) == polymap(x)).all()
     assert len(draw(again, ["cobweb", "envelopes", "fit_error"], tmp_path / "figures", dpi=30)) >= 3
-    assert list(nsmaps.export(again, "json")) == ["composite_map.json"]
+    assert list(nsmaps.export(again, "json")) == ["dissipative.json", "composite_map.json"]
     assert nsmaps.export(polymap, "latex").count(r"\sin{\left(\phi \right)}") >= 2
 
 

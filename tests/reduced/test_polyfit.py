@@ -281,7 +281,7 @@ def test_nine_points_bear_poly23_and_eight_do_not():
 
 def test_collinear_points():
     v = np.linspace(0.6, 0.9, 50)
-    with pytest.raises(FitError, match=r"50 data points distinguish only \d+ of 9 monomials"):
+    with pytest.raises(FitError, match=r"50 data points distinguish only \d+ of 9 terms"):
         POLY23.fit(scattered(np.column_stack([v, v])))
     with pytest.raises(FitError, match=r"v': the data are all at 0\.3\d* of phi; degree 2 needs 3 distinct values"):
         POLY23.fit(scattered(np.column_stack([v, np.full(50, 0.3)])))
@@ -369,10 +369,10 @@ def test_data_along_a_curve_recover_what_the_monomials_span(fit, width):
 def test_points_on_a_conic_or_given_again_tell_nothing_apart():
     angle = np.linspace(0, 6, 200)
     circle = 0.5 + 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
-    with pytest.raises(FitError, match=r"200 data points distinguish only 5 of 6 monomials"):
+    with pytest.raises(FitError, match=r"200 data points distinguish only 5 of 6 terms"):
         Full(degrees={"v": 2, "phi": 2}).fit(scattered(circle))
     again = np.repeat(np.random.default_rng(1).uniform(0.2, 0.8, (5, 2)), 10, axis=0)
-    with pytest.raises(FitError, match=r"50 data points distinguish only 5 of 6 monomials"):
+    with pytest.raises(FitError, match=r"50 data points distinguish only 5 of 6 terms"):
         Full(degrees={"v": 2, "phi": 2}).fit(scattered(again))
 
 

@@ -65,7 +65,7 @@ def test_pixels_have_the_shares_of_the_cells(attraction, cells):
 
 
 def test_the_picture_is_green_in_the_trap_and_blue_where_nothing_is_proved(tmp_path):
-    """`nsmaps verify --figure` verifies, states the theorem, and draws; names of no picture, and cycles alone, are refused."""
+    """`nsmaps verify --figure` verifies, states the theorem, draws; other names and certificates without cells are refused."""
     path = tmp_path / "proved.png"
     result = CliRunner().invoke(app, ["verify", str(KEPT / "fp-coarse.proof"), "--figure", str(path), "-q"])
     assert result.exit_code == 0, result.output
@@ -78,7 +78,7 @@ def test_the_picture_is_green_in_the_trap_and_blue_where_nothing_is_proved(tmp_p
     assert 0.005 < shares[1] < 0.1
     for options, reason in (
         (["fp-coarse.proof", "--figure", "proved.gif"], "proved.gif"),
-        (["cycles.proof", "--figure", str(path)], "cycles alone"),
+        (["cycles.proof", "--figure", str(path)], "of cells of phase and speed"),
     ):
         result = CliRunner().invoke(app, ["verify", str(KEPT / options[0]), *options[1:], "-q"])
         assert result.exit_code == 2

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, finite_rows
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.limits.limit import Limit, limit_of, limits, unless_resting
-from nsmaps.dynamics.limits.path import ALIGN, Path, vast
+from nsmaps.dynamics.limits.path import ALIGN, Path, diverges
 from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED
 from nsmaps.dynamics.scale import scale_of
@@ -85,8 +85,7 @@ def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6
                 path = Path.of(part, len(which))
                 paths = [(orbit, path.of_one(place)) for place, orbit in enumerate(which.tolist())]
     found.scale[:] = [scale_of(map, own[-LOOKED:], beside=starts) for own in found.states]
-    coordinates = Coordinates(map.coordinates)
-    gone = vast(coordinates, found.final, coordinates.magnitudes(starts))
+    gone = diverges(Coordinates(map.coordinates), found.states, starts)
     found.growth[gone], found.outcome[gone] = np.nan, Outcome.escaped
     for orbit, path in paths:
         one = Limit(ESCAPE, path) if gone[orbit] else _limit(map, path, found.scale[orbit], length.window, tolerance)

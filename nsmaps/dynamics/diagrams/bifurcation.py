@@ -12,7 +12,7 @@ from nsmaps.arrays import ArrayLike, Bools, Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates
 from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, Sweep, attractors_at
-from nsmaps.dynamics.limits.path import vast
+from nsmaps.dynamics.limits.path import diverges
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
 from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
@@ -229,8 +229,7 @@ def _unnamed(values: Floats, starts: Floats, blocks: list[Block], tolerance: flo
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    last = states[:, :, -1]
-    held = np.isfinite(last).all(axis=-1) & ~vast(coordinates, last, coordinates.magnitudes(starts))
+    held = np.isfinite(states[:, :, -1]).all(axis=-1) & ~diverges(coordinates, states, starts)
     scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
     length = np.where(unstable, 0, periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time))
     period = np.where(np.arange(shape[2]) < length[..., None], numbers, 0).sum(axis=-1)

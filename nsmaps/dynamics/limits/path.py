@@ -18,6 +18,7 @@ ALIGN = 50  #: returns in which a tangent vector turns into the direction that g
 BATCHES = 32  #: of successive returns, from whose means the error of an exponent follows
 UNIT = 1e-7  #: of the scale: differences from which slopes follow where the map has no derivative
 LARGE, VAST, GROWS = 1e3, 1e15, 1.01  #: of the scale: size of escaping orbits, of what cannot come back, and growth by parts
+GROWN = 10.0  #: by which an orbit that leaves for infinity is larger in the second half of its last states
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +93,18 @@ def vast(coordinates: Coordinates, states: Floats, scale: Floats) -> Bools:
     """A mask of the states (..., n) with a coordinate from which no orbit comes back, 1e15 times its scale."""
     with np.errstate(invalid="ignore"):
         return np.asarray(((np.abs(states) > VAST * scale) & ~coordinates.angles).any(axis=-1))
+
+
+def diverges(coordinates: Coordinates, states: Floats, starts: Floats) -> Bools:
+    """A mask of the orbits (..., k, n), of k states in a row, that leave for infinity, by the size of their starts.
+
+    The last state is vast beside these, and a coordinate is larger in the second half by the factor GROWN: starts next to zero
+    say little of the size of an attractor.
+    """
+    with np.errstate(invalid="ignore"):
+        first, second = (np.abs(half).max(axis=-2, initial=0.0) for half in np.array_split(states, 2, axis=-2))
+        grows = ((second > GROWN * first) & ~coordinates.angles).any(axis=-1)
+    return grows & vast(coordinates, states[..., -1, :], coordinates.magnitudes(starts))
 
 
 def growth_on(map: ReturnMap, path: Path, scale: Floats) -> Floats:

@@ -179,6 +179,8 @@ def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[Obs
             which noise moves between impacts; not all impacts were stored; fewer than two realisations did not end.
     """
     system = System.require(system, "observables under noise")
+    if isinstance(system, FlowSystem):
+        system = ImpactSystem.require(system, "observables under noise")
     found = _observables(lambda _: system, np.zeros(1), observables)
     if orbits.held.sum() < 2:
         raise NsmapsError(f"{orbits.held.sum()} realisations did not end; expected: two or more")

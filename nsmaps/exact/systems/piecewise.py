@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,8 @@ class PiecewiseMap(System, ExactMap):
     circle, and `pieces` formulas in `self` and in the states x.x, x.y, ..., with angles in [0, 2 pi). The word of a return is the
     letter of its piece, so that words of orbits are itineraries. A return takes one unit of time.
     """
+
+    wanted: ClassVar[str] = "a PiecewiseMap: what it rests on are the formulas of pieces"
 
     @abstractmethod
     def pieces(self, x: SimpleNamespace) -> Mapping[str, tuple[Any, Mapping[str, Any]]]:
