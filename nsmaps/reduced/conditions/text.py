@@ -25,7 +25,7 @@ def text_of(expression: Any, names: Sequence[str]) -> str:
 
     >>> x = sp.Symbol("x", real=True)
     >>> text_of(sp.sqrt(x / 3) - 0.1 * sp.Max(x, 1), ("x",)), text_of((x > 0) & ~sp.Eq(x, 1), ("x",))
-    ('-0.1*max(1, x) + sqrt(3)*sqrt(x)/3', '(x > 0) and (x != 1)')
+    ('sqrt(3)*sqrt(x)/3 - 0.1*max(1, x)', '(x != 1) and (x > 0)')
     """
     return _Writer(frozenset(map(str, names))).written(replaced(sp.sympify(expression), {**REMAINDERS, **SLOPES}))
 
