@@ -364,3 +364,16 @@ def test_the_page_of_a_map_opens(new_page, folder_of_map):
     assert page.locator("#exact").text_content() == "The exact orbit, computed with this page."
     assert page.problems == []
     page.context.close()
+
+
+def test_the_map_of_a_page_without_a_composite_map_is_that_of_the_formulas(tmp_path):
+    """In JavaScript, compared with the compiled map where there is a node."""
+    (tmp_path / "form.py").write_text(MAP)
+    head = STUDY[: STUDY.index("composite:")]
+    (tmp_path / "study.yaml").write_text(f"{head}orbits: [{{start: {{x: 0.1, y: 0.1}}, returns: 5}}]\n")
+    data = data_of(nsmaps.run(tmp_path / "study.yaml"))
+    assert [piece["name"] for piece in data["pieces"]] == ["L", "R"]
+    assert len(set(data["colours"])) == 2
+    assert data["parameter"] is None
+    assert "0.9" in data["script"]
+    assert "-0.4" in data["script"].replace("(-0.4)", "-0.4")

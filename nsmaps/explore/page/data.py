@@ -11,10 +11,12 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.trajectory import track
 from nsmaps.exports.write import export
 from nsmaps.figures.composite.areas import colours_of
-from nsmaps.figures.style import family_colours
+from nsmaps.figures.style import family_colours, piece_colours
+from nsmaps.reduced.composite.formulas import composite_of
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
@@ -34,15 +36,17 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     """What the page shows of a result.
 
     Raises:
-        NsmapsError: the result has no composite map of two coordinates.
+        NsmapsError: the result has no composite map of two coordinates, nor a system that is a map by formulas.
     """
     composite = result.composite
+    if composite is None and isinstance(result.system, PiecewiseMap):
+        composite = composite_of(result.system)
     if composite is None or len(composite.coordinates) != 2:
         raise NsmapsError(
             "the page shows a composite map of two coordinates; expected: a study with 'composite' and, to move its parameter, "
             "'parametric', or `nsmaps explore STUDY --live`, which shows the exact map of any study"
         )
-    moved, reduced = result.parametric, result.parametric or composite
+    moved, reduced, names = result.parametric, result.parametric or composite, [piece.name for piece in composite.pieces]
     starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
     return {
         "title": result.study.title or result.study.name,
@@ -53,7 +57,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         "angles": composite.coordinates.angles.tolist(),
         "window": _window(result),
         "pieces": [{"name": piece.name, "word": piece.word} for piece in composite.pieces],
-        "colours": colours_of(result, "explore"),
+        "colours": colours_of(result, "explore") if result.composite else piece_colours(names, [False] * len(names)),
         "parameter": None if moved is None else {"name": moved.parameter, "low": moved.low, "high": moved.high},
         "start": starts[0],
         "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation.items()},

@@ -21,8 +21,8 @@ _SCRIPTS = ("frame.js", "diagram.js", "motion.js", "surfaces.js", "explore.js") 
 def write_page(result: "StudyResult", folder: Path) -> Path:
     """Write explore.html into the folder of a run, from its result, and return its path.
 
-    The map of the page is the composite map in JavaScript, at every value of the parameter if the study has `parametric`; the
-    flights and surfaces are those of the exact map, computed now.
+    The map of the page is the composite map in JavaScript, at every value of the parameter if the study has `parametric`; without
+    one it is that of a system given by formulas. The flights and surfaces are those of the exact map, computed now.
 
     Raises:
         NsmapsError: plotly is not installed, or the result has no composite map of two coordinates.

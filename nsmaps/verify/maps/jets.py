@@ -28,6 +28,7 @@ class Known(NamedTuple):
 
 
 def constant(x: arb, n: int) -> Jet:
+    """A number, of which the n derivatives are zero."""
     return Jet(x, (arb(0),) * n)
 
 
