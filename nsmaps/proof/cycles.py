@@ -5,24 +5,21 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from flint import arb, ctx
 
 from nsmaps.arrays import Floats
-from nsmaps.errors import ProofError
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.proof.formula import balls_of, equation_of
 from nsmaps.proof.maps.prove import certificate_of_map
+from nsmaps.proof.maps.radii import largest_statement
 from nsmaps.verify.certificate import Certificate
-from nsmaps.verify.cycles import BITS, krawczyk, stated_of, verified
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.cycles import krawczyk, stated_of, verified
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
 
-FIRST, ROUNDS, WIDER = 1e-16, 8, 2.0  #: the first radii, how often and by which factor they are inflated
-FACTORS = 4.0 ** np.arange(24, -1, -2)  #: of the radii at which a proof begins to succeed, the largest first
+FIRST = 1e-16  #: the first radii
 
 
 def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -> dict[str, Any]:
@@ -34,19 +31,13 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
         ProofError: it is not shown to exist; with the reason at the smallest box.
     """
     walls, states = impacts_of(system, orbit)
-    try:
-        radii = _inflated(equation, walls, states)
-    except Doubtful as error:
-        raise ProofError(f"the cycle {orbit.word} from {orbit.states[0]} is not shown to exist: {error}") from error
-    for factor in FACTORS:
-        data = {"walls": walls, "states": states.tolist(), "radii": (factor * radii).tolist()}
-        try:
-            verified(equation, stated_of(data, len(equation.walls)))
-        except (Doubtful, ValueError) as error:
-            reason = error
-        else:
-            return data
-    raise ProofError(f"the cycle {orbit.word} from {orbit.states[0]} is not shown to exist: {reason}")
+    return largest_statement(
+        orbit,
+        {"walls": walls, "states": states.tolist()},
+        np.full(states.shape, FIRST),
+        lambda middle, box: krawczyk(equation, walls, middle, box).box,
+        lambda data: verified(equation, stated_of(data, len(equation.walls))),
+    )
 
 
 def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
@@ -67,16 +58,3 @@ def impacts_of(system: "ImpactSystem", orbit: "PeriodicOrbit") -> tuple[list[int
         walls += [letters.index(hits.walls[k]) for k in hits.wall]
         states += [hits.phase % (2 * np.pi), hits.speed]
     return walls, np.concatenate([np.column_stack(states[i : i + 2]) for i in range(0, len(states), 2)])
-
-
-def _inflated(equation: "System", walls: list[int], states: Floats) -> Floats:
-    """Radii (m, 2) for which Krawczyk's box is within them, or nearly so."""
-    with ctx.workprec(BITS):
-        middle, radii = [arb(x) for x in states.ravel()], np.full(states.size, FIRST)
-        for _ in range(ROUNDS):
-            box = krawczyk(equation, walls, middle, [x + arb(0, r) for x, r in zip(middle, radii, strict=True)]).box
-            reached = np.array([float(abs(x - y).upper()) for x, y in zip(box, middle, strict=True)])
-            if (reached < radii).all():
-                break
-            radii = WIDER * np.maximum(radii, reached)
-    return radii.reshape(states.shape)
