@@ -14,6 +14,7 @@ from nsmaps.dynamics.observables.maps import by_parameters, map_slopes
 from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -24,7 +25,6 @@ from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
 
 ELAPSED = Observable(name="_elapsed", formula="1", of="flights")  #: in whose place the time of a map's returns comes
-SINGLY = 1e-12  #: chatter of `CompleteChatter` is followed impact by impact as far as this says, see `observe`
 SAME = 1e-9  #: largest relative difference of the time round an orbit and the sum of its single returns
 
 
@@ -125,8 +125,8 @@ def _sums_with_rest(system: System, orbit: PeriodicOrbit, every: tuple[Observabl
     from nsmaps.exact.observables.formulas import plan_of
 
     assert isinstance(system, ImpactSystem)
-    run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SINGLY)
-    means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SINGLY)
+    run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SUMMED_SPEED)
+    means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SUMMED_SPEED)
     plan, each = plan_of(system, every), np.zeros((2, len(every)))
     if way.any():
         each[:] = np.nan
@@ -170,7 +170,7 @@ def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
     """The number of single returns in the time round an orbit with complete chatter, or NsmapsError if none end with it."""
     whole = float(orbit.returns.time.sum())
     for n in (2**k for k in range(6, 21)):
-        ends = np.cumsum(system.orbits(orbit.states[:1], n, chatter=SINGLY).time)
+        ends = np.cumsum(system.orbits(orbit.states[:1], n, chatter=SUMMED_SPEED).time)
         if not ends[-1] < 1.5 * whole:
             break
     last = int(np.argmin(np.abs(np.where(np.isfinite(ends), ends, np.inf) - whole)))

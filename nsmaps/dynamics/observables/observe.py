@@ -11,6 +11,7 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.observables.means import Mean, ratio
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.systems.flow import FlowSystem
@@ -95,7 +96,7 @@ def observe(
     observables: Sequence[ObservableLike],
     discard: int = 0,
     batches: int = BATCHES,
-    chatter: float = 1e-12,
+    chatter: float = SUMMED_SPEED,
     *,
     progress: Progress | None = None,
 ) -> Observed:

@@ -8,6 +8,7 @@ time, and the set continues as if the wall were absent, until no state of it can
 
 import math
 
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, between, bplus, bsub, high, low, size
 from nsmaps.exact.enclosure.flight.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import bent, gap_to, landed
@@ -30,7 +31,7 @@ from nsmaps.exact.engine.returns import NO_SPEED
 
 MOST_LEAPS = 400  # steps of one flight of a Taylor set
 CLOSER = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
-CHATTERED = 1.000001e-12  # of the speed gained in a radian: slower impacts on the base wall are summed
+CHATTERED = (1.0 + 1e-6) * SUMMED_SPEED  # of the speed gained in a radian: slower impacts on the base wall are summed
 LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a set ended; except for the first, perhaps for some states only
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.kernel import Kernel, flow_of, in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
@@ -44,7 +45,7 @@ def totals_of(
     length: int,
     batches: int = 1,
     discard: int = 0,
-    chatter: float = 1e-12,
+    chatter: float = SUMMED_SPEED,
 ) -> Totals:
     """The totals over batches of returns, `length` each, of states (M, n), after some that are discarded.
 
@@ -114,7 +115,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
 
         def run(k: slice) -> None:
             q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
-            observed_slopes(kernel.flow, flow_of(moved), q, g, states[k], 1e-12, slopes[k])
+            observed_slopes(kernel.flow, flow_of(moved), q, g, states[k], SUMMED_SPEED, slopes[k])
 
         in_chunks(len(states), run)
     slopes[:, plan.largest] = np.nan

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.engine.flight.flow import Flow
@@ -89,7 +90,7 @@ class IntegratedKernel:
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
         top, bottom = float(self.table[at.TOP]), float(self.table[at.BOTTOM])
-        _, flights = self.flights(np.array([impacts.speed[0], impacts.phase[0]]), len(impacts.time), 1e-12)
+        _, flights = self.flights(np.array([impacts.speed[0], impacts.phase[0]]), len(impacts.time), SUMMED_SPEED)
         times = np.linspace(impacts.time[:-1], impacts.time[1:], samples, axis=1)
         places, rates = np.zeros((2, *times.shape))
         for i, time in enumerate(times):

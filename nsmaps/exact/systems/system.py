@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, StateLike, as_starts, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
+from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import REFUSED, defined_at
@@ -40,7 +41,9 @@ class ImpactSystem(ImpactFormulas):
 
     wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
 
-    def first_return(self, states: ArrayLike, derivative: bool = False, chatter: float = 1e-12, margin: bool = False) -> Returns:
+    def first_return(
+        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
+    ) -> Returns:
         """The first returns to the base wall, eq. exactmap, of a batch of states.
 
         Args:
@@ -55,31 +58,31 @@ class ImpactSystem(ImpactFormulas):
             StateError: `states` is not a batch of shape (N, 2), or `chatter` is below zero.
         """
         start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
+        check_chatter(chatter)
         returns = self._kernel().first_returns(start, derivative, chatter)
         return replace(returns, margin=self._kernel().itineraries(start, chatter).margin) if margin else returns
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = 1e-12) -> Returns:
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         Other arguments and errors as `first_return`.
         """
         start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
+        check_chatter(chatter)
         return self._kernel().orbits(start, n, derivative, chatter)
 
-    def itineraries(self, states: ArrayLike, chatter: float = 1e-12) -> Itineraries:
+    def itineraries(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> Itineraries:
         """The turning points that the flights of first returns pass, and their distance from a graze.
 
         Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
         Arguments and errors as `first_return`.
         """
         start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
+        check_chatter(chatter)
         return self._kernel().itineraries(start, chatter)
 
-    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = 1e-12) -> NDArray[np.float64]:
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> NDArray[np.float64]:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
 
         It is carried through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return
@@ -87,7 +90,7 @@ class ImpactSystem(ImpactFormulas):
         no numerical parameter has.
         """
         start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
+        check_chatter(chatter)
         return self._kernel().sensitivities(start, self.direction(rates), chatter)
 
     def rests(self, states: ArrayLike) -> Floats:
@@ -98,10 +101,10 @@ class ImpactSystem(ImpactFormulas):
         returns = self.first_return(states)
         return np.asarray(np.where(returns.outcome == Outcome.stuck, returns.time * self.phase_rate(), np.nan))
 
-    def reasons(self, states: ArrayLike, chatter: float = 1e-12) -> tuple[str, ...]:
+    def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
         """Why each first return ended, a sentence each. Arguments and errors as `first_return`."""
         start = as_states(states, self.coordinates)
-        _check_chatter(chatter)
+        check_chatter(chatter)
         return self._kernel().reasons(start, chatter)
 
     def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
@@ -140,7 +143,7 @@ class ImpactSystem(ImpactFormulas):
 
         return image_boxes(self, boxes)
 
-    def impacts(self, state: StateLike, n: int, chatter: float = 1e-12) -> Impacts:
+    def impacts(self, state: StateLike, n: int, chatter: float = SUMMED_SPEED) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
         start = as_states(as_starts(state, self.coordinates)[None], self.coordinates)
         if not (start[0, 0] >= 0 and np.isfinite(start).all()):
@@ -215,11 +218,6 @@ def _check_class(cls: type[ImpactSystem]) -> None:
         from nsmaps.exact.systems.checks import check_definition
 
         check_definition(cls)
-
-
-def _check_chatter(chatter: float) -> None:
-    if not chatter >= 0:
-        raise StateError(f"chatter is {chatter}; expected: a share >= 0 (inf: always sum)")
 
 
 @fingerprint.register

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.returns import first_return
 from nsmaps.exact.kernel import Kernel, closed_form_of
@@ -90,6 +91,7 @@ def _known(kernel: Kernel, name: str, printer: Printer, laws: Sequence[Any], ent
         "names": ", ".join(json.dumps(each.name) for each in Outcome),
         "outcomes": ", ".join(f"{each.value} {each.name}" for each in Outcome if each.value < 7 and each.value != 5),
         "outcome_count": len(Outcome),
+        "chatter": SUMMED_SPEED,
     }
 
 

@@ -29,10 +29,10 @@ typedef struct {
     double derivative[2][2]; /* of the image by the state: rows are those of the image; if it was asked for */
 } ${name}_return;
 
-/* The first return of a state. `chatter` as of nsmaps: 1e-12 there by default, 0 for every single impact. */
+/* The first return of a state. `chatter` as of nsmaps: $chatter there by default, 0 for every single impact. */
 ${name}_return ${name}_of(const double state[2], double chatter, bool derivative);
 
-/* The image of a state, with chatter 1e-12. Returns the outcome. */
+/* The image of a state, with chatter $chatter. Returns the outcome. */
 int $name(const double state[2], double image[2]);
 
 /* The same of count states, row after row: states and images (count, 2), outcomes and codes (count,) or NULL. */
@@ -141,7 +141,7 @@ ${name}_return ${name}_of(const double state[2], double chatter, bool derivative
 
 int $name(const double state[2], double image[2])
 {
-    const ${name}_return got = ${name}_of(state, 1e-12, false);
+    const ${name}_return got = ${name}_of(state, $chatter, false);
     image[0] = got.image[0];
     image[1] = got.image[1];
     return got.outcome;
@@ -150,7 +150,7 @@ int $name(const double state[2], double image[2])
 void ${name}_batch(size_t count, const double *states, double *images, int *outcomes, int64_t *codes)
 {
     for (size_t k = 0; k < count; ++k) {
-        const ${name}_return got = ${name}_of(states + 2 * k, 1e-12, false);
+        const ${name}_return got = ${name}_of(states + 2 * k, $chatter, false);
         images[2 * k] = got.image[0];
         images[2 * k + 1] = got.image[1];
         if (outcomes)
@@ -237,7 +237,7 @@ end
 
 $functions
 "The first return of a state: impact speed and phase. `chatter` as of nsmaps: 0 for every single impact."
-function $name(state; chatter=1e-12, derivative=false)
+function $name(state; chatter=$chatter, derivative=false)
     now = Flow(NUMBERS, zeros($flight))
     got = first_return(now, Float64(state[1]), Float64(state[2]), Float64(chatter), derivative)
     slopes = derivative ? [got[7][1] got[7][2]; got[7][3] got[7][4]] : fill(NaN, 2, 2)
