@@ -137,6 +137,10 @@ def _check_table(table: Any) -> None:
         raise SystemDefinitionError(f"is {table!r:.60}; expected: walls by their letters, such as {{'B': Wall(at=0, side=-1)}}")
     if not table:
         raise SystemDefinitionError("has no walls; expected: at least the base wall")
+    if (base := next(iter(table))) and table[base].ends:
+        raise SystemDefinitionError(
+            f"ends motions at the base wall {base!r}; expected: a base wall after whose impacts they continue"
+        )
     sides = [wall.side for wall in table.values()]
     if not set(sides) <= {-1, 1} or len(sides) != len(set(sides)):
         raise SystemDefinitionError(

@@ -117,7 +117,7 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
 
 def written(cls: type[ImpactFormulas]) -> tuple[Any, ...]:
     """All of a class that flights depend on."""
-    return cls, cls.horizon, cls.walls, cls.period, cls.displacement, cls.acceleration, cls.rebound
+    return cls, cls.horizon, *cls.formulas().values()
 
 
 def formulas_of(system: ImpactFormulas) -> Formulas:

@@ -180,7 +180,6 @@ def kernel_of(system: HybridFormulas) -> ModeKernel:
     return ModeKernel(definition, table, values, surfaces_of(definition, table))
 
 
-FORMULAS = ("period", "modes", "guards", "section")  #: of a class, one of which the message of an error names
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
 
@@ -188,11 +187,11 @@ def known_definition(system: HybridFormulas, driven: bool = False) -> Definition
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
     cls = type(system)
     fixed = tuple((name, repr(value)) for name, value in choices_of(system).items())
-    key = cls, fixed, cls.horizon, driven, cls.noise, (cls.period, cls.modes, cls.guards, cls.section)
+    key = cls, fixed, cls.horizon, driven, cls.noise, *cls.formulas().values()
     if key not in DEFINITIONS:
         try:
             DEFINITIONS[key] = definition_of(system, driven)
         except SystemDefinitionError as error:
-            formula = next((name for name in FORMULAS if f"{cls.__name__}.{name}" in str(error)), None)
+            formula = next((name for name in cls.formulas() if f"{cls.__name__}.{name}" in str(error)), None)
             raise error if formula is None else SystemDefinitionError(f"{error}{place_of(cls, formula)}") from None
     return DEFINITIONS[key]

@@ -1,13 +1,17 @@
 """The base of impact systems and systems with modes: systems whose returns are those of motions in time."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.parameters import System
+
+if TYPE_CHECKING:
+    from nsmaps.exact.events import Arrivals
 
 
 class FlowSystem(System, ExactMap):
@@ -23,6 +27,10 @@ class FlowSystem(System, ExactMap):
     @abstractmethod
     def period(self) -> Any:
         """Period of the forcing, in the system's time; None where there is no forcing."""
+
+    @abstractmethod
+    def _modes(self) -> Any:
+        """The compiled motion between the events of the system's definition, from any state."""
 
     @property
     @abstractmethod
@@ -40,6 +48,30 @@ class FlowSystem(System, ExactMap):
     @abstractmethod
     def reasons(self, states: ArrayLike) -> tuple[str, ...]:
         """Why each first return ended, a sentence each."""
+
+    def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None = None, derivative: bool = False) -> "Arrivals":
+        """Where motions from states anywhere in a mode first come to the section.
+
+        Args:
+            states: shape (N, k), all states in their order and, with forcing, the phase in radians on any turn as the last. Those
+                of an impact system are the displacement `place` and the velocity `v` towards the base wall.
+            modes: the mode of all of them, or of each. Without, each starts in the first mode, in the order of the class, whose
+                guards are positive there; sliding and contact that lasts must be given, of a state on their surface. Those of an
+                impact system are `flight` and, for contact, `rest on B` on a wall B.
+            derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
+
+        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`. On a surface from
+        which both modes lead away the motion is not unique: outcome `repelling`.
+
+        Raises:
+            StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
+                or in contact that lasts does not lie on its surface.
+        """
+        return cast("Arrivals", self._modes().arrivals(states, modes, derivative))
+
+    def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
+        """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""
+        return cast("tuple[str, ...]", self._modes().arrival_reasons(states, modes))
 
     @abstractmethod
     def extents(self, states: ArrayLike) -> Floats:

@@ -90,6 +90,11 @@ class HybridFormulas(FlowSystem):
         return 0.0 if period is None else TWO_PI / float(period)
 
     @classmethod
+    def formulas(cls) -> dict[str, Any]:
+        """The formulas of the class by name, all that its motions follow from."""
+        return {name: getattr(cls, name) for name in ("period", "modes", "guards", "section")}
+
+    @classmethod
     def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:
         """What formulas take as y: states by name, and the noise, zero unless it is among them."""
         return SimpleNamespace(**{**({cls.noise: 0} if cls.noise else {}), **states})

@@ -1,6 +1,6 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +15,6 @@ from nsmaps.exact.systems.guards import Sliding as Sliding
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
-    from nsmaps.exact.events import Arrivals
     from nsmaps.exact.modes.definitions.definition import Definition
     from nsmaps.exact.modes.kernel import ModeKernel
 
@@ -63,24 +62,6 @@ class HybridSystem(HybridFormulas):
         """
         return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
 
-    def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None = None, derivative: bool = False) -> "Arrivals":
-        """Where motions from states anywhere in a mode first come to the section.
-
-        Args:
-            states: shape (N, k), all states in their order and, with forcing, the phase in radians on any turn as the last.
-            modes: the mode of all of them, or of each. Without, each starts in the first mode, in the order of the class, whose
-                guards are positive there; sliding and contact that lasts must be given, of a state on their surface.
-            derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
-
-        A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`. On a surface from
-        which both modes lead away the motion is not unique: outcome `repelling`.
-
-        Raises:
-            StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
-                or in contact that lasts does not lie on its surface.
-        """
-        return self._kernel().arrivals(states, modes, derivative)
-
     def itineraries(self, states: ArrayLike, speeds: Floats | None = None) -> Itineraries:
         """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
 
@@ -110,10 +91,6 @@ class HybridSystem(HybridFormulas):
         Arguments and errors as `first_return`.
         """
         return self._kernel().reasons(as_states(states, self.coordinates))
-
-    def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
-        """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""
-        return self._kernel().arrival_reasons(states, modes)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
@@ -191,3 +168,5 @@ class HybridSystem(HybridFormulas):
         from nsmaps.exact.modes.kernel import kernel_of
 
         return kernel_of(self)
+
+    _modes = _kernel

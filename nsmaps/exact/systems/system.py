@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.grazing.curves import GrazingCurve
     from nsmaps.exact.kernel import Kernel
+    from nsmaps.exact.modes.kernel import ModeKernel
     from nsmaps.exact.ode.kernel import IntegratedKernel
 
 FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
@@ -35,6 +36,7 @@ class ImpactSystem(ImpactFormulas):
     written once and used both in numbers and, with sympy symbols in place of the parameters, to derive the compiled map.
     Where the flight has no closed form, `acceleration` takes the place of `displacement`: flights are then integrated by
     heyoka (extra `ode`), and no return is `certified`.
+    A definition with modes follows from them (`ImpactFormulas`), by which `arrivals` start anywhere between the walls.
     A state is (v, phi): impact speed on the base wall (the first of `walls`) just before the impact, at least zero, and the phase
     of the forcing in radians. Fields that are not float (a choice, a switch) are part of the formula rather than symbols in it.
     """
@@ -102,10 +104,13 @@ class ImpactSystem(ImpactFormulas):
         return np.asarray(np.where(returns.outcome == Outcome.stuck, returns.time * self.phase_rate(), np.nan))
 
     def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
-        """Why each first return ended, a sentence each. Arguments and errors as `first_return`."""
-        start = as_states(states, self.coordinates)
-        check_chatter(chatter)
-        return self._kernel().reasons(start, chatter)
+        """Why each first return ended, a sentence each: which wall, when and where. Arguments and errors as `first_return`."""
+        if self.flight() == "acceleration":
+            return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
+        outcome = self.first_return(states, chatter=chatter).outcome
+        ended = (outcome != Outcome.returned) & (outcome != Outcome.stuck)
+        sentences = iter(self._modes().reasons(as_states(states, self.coordinates)[ended]))
+        return tuple(next(sentences) if there else Outcome(end).advice for end, there in zip(outcome, ended, strict=True))
 
     def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
@@ -184,6 +189,11 @@ class ImpactSystem(ImpactFormulas):
             from nsmaps.exact.systems.checks import check_start
 
             check_start(self)
+
+    def _modes(self) -> "ModeKernel":
+        from nsmaps.exact.modes.kernel import kernel_of
+
+        return kernel_of(self)
 
     def _kernel(self) -> "Kernel | IntegratedKernel":
         from nsmaps.exact.kernel import kernel_of

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
 
-from nsmaps.coordinates import TWO_PI, Angle, Coordinates
+from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section
+
+FLIGHT = "flight"  #: the mode between impacts
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,12 +19,18 @@ class Wall:
 
     at: Any
     side: Literal[-1, 1]
+    ends: bool = False  #: whether the motion ends there, with the outcome `escaped`
 
 
-class ImpactFormulas(FlowSystem):
-    """The formulas of an impact system, from which `ImpactSystem` derives the map: in `self`, with numbers or symbols in it."""
+class ImpactFormulas(HybridFormulas):
+    """The formulas of an impact system, from which `ImpactSystem` derives the map: in `self`, with numbers or symbols in it.
+
+    They are those of a system with one mode, `flight`, and with contact that lasts on each wall. Its states are the displacement
+    `place` and the velocity `v` towards the base wall, which is the impact speed there.
+    """
 
     coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
+    states: ClassVar[tuple[str, ...]] = ("place", "v")
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:
@@ -48,6 +56,38 @@ class ImpactFormulas(FlowSystem):
         """The formula that gives the flights: "displacement", or "acceleration" where they are integrated."""
         return "acceleration" if cls.displacement is _no_closed_form else "displacement"
 
+    def _force(self, t: Any, place: Any, velocity: Any) -> Any:
+        """The acceleration between impacts as a formula of sympy: as given, or that with which a flight begins."""
+        if self.flight() == "acceleration":
+            return self.acceleration(t, place, velocity)
+        from sympy import Dummy, diff
+
+        s = Dummy()
+        return diff(self.displacement(t + s, SimpleNamespace(t=t, z=place, w=velocity)), s, 2).subs(s, 0)
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        """Flight between the walls."""
+        side = self._base.side
+        return {FLIGHT: {"place": side * y.v, "v": side * self._force(t, y.place, side * y.v)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        """An impact with each wall, on which the ball rests where the impact law leaves no speed of none."""
+        return {letter: self._impact(letter, wall, y) for letter, wall in self.walls().items()}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        """Just before an impact with the base wall."""
+        return Section(self.letters[0], self.coordinates)
+
+    def _impact(self, letter: str, wall: Wall, y: SimpleNamespace) -> Guard:
+        onto = wall.side * self._base.side  #: velocities v towards the wall have this sign
+        reset = {"v": -onto * self.rebound(onto * y.v, letter)}
+        rests = "" if wall.ends or self.rebound(0, letter) != 0 else f"rest on {letter}"
+        return Guard(FLIGHT, wall.side * (wall.at - y.place), reset=reset, letter=letter, ends=wall.ends, rests=rests)
+
+    @property
+    def _base(self) -> Wall:
+        return next(iter(self.walls().values()))
+
     def rebound(self, speed: Any, wall: str) -> Any:
         """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
         return self.r * speed  # type: ignore[attr-defined]
@@ -60,6 +100,11 @@ class ImpactFormulas(FlowSystem):
         """
         return displacement
 
+    @classmethod
+    def formulas(cls) -> dict[str, Any]:
+        """The formulas of the class by name, all that its flights and impacts follow from."""
+        return {name: getattr(cls, name) for name in ("walls", "period", "displacement", "acceleration", "rebound")}
+
     @property
     def letters(self) -> tuple[str, ...]:
         """The names of the walls, of which words consist, the base wall first."""
@@ -69,10 +114,6 @@ class ImpactFormulas(FlowSystem):
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin: the base wall."""
         return self.letters[:1]
-
-    def phase_rate(self) -> float:
-        """Radians of phase per unit of the system's time."""
-        return TWO_PI / float(self.period())
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         """Let a class that states an acceleration, but no displacement, have none in closed form."""
