@@ -4,37 +4,19 @@ heyoka is imported when an integrator is first asked for, and the coefficients o
 and impact laws are those of this room.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, reduce
-from importlib import import_module
-from operator import mul
+from functools import lru_cache
 from threading import Lock
 from typing import Any
 
 import numpy as np
 import sympy as sp
-from sympy.core.relational import Relational
 
 from nsmaps.arrays import Floats
-from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import S, W, Z
-from nsmaps.exact.flows.ways import SMOOTH
+from nsmaps.exact.taylor.expressions import expression, heyoka
 
 TIME, PLACE, PLACE_RATE, VALUES = range(4)  #: parameters of the integrator: of the lane, then those of the system and their rates
-
-KINKS = sp.Abs, sp.Max, sp.Min, sp.sign, sp.Heaviside, sp.Piecewise, Relational  #: functions of two smooth pieces
-
-
-def heyoka() -> Any:
-    """The package heyoka. NsmapsError, which names the extra, where it is not installed."""
-    try:
-        return import_module("heyoka")
-    except ImportError as error:
-        raise NsmapsError(
-            "a system that is given by its `acceleration` needs heyoka, which is not installed; expected: pip install "
-            "'nsmaps[ode]' (Linux), or conda install heyoka.py"
-        ) from error
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,31 +65,3 @@ def integrator_of(acceleration: sp.Expr, parameters: tuple[sp.Symbol, ...], move
     start = np.zeros((2 + 2 * len(by), hy.recommended_simd_size()))
     program = hy.taylor_adaptive_batch(system, start, tol=0.0)
     return Integrator(program, program.pars, [0.0] * start.shape[1], Lock())
-
-
-def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:
-    """A formula as heyoka's expression, whole powers as products, whose series exist at zero too.
-
-    Raises:
-        SystemDefinitionError: a part of it has no Taylor series, or heyoka knows none.
-    """
-    if formula in known:
-        return known[formula]
-    hy = heyoka()
-    if formula.is_number:
-        return hy.expression(float(formula))
-    if formula.is_Pow and formula.exp.is_Integer:
-        product = reduce(mul, [expression(formula.base, known)] * abs(int(formula.exp)))
-        return product if formula.exp > 0 else hy.expression(1.0) / product
-    arguments = [sp.Dummy() for _ in formula.args]
-    parts = [expression(part, known) for part in formula.args]
-    try:
-        return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
-    except (TypeError, ValueError) as error:
-        kink = isinstance(formula, KINKS)
-        modes = f"; {SMOOTH}" if kink else ""
-        name = "Piecewise" if isinstance(formula, Relational) else formula.func.__name__
-        raise SystemDefinitionError(
-            f"{name}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, sin, cos, tan, sinh, "
-            f"cosh, tanh, their inverses and erf{modes}"
-        ) from error

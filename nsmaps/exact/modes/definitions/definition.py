@@ -116,6 +116,8 @@ class Definition:
     below: tuple[int, ...]  #: of each mode: how many of the functions that are crossed there are below zero
     surfaces: tuple[Surface, ...] = ()
     clock: int = -1  #: the transition whose function gives the phase of the section where no coordinate does; -1 for phase zero
+    derived: tuple[sp.Expr, ...] = ()  #: further states behind the own ones, as formulas of these, of the phase and of parameters
+    smooth: tuple[tuple[sp.Expr, ...], ...] = ()  #: of each mode the rates of the own states in a nonlinear system, else ()
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)
 
     @property

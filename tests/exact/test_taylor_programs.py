@@ -1,0 +1,142 @@
+"""heyoka's programs of nonlinear modes against Taylor coefficients of closed forms, by address and through Python."""
+
+import ctypes
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+
+from nsmaps.errors import NsmapsError, SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.taylor.expressions import expression, heyoka
+from nsmaps.exact.taylor.laws import EXP, ORIGIN, TANH, derived_law, flat_kinds, rate_law
+from nsmaps.exact.taylor.linking import SIGNATURE, called, linked, step_of
+from nsmaps.exact.taylor.programs import Formulas, program_of, steps_of
+
+pytest.importorskip("heyoka")
+
+X = sp.Symbol("_y_x", real=True)
+A, W = sp.symbols("_p_a _p_w", real=True)
+TERMS = 21
+START, RATE, TURN, PHASE = 0.3, 1.25, 0.75, 0.4
+CLOSE = 1e-13  #: of coefficients, relative to the largest
+
+
+def tangent():
+    """x' = a (1 + x^2), whose motion is tan(a t + atan x), with the derived state atan(x) + sin(phi)."""
+    smooth = (A * (1 + X**2),)
+    return SimpleNamespace(variables=(X,), symbols=(A, W), phase_rate=W, smooth=(smooth,), derived=(sp.atan(X) + sp.sin(PHI),))
+
+
+def expand(address, states, par, rows):
+    """What a step writes, shape (rows, TERMS)."""
+    given = [np.array(values, float) for values in (states, par, [0.0], [0.0])]
+    tc = np.full((rows, TERMS), np.nan)
+    SIGNATURE(address)(*(array.ctypes.data for array in (*given, tc)))
+    assert given[0].tolist() == list(states)
+    return tc
+
+
+def coefficients(function):
+    with mp.workdps(30):
+        return np.array([float(c) for c in mp.taylor(function, 0, TERMS - 1)])
+
+
+def near(found, known):
+    assert abs(found - known).max() <= CLOSE * abs(known).max()
+
+
+def test_series_of_own_and_derived_states_are_those_of_the_motion():
+    definition = tangent()
+    (address,) = steps_of(definition, variations=False)
+    begin = [START, float(np.arctan(START) + np.sin(PHASE))]
+    own, derived = expand(address, begin, [PHASE, RATE, TURN], 2)
+    near(own, coefficients(lambda t: mp.tan(RATE * t + mp.atan(START))))
+    near(derived, coefficients(lambda t: RATE * t + mp.atan(START) + mp.sin(PHASE + TURN * t)))
+
+
+def test_series_of_derivatives_are_those_by_state_phase_and_direction():
+    (address,) = steps_of(tangent(), variations=True)
+    own, by_state, by_phase, along = expand(address, [START, 1, 0, 0], [PHASE, RATE, TURN, 0.5, 2.0, 0.0], 4)
+    near(own, coefficients(lambda t: mp.tan(RATE * t + mp.atan(START))))
+    near(by_state, coefficients(lambda t: mp.sec(RATE * t + mp.atan(START)) ** 2 / (1 + START**2)))
+    assert not by_phase.any()
+    near(along, coefficients(lambda t: t / 2 * mp.sec(RATE * t + mp.atan(START)) ** 2))
+
+
+def test_steps_of_equal_formulas_are_one_program():
+    assert steps_of(tangent(), variations=False) == steps_of(tangent(), variations=False)
+
+
+def test_a_step_that_cannot_be_linked_is_made_through_python(monkeypatch):
+    made = tangent()
+    program = program_of(Formulas(made.smooth[0], made.derived, made.variables, made.symbols, W), False)
+    given = [START, 0.7], [PHASE, RATE, TURN], 2
+    steps = linked(program), called(program)
+    machine, python = (expand(step.address, *given) for step in steps)
+    assert np.array_equal(machine, python)
+
+    def fail(*_):
+        raise RuntimeError("another LLVM")
+
+    monkeypatch.setattr("llvmlite.binding.create_mcjit_compiler", fail)
+    other = step_of(program)
+    assert isinstance(other.owner, ctypes._CFuncPtr)
+    assert np.array_equal(expand(other.address, *given), machine)
+
+
+@pytest.mark.parametrize("way", [linked, called])
+def test_threads_do_not_disturb_one_another(way):
+    made = tangent()
+    step = way(program_of(Formulas(made.smooth[0], (), made.variables, made.symbols, W), False))
+    starts = np.linspace(-1, 1, 40)
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda x: expand(step.address, [x], [PHASE, RATE, TURN], 1), starts.tolist()))
+    assert len(found) == 40
+    for x, tc in zip(starts, found, strict=True):
+        assert tc[0, 0] == x
+        assert tc[0, 1] == pytest.approx(RATE * (1 + x * x), rel=1e-15)
+
+
+def written(address, size):
+    """What a law writes at the start, shape (size,)."""
+    out, states, values = np.full(size, np.nan), np.array([START]), np.array([RATE, TURN])
+    kind = ctypes.CFUNCTYPE(None, ctypes.c_double, *[ctypes.c_void_p] * 3)
+    kind(address)(PHASE, states.ctypes.data, values.ctypes.data, out.ctypes.data)
+    return out
+
+
+def test_derived_states_come_with_their_derivatives():
+    expected = [np.arctan(START) + np.sin(PHASE), 1 / (1 + START**2), np.cos(PHASE), 0, 0, np.arctan(START) + np.sin(PHASE)]
+    assert written(derived_law(tangent()), 6).tolist() == pytest.approx(expected, rel=1e-15)
+
+
+def test_rates_come_with_sizes_derivatives_and_functions_with_flat_parts():
+    made = tangent()
+    made.smooth = ((A * sp.tanh(3 * X) - sp.sqrt(1 + X**2) * sp.cos(PHI) + sp.exp(-X),),)
+    ((address,), (kinds,)) = rate_law(made), flat_kinds(made)
+    assert sorted(kinds) == sorted([TANH, ORIGIN, EXP])
+    out = written(address, 4 + 2 * 3)
+    root, fall = np.sqrt(1 + START**2), np.exp(-START)
+    push, pull = RATE * np.tanh(3 * START), root * np.cos(PHASE)
+    slope = 3 * RATE / np.cosh(3 * START) ** 2 - START / root * np.cos(PHASE) - fall
+    assert out[:4].tolist() == pytest.approx([push - pull + fall, push + pull + fall, slope, root * np.sin(PHASE)], rel=1e-13)
+    parts = {kind: out[4 + 2 * k : 6 + 2 * k].tolist() for k, kind in enumerate(kinds)}
+    assert parts[TANH] == pytest.approx([3 * START, RATE])
+    assert parts[ORIGIN] == pytest.approx([1 + START**2, -np.cos(PHASE)])
+    assert parts[EXP] == pytest.approx([-START, 1])
+
+
+def test_functions_without_series_are_refused_by_name():
+    with pytest.raises(SystemDefinitionError, match=r"besselj\(...\) has no Taylor series"):
+        expression(sp.besselj(0, X), {X: heyoka().make_vars("x")})
+
+
+def test_without_heyoka_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    with pytest.raises(NsmapsError, match=r"needs heyoka, which is not installed; expected: pip install 'nsmaps\[ode\]'"):
+        expression(X, {})
