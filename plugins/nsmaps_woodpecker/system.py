@@ -14,7 +14,7 @@ from pydantic import Field
 
 from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section, Sliding
 
-NUMBERS = ("slip", "stop", "halt")  #: of the beak: it slips on, or it stops and then slips upwards, or downwards
+STROKES = ("slip", "stop", "halt")  #: of the beak: it slips throughout, or stops and then slips upwards, or downwards
 
 
 class Contact(NamedTuple):
@@ -132,7 +132,7 @@ class Woodpecker(HybridSystem):
         contact = Contact(Matrix([0, 0, -self.beak_height]), tangent, Matrix([y.v, y.m, y.s]))
         slipped, stopped = self.slip_impulse(contact, 1), self.stop_impulse(contact)
         guards: dict[str, Guard | Sliding] = {}
-        for name, compression, direction in zip(NUMBERS, (slipped, stopped, stopped), (1, 1, -1), strict=True):
+        for name, compression, direction in zip(STROKES, (slipped, stopped, stopped), (1, 1, -1), strict=True):
             upwards = tangent.dot(slipped.velocities) * (1 if name == "slip" else -1)
             half_way = contact._replace(velocities=compression.velocities)
             expansion = self.slip_impulse(half_way, direction, self.e * compression.size)
@@ -144,7 +144,7 @@ class Woodpecker(HybridSystem):
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         """Just before a stroke of the beak: the angle of the sleeve, and all velocities."""
-        return Section([f"B {name} {to}" for name in NUMBERS for to in "ud"], ("M", "v", "m", "s"))
+        return Section([f"B {name} {to}" for name in STROKES for to in "ud"], ("M", "v", "m", "s"))
 
 
 def _reset(impulse: Impulse) -> dict[str, Any]:

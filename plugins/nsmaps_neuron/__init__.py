@@ -1,0 +1,5 @@
+"""Izhikevich's neuron."""
+
+from nsmaps_neuron.system import Neuron
+
+__all__ = ["Neuron"]
