@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.events import ModeTrack, check_samples
 from nsmaps.exact.returns import Impacts
 from nsmaps.exact.systems.flow import FlowSystem
@@ -46,26 +47,30 @@ class Track:
 
 
 @overload
-def track(system: ImpactSystem, state: ArrayLike, n: int, samples: int = 60) -> Track: ...
+def track(system: ImpactSystem, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> Track: ...
 @overload
-def track(system: HybridSystem, state: ArrayLike, n: int, samples: int = 60) -> ModeTrack: ...
+def track(system: HybridSystem, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> ModeTrack: ...
 @overload
-def track(system: System, state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack: ...
-def track(system: System, state: ArrayLike, n: int, samples: int = 60) -> Track | ModeTrack:
+def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
+def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: float = SUMMED_SPEED) -> Track | ModeTrack:
     """The exact motion from a state of the return map, shape (m,), through the first n impacts or events, the start included.
 
     Impacts are those on all walls, events those of all guards; a motion that ends, as by `Guard.ends`, or that meets no further
     event within the horizon, has fewer. Between them the motion is the system's own, by the compiled flow.
 
+    Args:
+        chatter: as in `first_return`.
+
     Raises:
-        StateError: the state is not a start, n is less than 2, or there are fewer than 2 samples.
+        StateError: the state is not a start, n is less than 2, there are fewer than 2 samples, or `chatter` is negative.
     """
     check_samples(n, samples)
+    check_chatter(chatter)
     system = FlowSystem.require(system, "a trajectory")
     if isinstance(system, HybridSystem):
-        return system._kernel().track(np.asarray(state, float), n, samples)
+        return system._kernel().track(np.asarray(state, float), n, samples, chatter)
     assert isinstance(system, ImpactSystem)
-    impacts = system.impacts(state, n)
+    impacts = system.impacts(state, n, chatter)
     time, displacement, velocity = system._kernel().trajectory(impacts, samples)
     walls = system.walls().values()
     sides, at = np.array([wall.side for wall in walls], np.int8), np.array([float(wall.at) for wall in walls])

@@ -134,7 +134,7 @@ def noisy_orbits(
     Args:
         state: the start, shape (dim,), or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
-        chatter: as in `first_return` of an impact system; the noise is neglected within the time of the sum.
+        chatter: as in `first_return`; the noise is neglected within the time of the sum.
         impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
         jobs: see `nsmaps.Jobs`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in threads on
             all cores if there is no executor.

@@ -10,6 +10,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
@@ -51,29 +52,29 @@ class ModeKernel:
         """The letters of words."""
         return self.definition.letters
 
-    def first_returns(self, start: Floats, derivative: bool) -> Returns:
+    def first_returns(self, start: Floats, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
         """First returns of a batch, shape (N, n), on all cores."""
-        return self._returns(self._batch(start, start.shape[1] if derivative else 0), derivative)
+        return self._returns(self._batch(start, start.shape[1] if derivative else 0, chatter), derivative)
 
-    def orbits(self, start: Floats, n: int, derivative: bool) -> Returns:
+    def orbits(self, start: Floats, n: int, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
         found = record(start, n, start.shape[1] if derivative else 0)
-        self._computed(found, memory(self.table, found.tangents.shape[-1]))
+        self._computed(found, memory(self.table, found.tangents.shape[-1], chatter=chatter))
         return self._returns(found, derivative)
 
-    def itineraries(self, start: Floats, speeds: Floats | None) -> Itineraries:
+    def itineraries(self, start: Floats, chatter: float = SUMMED_SPEED, speeds: Floats | None = None) -> Itineraries:
         """Itineraries and margins of the first returns of a batch, shape (N, n), these as shares of speeds by transition (T,)."""
         units = np.ones(len(self.table.functions)) if speeds is None else speeds[self._leads]
-        found = self._batch(start, 0, units=units)
+        found = self._batch(start, 0, chatter, units=units)
         clearance, slowest, turns = found.near[0].T
         return Itineraries(self.letters, found.codes[0], turns.astype(np.int32), clearance, slowest, found.outcome[0])
 
-    def sensitivities(self, start: Floats, rates: Floats) -> Floats:
+    def sensitivities(self, start: Floats, rates: Floats, chatter: float = SUMMED_SPEED) -> Floats:
         """The derivatives of the images of a batch, shape (N, n), by the parameters along a direction."""
         if not rates.any():
             return np.zeros(start.shape)
         moved = moved_of(self.definition, self.table, self.values, rates)
-        return self._batch(start, 1, moved).tangents[0, :, :, 0]
+        return self._batch(start, 1, chatter, moved).tangents[0, :, :, 0]
 
     def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None, derivative: bool) -> Arrivals:
         """As `HybridSystem.arrivals`."""
@@ -102,17 +103,17 @@ class ModeKernel:
         """As `HybridSystem.extents`, of a batch, shape (N, n)."""
         return extents_of(self.definition, self.table, start)
 
-    def track(self, start: Floats, n: int, samples: int) -> ModeTrack:
+    def track(self, start: Floats, n: int, samples: int, chatter: float = SUMMED_SPEED) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
         rows = as_states(start[None], self.coordinates)
         if not on_section(self.table, self.surfaces, rows).all():
             raise StateError(self._why_off(rows[0]))
-        return mode_track(self.definition, self.table, rows[0], n, samples)
+        return mode_track(self.definition, self.table, rows[0], n, samples, chatter)
 
-    def reasons(self, start: Floats) -> tuple[str, ...]:
+    def reasons(self, start: Floats, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
         """As `HybridSystem.reasons`."""
         known = on_section(self.table, self.surfaces, start)
-        sentences = iter(reasons_of(self.definition, self.table, start[known]))
+        sentences = iter(reasons_of(self.definition, self.table, start[known], chatter))
         return tuple(next(sentences) if on else self._why_off(row) for on, row in zip(known, start, strict=True))
 
     def on_section(self, start: Floats) -> Floats:
@@ -130,13 +131,15 @@ class ModeKernel:
         """As `HybridSystem.arrival_reasons`."""
         return arrival_reasons_of(self.definition, self.table, states, modes)
 
-    def _batch(self, start: Floats, directions: int, moved: Moved | None = None, units: Floats | None = None) -> Record:
+    def _batch(
+        self, start: Floats, directions: int, chatter: float, moved: Moved | None = None, units: Floats | None = None
+    ) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""
         parts: dict[int, Record] = {}
 
         def run(k: slice) -> None:
             parts[k.start] = record(start[k], 1, directions)
-            self._computed(parts[k.start], memory(self.table, directions, moved, units))
+            self._computed(parts[k.start], memory(self.table, directions, moved, units, chatter))
 
         in_chunks(len(start), run, CHUNK)
         ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]

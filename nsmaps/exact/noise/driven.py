@@ -26,8 +26,13 @@ class DrivenKernel:
     table: Tables
 
     def noisy_orbit(self, law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any) -> None:
-        """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`; `chatter` is of no use."""
-        p, w, run, count = self.table, memory(self.table, 0), np.zeros(modes.NUMBERS), np.zeros(modes.COUNTS, np.int64)
+        """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
+        p, w, run, count = (
+            self.table,
+            memory(self.table, 0, chatter=chatter),
+            np.zeros(modes.NUMBERS),
+            np.zeros(modes.COUNTS, np.int64),
+        )
         states, turns, codes, outcome, time, eta, hits = tables
         n, m = len(codes), states.shape[1]
         rows = states[:, None], turns[:, None], codes[:, None], outcome[:, None], time[:, None]

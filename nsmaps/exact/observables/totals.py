@@ -62,7 +62,7 @@ def totals_of(
         q = plan.memory(values, panel_of(kernel))
         if isinstance(kernel, ModeKernel):
             table, n = kernel.table, states.shape[1]
-            room = np.empty(n), np.empty((n, 0)), memory(table, 0), memory(table, 0)
+            room = np.empty(n), np.empty((n, 0)), memory(table, 0, chatter=chatter), memory(table, 0)
             while not observed_modes(table, q, discard, length, at, *rows, *room):
                 check_stop()
         else:

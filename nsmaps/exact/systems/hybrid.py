@@ -1,12 +1,14 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
+from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.guards import Guard as Guard
 from nsmaps.exact.systems.guards import HybridFormulas
@@ -42,27 +44,37 @@ class HybridSystem(HybridFormulas):
         """The letters with which words begin, those of the section's events; "" for an event without one."""
         return self._definition().alphabet.section or ()
 
-    def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
+    def first_return(
+        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
+    ) -> Returns:
         """The first returns to the section of a batch of states.
 
         Args:
             states: shape (N, n), rows of the section's coordinates in the system's units, phases in radians on any turn.
             derivative: also the derivative of the image, shape (N, n, n), through every event (saltation matrices).
+            chatter: speed of an impact at the section, of a guard that `rests`, as a share of that which the acceleration into
+                the surface gives in a radian of the forcing (without one the longest step of a mode), at or below which the
+                impacts that follow are summed in one return that ends with the release (word `B~`), once the sum is exact to
+                rounding: 0 for every single impact, `inf` for as soon as possible. Impacts off the section are summed where
+                that changes a state by less than rounding.
+            margin: also compute the distance of each return from a graze, by a second pass.
 
         Raises:
-            StateError: `states` is not a batch of shape (N, n).
+            StateError: `states` is not a batch of shape (N, n), or `chatter` is below zero.
         """
-        return self._kernel().first_returns(as_states(states, self.coordinates), derivative)
+        start, share = as_states(states, self.coordinates), check_chatter(chatter)
+        returns = self._kernel().first_returns(start, derivative, share)
+        return replace(returns, margin=self._kernel().itineraries(start, share).margin) if margin else returns
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
         """The first n returns of each of M states: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         Other arguments and errors as `first_return`.
         """
-        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative)
+        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative, check_chatter(chatter))
 
-    def itineraries(self, states: ArrayLike, speeds: Floats | None = None) -> Itineraries:
+    def itineraries(self, states: ArrayLike, speeds: Floats | None = None, chatter: float = SUMMED_SPEED) -> Itineraries:
         """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
 
         `clearance` is the least value of a guard's function at such a minimum, `slowest` the least rate of one at its event.
@@ -73,7 +85,7 @@ class HybridSystem(HybridFormulas):
             speeds: of `guard_speeds`, of which both are shares: gaps in units of time then, rates without one. Without these they
                 are in the units of the guards' functions, which need not be the same.
         """
-        return self._kernel().itineraries(as_states(states, self.coordinates), speeds)
+        return self._kernel().itineraries(as_states(states, self.coordinates), check_chatter(chatter), speeds)
 
     def guard_speeds(self, states: ArrayLike, between: bool = False) -> Floats:
         """The largest rate of change of the function of each guard just before the events of first returns, or `between` too.
@@ -85,20 +97,21 @@ class HybridSystem(HybridFormulas):
         """
         return self._kernel().guard_speeds(as_states(states, self.coordinates), between)
 
-    def reasons(self, states: ArrayLike) -> tuple[str, ...]:
+    def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
         """Why each first return ended, a sentence each: which guard, mode and states, and what is wrong with a start.
 
         Arguments and errors as `first_return`.
         """
-        return self._kernel().reasons(as_states(states, self.coordinates))
+        return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
 
-    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
 
         Through every event; NaN where there is no return. Other arguments and errors as `first_return`; ParameterError for a name
         that no numerical parameter has.
         """
-        return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates))
+        start, way = as_states(states, self.coordinates), self.direction(rates)
+        return self._kernel().sensitivities(start, way, check_chatter(chatter))
 
     def on_section(self, states: ArrayLike) -> Floats:
         """States of the section nearest to some, shape (N, n), where its coordinates are not all free; otherwise the same.

@@ -109,7 +109,7 @@ class ImpactSystem(ImpactFormulas):
             return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
         outcome = self.first_return(states, chatter=chatter).outcome
         ended = (outcome != Outcome.returned) & (outcome != Outcome.stuck)
-        sentences = iter(self._modes().reasons(as_states(states, self.coordinates)[ended]))
+        sentences = iter(self._modes().reasons(as_states(states, self.coordinates)[ended], chatter))
         return tuple(next(sentences) if there else Outcome(end).advice for end, there in zip(outcome, ended, strict=True))
 
     def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":

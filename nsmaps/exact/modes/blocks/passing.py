@@ -7,11 +7,11 @@ decisions are those of `section.py` and `returns.py`.
 import math
 
 from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
-from nsmaps.exact.modes.march.resting import BASE_SUMMED
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 NONE = -1  # in place of a transition: none takes place
@@ -158,7 +158,7 @@ def rising(p, e, n, b):
     for k in range(n):
         t[X + k] = 0.0
     for j in range(len(b.z)):
-        bend = 10.0 * BASE_SUMMED * p.bends[p.bounces[e], j]
+        bend = 10.0 * SUMMED_SPEED * p.bends[p.bounces[e], j]
         for k in range(n):
             t[X + k] += bend * abs(b.z[j, k])
     longer = 1.0 / (p.rate * p.steps[mode]) if p.rate > 0.0 else 1.0

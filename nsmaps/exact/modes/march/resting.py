@@ -2,6 +2,8 @@
 
 import math
 
+from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import TWO_PI, spell
 from nsmaps.exact.modes.march.beginning import leading
@@ -9,9 +11,8 @@ from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, velocity
 from nsmaps.exact.modes.march.section import allowed, enter
 from nsmaps.exact.modes.tables.taylor import ROUNDING, next_term
 
-SUMMED = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
-BASE_SUMMED = 1e-12  # of the speed gained in it: impacts at the section, of which each is a return, as those of impact systems
-STEADY = 1e-5  # relative change of the pressure within impacts that accumulate
+BRIEF = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
+STEADY = 1e-5  # relative change of the pressure within impacts that accumulate: its cube is rounding
 INSTANT = 1e-13  # of a turn of the forcing: a shorter contact is a release
 CHATTER, REST = 1, 2
 
@@ -47,25 +48,82 @@ def pressed(p, mode, w):
 def mark_of(p, k, j, mode, before, w):
     """The mark of the contact that begins at a state just after an impact: 0 for none, `CHATTER` or `REST`.
 
-    The impacts accumulate after x = 2 u/(a (1 - r)), with their last speed u and the pressure a. Contact from the impact on, with
-    all speed towards the surface lost, has the same impulse by then; states differ by u x, which `SUMMED` keeps below rounding.
+    The impacts accumulate after a time x, with their last speed u and the pressure a. Contact from the impact on, with all speed
+    towards the surface lost, has the same impulse by then. Until then the states differ: within `BRIEF` by less than rounding, as
+    u x does, and within a longer time, at a speed that `chatter` allows, if no other event takes place in it.
     """
     after, size = dot(p.begins[j, 0], w.z)
     press, sizes = dot(p.begins[j, 1], w.z)
     w.lapse[3] = 0.0
     if after <= ROUNDING * size:
         return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
-    if not (press > 0.0 and after < before):
-        return 0
     unit = unit_of(p, mode)
-    x = 2.0 * after / (press * (1.0 - after / before))
-    velocity(p, mode, w.z, w.field)
-    steady = x * abs(dot(p.begins[j, 1], w.field)[0]) <= STEADY * press * p.steps[mode]
-    slow = before <= BASE_SUMMED * press * unit if p.is_section[k] and not p.after else x <= SUMMED * unit
-    if not (steady and slow):
+    if not (press > 0.0 and after < before) or (p.is_section[k] and before > w.chatter * press * unit):
         return 0
-    w.lapse[3] = x
+    x = accumulation_time(after, after / before, press)
+    first_terms(p, mode, 2, w)
+    step = p.steps[mode]
+    jerk, bend = dot(p.begins[j, 1], w.d[1])[0] / step, 2.0 * dot(p.begins[j, 1], w.d[2])[1] / (step * step)
+    if x * abs(jerk) > STEADY * press or x * x * bend > STEADY * STEADY * press:
+        return 0
+    if x > BRIEF * unit and not (p.is_section[k] and sum_is_exact(p, j, mode, x, w)):
+        return 0
+    contact_state(p, j, w.z, w.other)
+    velocity(p, p.target[j], w.other, w.field)
+    held_jerk = dot(p.begins[j, 1], w.field)[0] / p.steps[p.target[j]]
+    w.lapse[3], w.lapse[4] = corrected_time(x, after / before, press, jerk, held_jerk), after / before
     return CHATTER
+
+
+@inner
+def first_terms(p, mode, terms, w):
+    """Write the first terms of the Taylor series of the features, as of `next_term`, to `w.d`."""
+    for j in range(len(w.z)):
+        w.d[0, j] = w.z[j]
+    for m in range(terms):
+        next_term(p, mode, w.d, m)
+
+
+@inner
+def contact_state(p, j, z, out):
+    """Write the features z, shape (N,), in the contact with which a transition j begins: without speed at the surface."""
+    n = p.resets.shape[1]
+    for i in range(len(z)):
+        out[i] = dot(p.resets[j, i], z)[0] if i < n else z[i]
+
+
+@inner
+def sum_is_exact(p, j, mode, x, w):
+    """Whether contact from an impact on is the same motion, but for rounding, once impacts have accumulated after a time x.
+
+    No other event may take place by then. With the gap g, the direction q of impacts and the matrix M of the rates in contact
+    the states of the motion are those in contact, g' q and e, where e' = M (g' q + e). As g is zero again after x, e is M^2 q
+    times the integral of g then, which is at most u x^2/6 for a speed u = g' after the impact.
+    """
+    contact_state(p, j, w.z, w.other)
+    velocity(p, p.target[j], w.z, w.one)
+    velocity(p, p.target[j], w.other, w.field)
+    for i in range(len(w.z)):
+        w.two[i] = w.other[i] + (w.one[i] - w.field[i])  # M q u, in steps of the mode
+    velocity(p, p.target[j], w.two, w.one)
+    share = x / p.steps[p.target[j]]
+    for i in range(len(w.new)):
+        size = max(w.scales[i], abs(w.z[i]), abs(w.field[i]))
+        if abs(w.one[i] - w.field[i]) * share * share > 6.0 * ROUNDING * size:
+            return False
+    return clear_until(p, mode, x, w) and clear_until(p, p.target[j], x, w)
+
+
+@inner
+def clear_until(p, mode, x, w):
+    """Whether no function that is watched in a mode can fall to zero within a time x, but those that are zero just now."""
+    velocity(p, mode, w.z, w.field)
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        value, size = dot(p.functions[f], w.z)
+        speed = dot(p.functions[f], w.field)[1] / p.steps[mode]
+        if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * x * speed:
+            return False
+    return True
 
 
 @inner
@@ -81,13 +139,10 @@ def falling(p, k, w):
 def accumulate(p, k, before, mode, w):
     """Whether events like the last one follow it ever faster, in all within rounding of the mode's unit of time."""
     f, step = p.bounces[k], p.steps[mode]
-    for j in range(len(w.z)):
-        w.d[0, j] = w.z[j]
-    for m in range(3):
-        next_term(p, mode, w.d, m)
+    first_terms(p, mode, 3, w)
     after, half, sixth = dot(p.functions[f], w.d[1])[0] / step, dot(p.functions[f], w.d[2])[0], dot(p.functions[f], w.d[3])[0]
     press, change = -2.0 * half / (step * step), 6.0 * abs(sixth) / (step * step * step)
-    if not (press > 0.0 and before <= BASE_SUMMED * press * unit_of(p, mode) and (after < before or before <= 0.0)):
+    if not (press > 0.0 and before <= SUMMED_SPEED * press * unit_of(p, mode) and (after < before or before <= 0.0)):
         return False
     x = 2.0 * after / (press * (1.0 - after / before)) if before > 0.0 else 0.0
     return x * change <= STEADY * press

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import returns
 from nsmaps.exact.modes.definitions.definition import Definition
@@ -18,17 +19,17 @@ from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.outcome import Outcome
 
 
-def reasons_of(definition: Definition, table: Tables, start: Floats) -> tuple[str, ...]:
+def reasons_of(definition: Definition, table: Tables, start: Floats, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
     """As `HybridSystem.reasons`, of rows of the section's coordinates."""
     sentences = []
     for row in start:
-        found, w = record(row[None], 1, 0), memory(table, 0)
+        found, w = record(row[None], 1, 0), memory(table, 0, chatter=chatter)
         returns(table, found, np.zeros(2, np.int64), w, motions(table, False), block_of(table))
         outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
         if outcome == Outcome.invalid:
             sentences.append(not_a_start(definition, table, row))
         elif outcome in ENDS:
-            sentences.append(end_of(definition, table, outcome, "", events_of(definition, table, row)))
+            sentences.append(end_of(definition, table, outcome, "", events_of(definition, table, row, chatter)))
         else:
             sentences.append(_sentence(definition, table, outcome, time, w))
     return tuple(sentences)

@@ -8,6 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import StateError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.resting import INSTANT
@@ -28,13 +29,13 @@ class Event(NamedTuple):
     after: Floats  #: shape (n,)
 
 
-def events_of(definition: Definition, table: Tables, start: Floats) -> Iterator[Event]:
+def events_of(definition: Definition, table: Tables, start: Floats, chatter: float = SUMMED_SPEED) -> Iterator[Event]:
     """The events of the motion from a row of the section's coordinates, the start first, until none follows.
 
     Raises:
         StateError: the row is not a start.
     """
-    n, w = len(definition.states), memory(table, 0)
+    n, w = len(definition.states), memory(table, 0, chatter=chatter)
     before, time = np.empty(n), 0.0
     k, mode, phi = begin(table, start, before, w)
     if k < 0:
@@ -65,10 +66,10 @@ def _following(definition: Definition, table: Tables, mode: int, phi: float, w: 
             yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
 
 
-def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int) -> ModeTrack:
+def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int, chatter: float) -> ModeTrack:
     """The motion from a row of the section's coordinates through at most n events. Raises as `events_of` and `check_samples`."""
     check_samples(n, samples)
-    events = list(islice(events_of(definition, table, start), n))
+    events = list(islice(events_of(definition, table, start, chatter), n))
     ones = [definition.transitions[event.transition] for event in events]
     time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
     before, after = (np.array([getattr(event, name) for event in events]) for name in ("before", "after"))

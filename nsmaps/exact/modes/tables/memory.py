@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 
 
@@ -39,7 +40,8 @@ class Memory(NamedTuple):
     one: Any  #: the same, after two events in one order
     two: Any  #: and in the other
     both: Any  #: shape (2,), functions that are zero at once, -1 for none
-    lapse: Any  #: shape (4,), length of the last flight, whether impacts that follow accumulate below rounding, first function
+    lapse: Any  #: shape (5,): length of the last flight, whether impacts that follow accumulate below rounding, first function,
+    #: time until impacts that were summed accumulate, share of the speed that each of them leaves
     start: Any  #: shape (2, N), rates of change of the features before and after the event at the start
     idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
     doubt: Any  #: shape (2,), function of the first event that is doubtful, -1 without one, and the time until then
@@ -54,6 +56,7 @@ class Memory(NamedTuple):
     held: Any  #: shape (2,), time since contact began, and its mark in words (1 after chatter, 2 from rest, 0 without contact)
     row: Any  #: shape (3,), letter of the last events in a row, word and place of the next letter behind the first of them
     minima: Any  #: shape (S,), of the flight under way
+    chatter: float  #: see `nsmaps.exact.chatter`
 
 
 class Record(NamedTuple):
@@ -84,7 +87,7 @@ def still(p: Any) -> Moved:
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
-def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None) -> Memory:
+def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None, chatter: float = SUMMED_SPEED) -> Memory:
     """Memory for the returns of one thread, with margins if their units are given, one for each function, shape (S,)."""
     n, width, functions = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions)
     return Memory(
@@ -104,7 +107,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         one=np.zeros(width),
         two=np.zeros(width),
         both=np.full(2, -1),
-        lapse=np.zeros(4),
+        lapse=np.zeros(5),
         start=np.zeros((2, width)),
         idle=np.zeros(4, np.int64),
         doubt=np.array([-1.0, 0.0]),
@@ -119,4 +122,5 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         held=np.zeros(2),
         row=np.zeros(3, np.int64),
         minima=np.zeros(functions, np.int64),
+        chatter=float(chatter),
     )

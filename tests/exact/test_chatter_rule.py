@@ -1,0 +1,152 @@
+"""When impacts that accumulate are summed: one rule for impact systems and systems with modes, whatever `chatter` is."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from chattering import until_rest
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_two_masses import TwoMasses
+
+import nsmaps
+from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps.errors import StateError
+from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.trajectory import track
+
+SHARES = (0.0, SUMMED_SPEED, 1e-6, np.inf)
+VALUES, START = {"Gamma": 1.3, "r": 0.5}, np.array([[0.3, 3.5]])
+
+
+class Ball(HybridSystem):
+    """The bouncing ball, whose states are relative to the table."""
+
+    Gamma: float
+    r: float
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))
+
+
+class After(Ball):
+    """The same, seen after impacts."""
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"), side="after")
+
+
+class Held(TwoMasses):
+    """The first of two masses rests at its stop; its release depends on the second."""
+
+    def guards(self, t, y):
+        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
+
+
+def until_release(returns, sign=1.0):
+    """The number of returns up to a release, its coordinates, and the time until then."""
+    n = int(np.argmax(returns.outcome == Outcome.stuck))
+    assert returns.outcome[n] == Outcome.stuck
+    return n, returns.image[n] * [sign, *[1] * (returns.image.shape[1] - 1)], returns.time[: n + 1].sum()
+
+
+@pytest.mark.parametrize("share", SHARES[1:])
+def test_impacts_are_summed_as_of_impact_systems(share):
+    """The same number of single impacts, but for a sum as soon as it is exact, whose bounds on the pressure's change differ."""
+    expected = BouncingBall(**VALUES).orbits(START, 80, chatter=share)
+    found = Ball(**VALUES).orbits(START * [-1, 1], 80, derivative=True, chatter=share)
+    (n, image, time), (m, other, last) = until_release(expected), until_release(found, -1)
+    assert abs(n - m) <= np.isinf(share)
+    assert found.words[: min(n, m)].tolist() == ["BB"] * min(n, m)
+    assert found.words[m] == "B~"
+    assert other == pytest.approx(image, abs=1e-15)
+    assert last == pytest.approx(time, abs=4e-15)
+    assert (found.derivative[m] == 0).all()
+
+
+def test_fewer_impacts_are_single_the_larger_the_share():
+    counts = [until_release(Ball(**VALUES).orbits(START * [-1, 1], 80, chatter=share))[0] for share in SHARES[1:]]
+    assert counts[0] > 2 * counts[1] > 2 * counts[2] > 0
+    single = Ball(**VALUES).orbits(START * [-1, 1], 80, chatter=0)
+    assert single.words.tolist() == ["BB"] * 80
+    assert abs(single.image[-1, 0]) == pytest.approx(0.5**79 * abs(single.image[0, 0]), rel=0.1)
+
+
+@pytest.mark.parametrize("share", SHARES[1:])
+def test_the_time_of_accumulation_is_that_of_impacts_in_60_digits(share):
+    """To third order, where the ball is not released: at the latest the impact at which the sum is exact to rounding."""
+    returns = Ball(Gamma=0.8, r=0.6).orbits([[-0.2, 1.0]], 80, chatter=share)
+    n = int(np.argmax(returns.outcome == Outcome.rests))
+    assert returns.outcome[n] == Outcome.rests
+    expected = until_rest(0.8, 0.6, 0.2, 1.0) - 1
+    assert returns.time[: n + 1].sum() == pytest.approx(float(expected), abs=2e-15)
+
+
+@cache
+def singly(r):
+    """The release of two masses after impacts down to the default's speed, its time, and its derivative by the start."""
+    returns = Held(b=0.05, w=0.3, f=1.5, d=0, r=r, k2=2.0).orbits([[0.5, 0.6, 0.1, 0.5]], 120, derivative=True)
+    n, image, time = until_release(returns)
+    return n, image, time, np.linalg.multi_dot([*returns.derivative[n::-1], np.eye(4)])
+
+
+@pytest.mark.parametrize("r", [0.4, 0.7])
+def test_a_sum_changes_no_other_state(r):
+    """The second mass moves on during the impacts that are summed."""
+    n, image, time, slope = singly(r)
+    returns = Held(b=0.05, w=0.3, f=1.5, d=0, r=r, k2=2.0).orbits([[0.5, 0.6, 0.1, 0.5]], 60, derivative=True, chatter=np.inf)
+    m, other, last = until_release(returns)
+    assert 0 < m < 0.7 * n
+    assert other == pytest.approx(image, abs=4e-15)
+    assert last == pytest.approx(time, abs=4e-15)
+    assert np.linalg.multi_dot([*returns.derivative[m::-1], np.eye(4)]) == pytest.approx(slope, abs=1e-12)
+
+
+def test_impacts_at_a_section_after_them_are_single_too():
+    before = Ball(**VALUES).orbits(START * [-1, 1], 80)
+    after = After(**VALUES).orbits(START * [0.5, 1], 80)
+    (n, image, time), (m, other, last) = until_release(before), until_release(after)
+    assert n == m
+    assert other == pytest.approx(image, abs=1e-15)
+    assert last == pytest.approx(time, abs=1e-14)
+
+
+def test_margins_are_those_of_impact_systems():
+    states = np.column_stack([np.linspace(0.05, 3, 40), np.linspace(0, 6.2, 40)])
+    expected = BouncingBall(**VALUES).first_return(states, margin=True).margin
+    found = Ball(**VALUES).first_return(states * [-1, 1], margin=True, chatter=0).margin
+    assert np.isfinite(expected.slowest).sum() > 30
+    assert found.slowest == pytest.approx(expected.slowest, rel=1e-12)
+    assert Ball(**VALUES).first_return(states * [-1, 1]).margin is None
+
+
+@pytest.mark.parametrize("system", [BouncingBall(**VALUES), Ball(**VALUES)])
+def test_all_functions_of_returns_have_the_rule(system):
+    state = START[0] * ([1, 1] if isinstance(system, BouncingBall) else [-1, 1])
+    few = until_release(system.orbits(state[None], 80, chatter=np.inf))[0]
+    start = system.orbits(state[None], few, chatter=np.inf).image[-1:]
+    for share, word in ((0, "BB"), (SUMMED_SPEED, "BB"), (np.inf, "B~")):
+        assert system.first_return(start, chatter=share).words == [word]
+        assert system.itineraries(start, chatter=share).words[0].replace("v", "").replace("^", "")[:2] == word
+        slope = system.sensitivity(start, {"Gamma": 1.0}, chatter=share)
+        assert np.isfinite(slope).all() == (word == "BB" or isinstance(system, HybridSystem))
+    events = [track(system, start[0], 3, chatter=share) for share in (0, np.inf)]
+    speeds = [abs(one.rates[1] if hasattr(one, "rates") else one.events.before[1, 1]) for one in events]
+    assert speeds[0] > 0
+    assert speeds[1] == pytest.approx(0, abs=1e-15)
+    number = [{"name": "n", "formula": "1", "at": "B"}]
+    seen = [nsmaps.observe(system, start[0], 1, number, batches=1, chatter=share) for share in (0, np.inf)]
+    assert seen[0].outcome == Outcome.returned
+    assert seen[1].outcome == Outcome.stuck
+    with pytest.raises(StateError, match=r"chatter is -1; expected: a share >= 0"):
+        system.first_return(start, chatter=-1)
