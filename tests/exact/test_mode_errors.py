@@ -82,8 +82,8 @@ def test_a_division_by_zero_is_refused() -> None:
         Heavy(pull=0.0).first_return([[1.0, -1.0, -1.0]])
 
 
-def test_a_formula_that_is_not_affine_is_refused_with_its_place() -> None:
-    """The function of a guard, a condition, a reset after one turn, and the function of an impact with contact."""
+def test_a_formula_that_cannot_be_followed_is_refused_with_its_place() -> None:
+    """A function of a guard without a series, such a condition, a reset after one turn, and contact at a curved wall."""
 
     class Bent(Corner):
         """A wall that is a parabola."""
@@ -95,8 +95,8 @@ def test_a_formula_that_is_not_affine_is_refused_with_its_place() -> None:
 
         def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
             one = (
-                Guard("flight", y.y - y.x**2),
-                Guard("flight", y.y, where=(y.x * y.u,)),
+                Guard("flight", y.y - sp.floor(y.x)),
+                Guard("flight", y.y, where=(sp.besselj(0, y.u),)),
                 Guard("flight", y.y, reset={"v": -y.v * y.u * t}),
                 Guard("flight", y.y - y.x**2, reset={"v": -y.v}, rests="floor"),
             )
@@ -107,10 +107,10 @@ def test_a_formula_that_is_not_affine_is_refused_with_its_place() -> None:
 
     place = re.escape(f"({__file__}:{Bent.guards.__code__.co_firstlineno})")
     whys = (
-        r"the function of Bent\.guards: 'I' is -y\.x\*\*2 \+ y\.y; expected: affine in the states",
-        r"a condition of Bent\.guards: 'I' is y\.u\*y\.x; expected: affine in the states",
+        r"the function of Bent\.guards: 'I' is y\.y - floor\(y\.x\), and floor has no Taylor series that can be followed",
+        r"a condition of Bent\.guards: 'I' is besselj\(0, y\.u\), and besselj has no Taylor series that can be followed",
         r"the reset of v by Bent\.guards: 'I' is .*, which is not the same after one `period` of the forcing",
-        r"the function of Bent\.guards: 'I' with rests='floor' is -y\.x\*\*2 \+ y\.y; expected: affine in the states",
+        r"Bent\.guards: 'I' with rests='floor' has the function -y\.x\*\*2 \+ y\.y, .* is not affine in the states; expected",
     )
     for kind, why in enumerate(whys):
         with pytest.raises(SystemDefinitionError, match=rf"^{why}.* {place}$"):
@@ -183,9 +183,7 @@ class Plain(HybridSystem):
 
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         rates = {
-            "cubic": -(y.v**3),
-            "kink": -sp.Abs(y.v) + 2 * sp.Max(y.x, 1),
-            "drag": -y.v * sp.Abs(y.v),
+            "steps": sp.floor(y.v),
             "late": -sp.Function("x")(t - 1),
             "called": -y.x(t - 1) if WRONG[self.kind][0] == "called" else 0,
             "two": sp.cos(sp.sqrt(3) * t),
@@ -201,11 +199,9 @@ class Plain(HybridSystem):
 
 WRONG = [
     (
-        "cubic",
-        r"rate of v is -y\.v\*\*3; .* `ImpactSystem` with its `acceleration`; .* with `coordinates` and `first_return`",
+        "steps",
+        r"rate of v is floor\(y\.v\), and floor has no Taylor series that can be followed; expected: powers, roots, and sin",
     ),
-    ("kink", "linear on either side of a kink is two modes"),
-    ("drag", "one degree of freedom are those of an `ImpactSystem` with its `acceleration`"),
     ("late", "rate of v is .* expected: the states at the time t; a delay is out of scope"),
     ("called", "not callable.* a delay is out of scope"),
     ("two", r"not the same after one `period` of the forcing; .* p' = -w\*q and q' = w\*p"),

@@ -221,23 +221,6 @@ def test_on_the_line_of_a_relay_the_motion_decays_as_the_line_has_it() -> None:
     assert returns.image[0, :2] == pytest.approx([0.1, -0.07], rel=1e-13)
 
 
-def test_a_sliding_that_is_not_linear_is_refused() -> None:
-    class Turning(Relays):
-        """Two fields whose difference turns with the state."""
-
-        def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-            return {"++": {"x": y.v, "v": -y.x - 1}, "-+": {"x": -y.v, "v": y.x + 2}}
-
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-            return {"slide": Sliding("++", "-+", y.x + y.v)}
-
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("slide to ++", ("x", "phi"))
-
-    with pytest.raises(SystemDefinitionError, match=r"sliding 'slide' is not linear: the convex combination of the rates of x"):
-        Turning().first_return([[0.0, 0.0]])
-
-
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

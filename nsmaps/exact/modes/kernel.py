@@ -179,6 +179,8 @@ def kernel_of(system: HybridFormulas) -> ModeKernel:
     """The kernel of a system; those used last are remembered."""
     definition = known_definition(system)
     values = tuple(system.parameters.values())
+    if definition.smooth:
+        raise SystemDefinitionError(f"{type(system).__name__} is nonlinear, and its flights are not followed yet")
     table = tables_of(definition, values)
     return ModeKernel(definition, table, values, surfaces_of(definition, table))
 

@@ -16,47 +16,9 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.exponentials import Expansion
-from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.recording import DIGITS
+from nsmaps.exact.modes.definitions.rows import Row
 from nsmaps.exact.words import Alphabet
-
-
-@dataclass(frozen=True)
-class Row:
-    """An expression that is affine in the states: their coefficients, and the remainder, which may depend on the phase."""
-
-    coefficients: tuple[sp.Expr, ...]
-    remainder: sp.Expr
-
-    def by(self, parameter: sp.Symbol) -> "Row":
-        """Its derivative by a parameter, at a fixed phase."""
-        return Row(tuple(sp.diff(c, parameter) for c in self.coefficients), sp.diff(self.remainder, parameter))
-
-    def scaled(self, factor: sp.Expr) -> "Row":
-        """The row times a factor that is free of the states."""
-        return Row(tuple(factor * c for c in self.coefficients), factor * self.remainder)
-
-    def __add__(self, other: "Row") -> "Row":
-        return Row(
-            tuple(a + b for a, b in zip(self.coefficients, other.coefficients, strict=True)), self.remainder + other.remainder
-        )
-
-    def at(self, states: "Sequence[Row]") -> "Row":
-        """The row where the states are rows themselves."""
-        total = Row(tuple(sp.S.Zero for _ in self.coefficients), self.remainder)
-        for coefficient, state in zip(self.coefficients, states, strict=True):
-            total = total + state.scaled(coefficient)
-        return Row(tuple(map(sp.cancel, total.coefficients)), sp.expand(total.remainder))
-
-    def rate(self, rates: "Sequence[Row]", phase_rate: sp.Expr) -> "Row":
-        """The rate of the row where the states have these rates."""
-        moved = self.at(rates)
-        turning = phase_rate * sp.diff(self.remainder, PHI)
-        return Row(moved.coefficients, sp.expand(moved.remainder - self.remainder + turning))
-
-    def of(self, variables: "Sequence[sp.Symbol]") -> sp.Expr:
-        """The expression that the row stands for."""
-        return sp.Add(*(c * y for c, y in zip(self.coefficients, variables, strict=True)), self.remainder)
 
 
 @dataclass(frozen=True)
@@ -85,6 +47,7 @@ class Start:
 
     transition: int
     states: tuple[Row, ...]
+    curved: tuple[tuple[int, sp.Expr], ...] = ()  #: positions of states that are another formula of the coordinates, and these
     zeros: tuple[Row, ...] = ()  #: functions of the coordinates that are zero there, where these are more than needed
     surface: tuple[Row, ...] = ()  #: functions of the states that are zero there
 
@@ -119,6 +82,11 @@ class Definition:
     derived: tuple[sp.Expr, ...] = ()  #: further states behind the own ones, as formulas of these, of the phase and of parameters
     smooth: tuple[tuple[sp.Expr, ...], ...] = ()  #: of each mode the rates of the own states in a nonlinear system, else ()
     derivatives: dict[int, "Numbers"] = field(default_factory=dict)
+
+    @property
+    def columns(self) -> tuple[sp.Expr, ...]:
+        """What the coefficients of rows multiply: the own states, and the formulas of those derived from them."""
+        return (*self.variables, *self.derived)
 
     @property
     def letters(self) -> tuple[str, ...]:

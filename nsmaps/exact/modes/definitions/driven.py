@@ -36,6 +36,8 @@ def noise_rates(states: Mapping[str, sp.Symbol]) -> dict[str, sp.Expr]:
 def check_driven(name: str, noise: str, definition: Definition) -> None:
     """Refuse noise that no formula holds."""
     place, own = definition.states.index(noise), len(definition.states) - DEGREE - 1
+    symbol = definition.variables[place]
     rows = [row for mode in definition.rates for row in mode[:own]] + [one.function for one in definition.transitions]
-    if all(row.coefficients[place] == 0 for row in rows):
+    smooth = [rate for mode in definition.smooth for rate in mode[:own]]
+    if all(row.coefficients[place] == 0 for row in rows) and not any(x.has(symbol) for x in (*smooth, *definition.derived)):
         raise SystemDefinitionError(f"{name}.noise is {noise!r}, and no rate or guard has it; expected: y.{noise} in formulas")

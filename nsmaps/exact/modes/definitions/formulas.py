@@ -1,4 +1,4 @@
-"""Formulas of a class of systems with modes, read as rows: what is not piecewise linear is refused."""
+"""Formulas of a class of systems with modes, read as rows: what has no Taylor series is refused."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -9,11 +9,14 @@ from sympy.core.function import AppliedUndef
 
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.flows.ways import DELAY, FORCING, OWN_MAP, other_rate
-from nsmaps.exact.modes.definitions.definition import Row
+from nsmaps.exact.flows.ways import DELAY, FORCING
+from nsmaps.exact.modes.definitions.rows import Row, affine_row, row_of, same_row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
 NEAR = 1e-12  #: of values of a formula that are the same, relative
+TRIGONOMETRIC = sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.atan2
+HYPERBOLIC = sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh
+SMOOTH_FUNCTIONS = (*TRIGONOMETRIC, *HYPERBOLIC, sp.exp, sp.log, sp.erf, sp.erfc)  #: of which heyoka knows the series
 
 
 @dataclass(frozen=True)
@@ -41,41 +44,43 @@ class Reader:
             raise SystemDefinitionError(f"{what} has the unknown symbols {', '.join(sorted(map(str, unknown)))}")
         return expr
 
-    def rate(self, given: Any, what: str) -> Row:
-        """A rate as a row, or a SystemDefinitionError with the reason, and with what can be written in its place."""
-        expr = self.expression(given, what)
-        return self.row(expr, what, other_rate(expr, tuple(self.states.values())))
-
-    def row(self, given: Any, what: str, way: str = OWN_MAP) -> Row:
+    def row(self, given: Any, what: str) -> Row:
         """A formula as a row, or a SystemDefinitionError with the reason."""
         expr = self.expression(given, what)
-        if expr.has(AppliedUndef):
-            raise SystemDefinitionError(f"{what} is {shown(expr)}; expected: the states at the time t; {DELAY}")
-        row = self.affine(expr)
-        if row is None:
-            raise SystemDefinitionError(
-                f"{what} is {shown(expr)}; expected: affine in the states, with coefficients free of the time; {way}"
-            )
-        check_periodic(row.remainder, what)
-        return row
+        check_smooth(expr, {*self.states.values(), PHI}, what)
+        check_periodic(expr, what)
+        return row_of(expr, tuple(self.states.values()))
 
     def affine(self, expr: sp.Expr) -> Row | None:
         """A formula as a row, None where it is not affine in the states with coefficients that are free of the time."""
-        bound = {*self.states.values(), PHI}
-        slopes = [sp.diff(expr, y) for y in self.states.values()]
-        coefficients = tuple(sp.simplify(c) if c.free_symbols & bound else c for c in slopes)
-        if any(c.free_symbols & bound for c in coefficients):
-            return None
-        return Row(coefficients, sp.expand(expr.subs(dict.fromkeys(self.states.values(), 0))))
+        return affine_row(expr, tuple(self.states.values()))
+
+    def states_in(self, row: Row) -> set[str]:
+        """The names of the states on which a row depends."""
+        held = zip(self.states.items(), row.coefficients, strict=True)
+        return {name for (name, y), c in held if c != 0 or (row.variables and row.remainder.has(y))}
 
     def same(self, state: str) -> Row:
         """The row of a state itself."""
-        return Row(tuple(sp.S.One if name == state else sp.S.Zero for name in self.states), sp.S.Zero)
+        return same_row(list(self.states).index(state), len(self.states))
 
 
 def shown(expr: sp.Expr) -> str:
     """An expression in the author's names."""
     return str(expr).replace("_y_", "y.").replace("_p_", "").replace("_phi", "phi")
+
+
+def check_smooth(expr: sp.Expr, moving: set[sp.Symbol], what: str) -> None:
+    """Refuse a formula of which a part has no Taylor series in the symbols that move."""
+    if expr.has(AppliedUndef):
+        raise SystemDefinitionError(f"{what} is {shown(expr)}; expected: the states at the time t; {DELAY}")
+    for part in sp.preorder_traversal(expr):
+        if isinstance(part, sp.Function) and part.free_symbols & moving and not isinstance(part, SMOOTH_FUNCTIONS):
+            names = ", ".join(kind.__name__ for kind in SMOOTH_FUNCTIONS)
+            raise SystemDefinitionError(
+                f"{what} is {shown(expr)}, and {part.func.__name__} has no Taylor series that can be followed; expected: powers, "
+                f"roots, and {names}"
+            )
 
 
 def check_periodic(expr: sp.Expr, what: str) -> None:

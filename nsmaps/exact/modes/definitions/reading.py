@@ -8,13 +8,15 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, in_symbols
-from nsmaps.exact.modes.definitions.contact import Contact, contact_of, contact_transitions
-from nsmaps.exact.modes.definitions.crossings import divided, nothing_changes
-from nsmaps.exact.modes.definitions.definition import Definition, Row, Transition
+from nsmaps.exact.modes.definitions.definition import Definition, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
+from nsmaps.exact.modes.definitions.events.contact import Contact, contact_of, contact_transitions
+from nsmaps.exact.modes.definitions.events.crossings import divided, nothing_changes
+from nsmaps.exact.modes.definitions.events.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
+from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
+from nsmaps.exact.modes.definitions.rows import Row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
-from nsmaps.exact.modes.definitions.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
 from nsmaps.exact.systems.parameters import choices_of
@@ -24,7 +26,7 @@ def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
     """The formulas of a system's class with symbols for its parameters; where it is `driven`, with its noise as states.
 
     Raises:
-        SystemDefinitionError: they are not those of a piecewise-linear system; says which formula, and why.
+        SystemDefinitionError: they are not those of a system with modes; says which formula, and why.
     """
     cls = type(system)
     if not cls.states or not all(isinstance(name, str) and name.isidentifier() for name in cls.states):
@@ -75,7 +77,7 @@ def _defined(
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
     clock = clock_of(reader, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
-    return Definition(
+    definition = Definition(
         symbols,
         names,
         variables,
@@ -91,6 +93,7 @@ def _defined(
         surfaces,
         clock,
     )
+    return with_derived_states(definition)
 
 
 def _events(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> tuple[Transition, ...]:
@@ -115,7 +118,7 @@ def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ..
         there = ", ".join(given) or "nothing"
         raise SystemDefinitionError(f"{reader.name}.modes has in mode {mode!r} the rates of {there}; expected: of {names}")
     what = f"{reader.name}.modes: in mode {mode!r} the rate of"
-    return tuple(reader.rate(given[state], f"{what} {state}") for state in reader.states)
+    return tuple(reader.row(given[state], f"{what} {state}") for state in reader.states)
 
 
 def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> dict[str, Contact]:

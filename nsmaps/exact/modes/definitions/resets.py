@@ -1,18 +1,18 @@
-"""Resets that are not affine in the states: compiled from their formulas, with their derivatives, and kept in memory."""
+"""Resets and starts that are not affine: compiled from their formulas, with their derivatives, and kept in memory."""
 
 import sympy as sp
 
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
-from nsmaps.exact.modes.definitions.definition import Definition, Transition
+from nsmaps.exact.modes.definitions.definition import Definition, Start, Transition
 
 
-def reset_address(definition: Definition, one: Transition) -> int:
-    """The address of the compiled function that writes the states of `Transition.curved`, and their derivatives.
+def law_address(definition: Definition, one: Transition | Start) -> int:
+    """The address of the compiled function that writes the states of `curved`, and their derivatives; zero if there are none.
 
-    It takes the phase, and the addresses of the states, of the parameters and of a table of n rows, to which it writes for each
-    state that it gives the value, and the derivatives by every state, by the phase and by every parameter at a fixed phase. The
-    address is zero for an affine reset.
+    It takes the phase, and the addresses of the n own states, of the parameters and of a table of n rows, to which it writes for
+    each state that it gives the value, and the derivatives by every own state, by the phase and by every parameter at a fixed
+    phase. States are those before a reset, or for a start the coordinates among them.
     """
     if not one.curved:
         return 0

@@ -8,10 +8,11 @@ import sympy as sp
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.modes.definitions.crossings import equal
-from nsmaps.exact.modes.definitions.definition import Row, Start, Transition
+from nsmaps.exact.modes.definitions.definition import Start, Transition
+from nsmaps.exact.modes.definitions.events.crossings import equal
+from nsmaps.exact.modes.definitions.events.sliding import Rates
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
-from nsmaps.exact.modes.definitions.sliding import Rates
+from nsmaps.exact.modes.definitions.rows import Row, vanishes
 from nsmaps.exact.systems.guards import Section
 
 
@@ -49,8 +50,15 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
 def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
     states = _states(reader, section, transition)
     surface = tuple(zeros_at(section, transition))
-    zeros = (row.at(states) for row in surface)
-    return Start(number, states, tuple(row for row in zeros if any(row.coefficients) or row.remainder != 0), surface)
+    zeros = tuple(row for row in (row.at(states) for row in surface) if any(row.coefficients) or row.remainder != 0)
+    curved = [expr for row in zeros if row.variables and not vanishes(expr := row.of(row.variables))]
+    if curved:
+        raise SystemDefinitionError(
+            f"{reader.name}.section at {transition.name!r} has coordinates and `states` that lie on a surface only where "
+            f"{shown(curved[0])} is zero, which is not affine; expected: one coordinate less, and the formula of that state in "
+            "`states`"
+        )
+    return Start(number, states, zeros=tuple(row for row in zeros if not row.variables), surface=surface)
 
 
 def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
@@ -59,7 +67,7 @@ def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
     for state, given in section.states.items():
         what = f"{reader.name}.section: {state}"
         row = reader.row(given, what)
-        others = [y for y, c in zip(reader.states, row.coefficients, strict=True) if c != 0 and y not in section.coordinates]
+        others = reader.states_in(row) - set(section.coordinates)
         if others or state in section.coordinates:
             raise SystemDefinitionError(
                 f"{what} is {shown(reader.expression(given, what))}; expected: a formula in the coordinates, of another state"
@@ -77,15 +85,20 @@ def _solved(
 ) -> dict[str, Row]:
     """The states that are left by the zeros at an event."""
     states = [rows.get(state, reader.same(state)) for state in reader.states]
-    zeros = [one.at(states).of(tuple(reader.states.values())) for one in zeros_at(section, transition)]
+    variables = tuple(reader.states.values())
+    zeros = [one.at(states).of(variables) for one in zeros_at(section, transition)]
     unknown = [reader.states[state] for state in left]
     for chosen in combinations(zeros, len(left)):
+        if any(sp.diff(zero, x).has(*unknown) for zero in chosen for x in unknown):
+            continue  # several states may solve it
         found = sp.solve(chosen, unknown, dict=True)
         if len(found) == 1 and len(found[0]) == len(unknown) and not any(value.has(*unknown) for value in found[0].values()):
             return {state: reader.row(found[0][reader.states[state]], f"{reader.name}.section: {state}") for state in left}
     names = " and ".join(left)
     what = f"the guard {transition.name!r}" + " with its reset" * (section.side == "after")
     depends = f"{what} does not depend on {names}" if len(left) == 1 else f"{what} does not give {names}"
+    if any(zero.has(*unknown) for zero in zeros):
+        depends = f"{what} is not linear in {names}, of which several values may be its zeros"
     example = ", ".join(f"{state!r}: ..." for state in left)
     raise SystemDefinitionError(
         f"{reader.name}.section leaves {names} open, and {depends}; expected: all states but one in `coordinates` or `states`, "
@@ -102,6 +115,24 @@ def zeros_at(section: Section, transition: Transition) -> list[Row]:
     before = [transition.function, *transition.held]
     if section.side == "before":
         return before
+    curved = [row for row in before if row.variables]
+    return [*_affine_after(transition, [row for row in before if not row.variables]), *_curved_after(transition, curved)]
+
+
+def _curved_after(transition: Transition, before: list[Row]) -> list[Row]:
+    """Nonlinear functions as those of the states just after, where the reset is affine and has an inverse."""
+    n = len(transition.reset)
+    matrix = sp.Matrix([row.coefficients for row in transition.reset])
+    if not before or transition.curved or any(row.variables for row in transition.reset) or matrix.det() == 0:
+        return []
+    inverse = matrix.inv()
+    shift = inverse * sp.Matrix([row.remainder for row in transition.reset])
+    states = [Row(tuple(inverse.row(k)), -shift[k]) for k in range(n)]
+    return [row.at(states) for row in before]
+
+
+def _affine_after(transition: Transition, before: list[Row]) -> list[Row]:
+    """The affine ones of `zeros_at` after a reset."""
     reset = [row for k, row in enumerate(transition.reset) if k not in dict(transition.curved)]
     places = [k for k in range(len(transition.reset)) if k not in dict(transition.curved)]
     ways = sp.Matrix([row.coefficients for row in (*reset, *before)]).T.nullspace(simplify=True)
@@ -170,7 +201,7 @@ def _opposite(one: Row, other: Row) -> bool:
     if lead is None:
         return False
     factor = sp.simplify(lead)
-    if factor.has(PHI) or not all(sp.N(factor.subs(values)) < 0 for values in trials(factor)):
+    if factor.has(PHI, *one.variables, *other.variables) or not all(sp.N(factor.subs(values)) < 0 for values in trials(factor)):
         return False
     return equal(one, other.scaled(factor))
 
@@ -182,7 +213,7 @@ def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence
         SystemDefinitionError: its events are not at one phase, in a system whose rates depend on it (`forced`).
     """
     ones = [transitions[start.transition] for start in starts]
-    clocks = [not any(one.function.coefficients) and one.function.remainder.has(PHI) for one in ones]
+    clocks = [one.function.timed and one.function.remainder.has(PHI) for one in ones]
     if all(clocks) and all(equal(one.function, ones[0].function) for one in ones):
         return starts[0].transition
     for start, one in zip(starts, ones, strict=True):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.resets import reset_address
+from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.rows import Rows
 
 
@@ -43,7 +43,7 @@ def stated(definition: Definition) -> dict[str, Any]:
     return {
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
-        "laws": np.array([reset_address(definition, one) for one in transitions]),
+        "laws": np.array([law_address(definition, one) for one in transitions]),
         "curved": np.array([[k in dict(one.curved) for k in range(len(definition.states))] for one in transitions]),
         "conditions": np.cumsum([0, *(len(one.where) for one in transitions)]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),

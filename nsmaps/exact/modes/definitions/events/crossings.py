@@ -12,7 +12,8 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
-from nsmaps.exact.modes.definitions.definition import Row, Transition
+from nsmaps.exact.modes.definitions.definition import Transition
+from nsmaps.exact.modes.definitions.rows import Row, same_row
 
 MOST_MODES = 64
 
@@ -101,7 +102,7 @@ class Crossings:
 
 def crosses(one: Transition) -> bool:
     """Whether an event is a crossing: it is declared as one, depends on the time alone, or changes nothing."""
-    clock = not one.begins and not one.leaves and all(c == 0 for c in one.function.coefficients)
+    clock = not one.begins and not one.leaves and one.function.timed
     return one.crossing or clock or nothing_changes(one)
 
 
@@ -119,7 +120,7 @@ def nothing_changes(one: Transition) -> bool:
 
 def rises(clock: Row, function: Row) -> bool:
     """Whether a function of the time alone surely rises where another falls through zero."""
-    return all(c == 0 for c in clock.coefficients) and sp.simplify(clock.remainder / function.remainder).is_negative is True
+    return clock.timed and sp.simplify(clock.remainder / function.remainder).is_negative is True
 
 
 def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[tuple[int, Flags]]]:
@@ -143,7 +144,7 @@ def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple
 def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:
     """An event without name and letter at which nothing changes but the part of the mode."""
     n = len(like.reset)
-    same = tuple(Row(tuple(sp.Integer(i == k) for i in range(n)), sp.S.Zero) for k in range(n))
+    same = tuple(same_row(k, n) for k in range(n))
     return Transition("", "", mode, function, target, same, held=like.held)
 
 
@@ -169,6 +170,6 @@ def proportional(one: Row, other: Row) -> bool:
     """Whether a function is zero wherever another one is."""
     pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
     lead = next((pair for pair in pairs if pair[1] != 0), None)
-    if lead is None or sp.simplify(lead[0] / lead[1]).has(PHI):  # a factor that changes with the phase
+    if lead is None or sp.simplify(lead[0] / lead[1]).has(PHI, *one.variables, *other.variables):  # a factor that changes
         return False
     return all(sp.simplify(a * lead[1] - b * lead[0]) == 0 for a, b in pairs)

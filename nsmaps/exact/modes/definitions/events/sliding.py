@@ -13,8 +13,9 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import trials
-from nsmaps.exact.modes.definitions.definition import Row, Surface, Transition
+from nsmaps.exact.modes.definitions.definition import Surface, Transition
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
+from nsmaps.exact.modes.definitions.rows import Row, row_of
 from nsmaps.exact.systems.guards import Sliding
 
 Rates = tuple[Row, ...]  #: of all states in a mode
@@ -25,7 +26,7 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
     """The rates of the states while they slide.
 
     Raises:
-        SystemDefinitionError: they are not affine in the states, or the modes do not differ in the rate of the function.
+        SystemDefinitionError: the modes do not differ in the rate of the function.
     """
     what = f"{reader.name}.guards: the sliding {name!r}"
     check_names(f"{what} is between the modes", (given.above, given.below), tuple(rates))
@@ -42,27 +43,29 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
             "motion slides; expected: modes whose rates lead to the surface from either side, or a `Guard`"
         )
     rows = []
-    for state, one, other in zip(reader.states, above, below, strict=True):
-        step = sp.cancel(sp.expand((one + other.scaled(sp.S.NegativeOne)).of(variables)) / across)
-        row = reader.affine(sp.expand(one.of(variables) - rise.of(variables) * step))
-        if row is None:
-            raise SystemDefinitionError(
-                f"{what} is not linear: the convex combination of the rates of {state} holds {shown(step)}, the difference of "
-                f"the rates in {given.above!r} and {given.below!r} over that of the rates of the function, and multiplies it by "
-                "what depends on the states; expected: differences of rates in a fixed proportion, such as a friction in one rate"
-            )
-        rows.append(row)
+    for one, other in zip(above, below, strict=True):
+        difference = (one + other.scaled(sp.S.NegativeOne)).of(variables)
+        step = sp.cancel(sp.expand(difference) / across) if difference.is_polynomial(*variables) else difference / across
+        rows.append(row_of(sp.expand(one.of(variables) - rise.of(variables) * step), variables))
     return tuple(rows)
 
 
 def on_surface(reader: Reader, function: Row, what: str) -> Rates:
-    """The states as rows, one of them from the zero of a function, which it then meets but for rounding."""
-    given = zip(reader.states, function.coefficients, strict=True)
-    sizes = [0 if c == 0 or state in reader.noise else 2 if c.is_number else 1 for state, c in given]
+    """The states as rows, one of them from the zero of a function, which it then meets but for rounding.
+
+    A function that is linear in none of them leaves them as they are.
+    """
+    curved = [function.remainder.has(y) if function.variables else False for y in reader.states.values()]
+    given = zip(reader.states, function.coefficients, curved, strict=True)
+    sizes = [0 if c == 0 or bent or state in reader.noise else 2 if c.is_number else 1 for state, c, bent in given]
     if not any(sizes):
+        if any(curved):
+            return tuple(map(reader.same, reader.states))
         raise SystemDefinitionError(f"{what} has a function that depends on no state; expected: a function of the states")
     k = sizes.index(max(sizes))
-    share = Row(tuple(c if i != k else sp.S.Zero for i, c in enumerate(function.coefficients)), function.remainder)
+    share = Row(
+        tuple(c if i != k else sp.S.Zero for i, c in enumerate(function.coefficients)), function.remainder, function.variables
+    )
     solved = share.scaled(-1 / function.coefficients[k])
     return tuple(solved if i == k else reader.same(state) for i, state in enumerate(reader.states))
 
@@ -124,7 +127,9 @@ def check_held(reader: Reader, modes: Sequence[str], events: Sequence[Transition
 
 
 def _leaves(reader: Reader, one: Transition) -> bool:
-    """Whether what is zero throughout the mode of an event is not zero just after it, at some trial values."""
+    """Whether what is affine and zero throughout the mode of an event is not zero just after it, at some trial values."""
+    if any(row.variables for row in (*one.held, one.function)):
+        return False
     symbols = tuple(reader.states.values())
     after = [row.of(symbols) for row in one.reset]
     for k, formula in one.curved:

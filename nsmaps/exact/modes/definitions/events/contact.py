@@ -12,9 +12,10 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.ways import FRICTION
-from nsmaps.exact.modes.definitions.definition import Row, Transition
+from nsmaps.exact.modes.definitions.definition import Transition
+from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
-from nsmaps.exact.modes.definitions.sliding import Rates, on_surface
+from nsmaps.exact.modes.definitions.rows import Row
 from nsmaps.exact.systems.guards import Guard
 
 
@@ -48,6 +49,11 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     gap = reader.row(guard.function, f"the function of {what}")
     speed = gap.rate(rates[free], reader.phase_rate)
     lift = speed.rate(rates[free], reader.phase_rate)
+    if gap.variables or speed.variables:
+        raise SystemDefinitionError(
+            f"{what} has the function {shown(gap.of(tuple(reader.states.values())))}, which or whose rate is not affine in the "
+            "states; expected: for contact that lasts a distance that is a state, as in polar coordinates, or no `rests`"
+        )
     variables = tuple(reader.states.values())
     after = [reader.expression(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
     jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]

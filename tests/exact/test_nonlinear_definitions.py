@@ -1,0 +1,240 @@
+"""Definitions of nonlinear systems: affine rows over own and derived states, rates as formulas, sections, contact, sliding."""
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+import sympy as sp
+
+from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.reading import definition_of
+
+AT = sp.Rational(3, 7), sp.Rational(5, 4), sp.Rational(-2, 3), sp.Rational(1, 9)  #: values of states
+
+
+class Pendulum(HybridSystem):
+    """A forced pendulum with a stop, at which it may rest."""
+
+    c: float = 0.5
+    f: float = 0.6
+    w: float = 0.7
+    stop: float = 0.3
+    states = ("a", "b")
+
+    def period(self) -> Any:
+        return 2 * sp.pi / self.w
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"m": {"a": y.b, "b": -sp.sin(y.a) - self.c * y.b + self.f * sp.cos(self.w * t)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"I": Guard("m", self.stop - y.a, reset={"b": -y.b / 2}, rests="stick")}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("I", ("b", "phi"))
+
+
+class Hopper(HybridSystem):
+    """A mass on a massless spring, whose touchdown and apex have coordinates that pass zero."""
+
+    k: float = 10.0
+    states = ("x", "y", "u", "v")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        pull = self.k * (1 / sp.sqrt(y.x**2 + y.y**2) - 1)
+        fall = {"x": y.u, "y": y.v, "u": 0, "v": -1}
+        return {"flight": fall, "stance": fall | {"u": pull * y.x, "v": pull * y.y - 1}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        length = sp.sqrt(y.x**2 + y.y**2)
+        return {
+            "A": Guard("flight", y.v),
+            "T": Guard("flight", y.y - sp.Rational(9, 10), to="stance", reset={"x": -sp.sqrt(sp.Rational(19, 100))}),
+            "L": Guard("stance", 3 - 3 * length, to="flight"),
+            "C": Guard("stance", length - 1 / sp.S(2), ends=True),
+        }
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("A", ("y", "u"), states={"x": 0})
+
+
+class Moving(HybridSystem):
+    """A cubic spring with damping that changes with the phase, and a wall whose place depends on speed and phase."""
+
+    d: float = 0.2
+    states = ("x", "v")
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"m": {"x": y.v, "v": -y.x - y.x**3 - self.d * y.v * (1 + sp.cos(t))}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        wall = 1 - y.x - self.d * y.v**2 * sp.sin(t) + sp.cos(t)
+        return {"I": Guard("m", wall, reset={"v": -y.v / 2}, where=[y.v**2 - y.x**2])}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("I", ("v", "phi"))
+
+
+class Belt(HybridSystem):
+    """A cubic oscillator on a belt of speed 1, whose friction falls with the relative speed."""
+
+    mu: float = 0.4
+    states = ("x", "v")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        force, friction = -y.x - y.x**3, self.mu / (1 + (y.v - 1) ** 2)
+        return {"fast": {"x": y.v, "v": force - friction}, "slow": {"x": y.v, "v": force + friction * sp.exp(y.x)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"stick": Sliding("fast", "slow", y.v - 1), "turn": Guard("slow", y.v)}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("turn", ("x",))
+
+
+def read(system: HybridSystem) -> tuple[Definition, dict[sp.Symbol, sp.Expr]]:
+    """A definition, and rational values of all symbols."""
+    definition = definition_of(system)
+    values = dict(zip(definition.variables, AT, strict=False)) | {PHI: sp.Rational(2, 5)}
+    return definition, values | {p: sp.Rational(1 + k, 3) for k, p in enumerate(definition.symbols)}
+
+
+def stated(system: HybridSystem) -> tuple[Any, Any]:
+    """The modes and guards of a system at the same values."""
+    definition, values = read(system)
+    at = system.model_construct(**{str(p)[3:]: values[p] for p in definition.symbols})
+    y = SimpleNamespace(**{name: values[x] for name, x in zip(definition.states, definition.variables, strict=True)})
+    period = at.period()
+    t = 0 if period is None else values[PHI] * period / (2 * sp.pi)
+    return at.modes(t, y), at.guards(t, y)
+
+
+@pytest.mark.parametrize("system", [Pendulum(), Hopper(), Moving(), Belt()], ids=lambda one: type(one).__name__)
+def test_rows_and_rates_are_the_formulas_of_the_class(system: HybridSystem) -> None:
+    definition, values = read(system)
+    modes, guards = stated(system)
+    n, compared = len(definition.states), 0
+    total = n + len(definition.derived)
+    for mode, smooth, rows in zip(definition.modes, definition.smooth, definition.rates, strict=True):
+        assert len(rows) == total
+        assert not any(any(row.coefficients) or row.remainder for row in rows)
+        for rate, name in zip(smooth, definition.states, strict=True) if mode in modes else ():
+            assert sp.N(rate.subs(values) - modes[mode][name], 30) == pytest.approx(0, abs=1e-28)
+            compared += 1
+    for one in definition.transitions:
+        assert len(one.reset) == total
+        assert all(len(row.coefficients) == total for row in (one.function, *one.reset, *one.where, *one.begins, *one.held))
+        assert not any(row.variables for row in (one.function, *one.where))
+        if one.name in guards and one.mode == definition.modes.index(guards[one.name].watched[0]) and not one.releases:
+            function = one.function.of(definition.columns).subs(values)
+            assert sp.N(function - guards[one.name].function, 30) == pytest.approx(0, abs=1e-28)
+            compared += 1
+    assert compared >= n + 1
+
+
+def test_equal_expressions_are_one_derived_state_whatever_their_factor_and_what_is_added() -> None:
+    x, y = read(Hopper())[0].variables[:2]
+    assert read(Hopper())[0].derived == (sp.sqrt(x**2 + y**2),)
+
+
+def test_affine_systems_have_neither_derived_states_nor_formulas_of_rates() -> None:
+    class Straight(Pendulum):
+        """The same without gravity."""
+
+        def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+            return {"m": {"a": y.b, "b": (y.a + 1) ** 2 - y.a**2 + self.f * sp.cos(self.w * t) ** 2}}
+
+    definition = definition_of(Straight())
+    assert (definition.derived, definition.smooth) == ((), ())
+    assert definition.rates[0][1].coefficients == (2, 0)
+
+
+def test_the_state_that_a_curved_guard_gives_is_a_formula_of_the_coordinates() -> None:
+    definition, values = read(Moving())
+    (start,) = definition.starts
+    ((place, formula),) = start.curved
+    x, v = definition.variables
+    assert (place, formula.free_symbols) == (0, {v, PHI, *definition.symbols})
+    on = values | {x: formula.subs(values)}
+    (surface,) = start.surface
+    assert sp.N(surface.of(definition.columns).subs(on), 30) == pytest.approx(0, abs=1e-28)
+
+
+def test_contact_presses_with_the_free_acceleration_at_the_stop() -> None:
+    definition = definition_of(Pendulum())
+    (release,) = [one for one in definition.transitions if one.releases]
+    c, f, _, stop = definition.symbols
+    assert release.function.of(definition.columns) == f * sp.cos(PHI) - sp.sin(stop)
+    (begins,) = [one for one in definition.transitions if one.begins]
+    a, b = definition.variables
+    assert begins.begins[1].of(definition.columns) == f * sp.cos(PHI) - sp.sin(a) - c * b
+    assert definition.smooth[definition.modes.index("stick")] == (b, 0)
+
+
+def test_sliding_holds_the_surface_at_filippovs_rates() -> None:
+    definition, values = read(Belt())
+    stick = dict(zip(definition.modes, definition.smooth, strict=True))["stick"]
+    _, v = definition.variables
+    assert [sp.N(rate.subs(values | {v: 1}), 30) for rate in stick] == pytest.approx([1, 0], abs=1e-28)
+
+
+class Curved(Hopper):
+    """A section at the curved surface."""
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("L", ("y", "u", "v"))
+
+
+class Known(Curved):
+    """The same with the formula that the surface does not give."""
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("L", ("y", "u", "v"), states={"x": sp.sqrt(1 - y.y**2)})
+
+
+class Wrong(Curved):
+    """The same with another formula."""
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("L", ("y", "u", "v"), states={"x": y.y**2})
+
+
+class Resting(Hopper):
+    """Contact at the curved surface."""
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"A": Guard("flight", y.x**2 + y.y, reset={"v": -y.v}, rests="stick")}
+
+
+class Stepping(Hopper):
+    """A force in steps."""
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"flight": {"x": y.u, "y": y.v, "u": sp.floor(y.x), "v": -1}}
+
+
+def test_a_section_on_a_curved_surface_takes_the_formula_that_is_given() -> None:
+    definition = definition_of(Known())
+    assert all(start.curved == ((0, sp.sqrt(1 - definition.variables[1] ** 2)),) for start in definition.starts)
+    assert len(definition.starts) > 0
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (Curved(), r"leaves x open, and the guard 'L' is not linear in x, of which several values .* as states=\{'x': \.\.\.\}"),
+        (Wrong(), r"lie on a surface only where .* is zero, which is not affine; expected: one coordinate less"),
+        (Resting(), r"rests='stick' has the function y\.x\*\*2 \+ y\.y, .* not affine in the states; expected: .* no `rests`"),
+        (Stepping(), r"rate of u is floor\(y\.x\), and floor has no Taylor series that can be followed; expected: powers"),
+    ],
+)
+def test_what_cannot_be_followed_is_refused_with_a_way_out(system: HybridSystem, said: str) -> None:
+    with pytest.raises(SystemDefinitionError, match=said):
+        definition_of(system)
