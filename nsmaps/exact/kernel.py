@@ -218,14 +218,18 @@ def closed_form_of(system: ImpactFormulas, what: str, refusal: type[NsmapsError]
     """The kernel of a system whose flights are in closed form.
 
     Raises:
-        NsmapsError: of the class `refusal`: the system is given by its acceleration; `what`, in the plural, needs a closed form.
+        NsmapsError: of the class `refusal`: the system is given by its acceleration, or motions end at a wall; `what` is in the
+            plural.
     """
-    kernel = kernel_of(system)
-    if not isinstance(kernel, Kernel):
+    name = type(system).__name__
+    if system.flight() == "acceleration":
         raise refusal(
-            f"{what} need flights in closed form, and {type(system).__name__} is given by its acceleration; expected: a system "
-            "with a displacement"
+            f"{what} need flights in closed form, and {name} is given by its acceleration; expected: a system with a displacement"
         )
+    if ends := [letter for letter, wall in system.walls().items() if wall.ends]:
+        raise refusal(f"{what} need impacts that do not end the motion, and {name} has the wall {ends[0]!r}; expected: none")
+    kernel = kernel_of(system)
+    assert isinstance(kernel, Kernel), "of flights in closed form"
     return kernel
 
 

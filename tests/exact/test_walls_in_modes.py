@@ -11,8 +11,9 @@ from nsmaps_vi_pair import VIPair
 from toys import Table
 
 from nsmaps import Wall
-from nsmaps.errors import StateError
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.trajectory import track
 
 
 class Curved(VIPair):
@@ -140,3 +141,39 @@ def test_motions_that_end_are_told_by_wall_mode_and_time():
     assert "in the mode 'flight' the guard 'B' is -0.325" in outside
     with pytest.raises(StateError, match="'fly' is not a mode; expected: one of flight, rest on B, rest on T"):
         SYSTEMS["pair"].arrivals([[0.0, 0.0, 1.0]], "fly")
+
+
+class Open(VIPair):
+    """A pair that loses the ball at the top."""
+
+    def walls(self):
+        bottom, top = super().walls().items()
+        return {bottom[0]: bottom[1], top[0]: Wall(at=top[1].at, side=top[1].side, ends=True)}
+
+
+def test_motions_end_at_a_wall_that_ends_them():
+    system, whole, states = Open(d=0.35, g_bar=0.2113), SYSTEMS["pair"], starts(80)
+    found, expected = system.first_return(states, derivative=True), whole.first_return(states, derivative=True)
+    lost = np.char.find(expected.words, "T") >= 0
+    assert 0 < lost.sum() < 80
+    assert (found.outcome == np.where(lost, Outcome.escaped, expected.outcome)).all()
+    assert found.image[~lost] == pytest.approx(expected.image[~lost], abs=1e-12)
+    assert np.isnan(found.image[lost]).all()
+    assert found.certified[~lost].all()
+    k = int(np.argmax(lost))
+    impacts, all_impacts = system.impacts(states[k], 9), whole.impacts(states[k], 9)
+    top = int(np.argmax(all_impacts.wall))
+    assert len(impacts.time) == top + 1
+    assert impacts.speed == pytest.approx(all_impacts.speed[: top + 1], abs=1e-12)
+    assert f"The guard 'T' ends the motion, {impacts.time[-1]:.10g} after the start." == system.reasons(states[k : k + 1])[0]
+    assert track(system, states[k], 9, samples=5).velocity == pytest.approx(
+        track(whole, states[k], top + 1, samples=5).velocity, abs=1e-12
+    )
+    with pytest.raises(NsmapsError, match="grazing curves need impacts that do not end the motion, and Open has the wall 'T'"):
+        system.grazing_curves({"v": (0.1, 1), "phi": (0, 1)})
+
+
+def test_a_base_wall_does_not_end_motions():
+    walls = {"walls": lambda self: {"B": Wall(at=0, side=-1, ends=True)}, "__module__": __name__}
+    with pytest.raises(SystemDefinitionError, match=r"Gone.walls ends motions at the base wall 'B'; expected: a base wall after"):
+        type("Gone", (BouncingBall,), walls)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from hashlib import sha256
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
@@ -19,12 +21,13 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
 from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
+from nsmaps.exact.modes.paths.impacts import flights_of, impacts_of
 from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_section, surfaces_of, why_off
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
-from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.parameters import choices_of
@@ -51,6 +54,13 @@ class ModeKernel:
     def letters(self) -> tuple[str, ...]:
         """The letters of words."""
         return self.definition.letters
+
+    @property
+    def name(self) -> str:
+        """A digest of the formulas and of the engine: equal names mean equal returns."""
+        d = self.definition
+        text = "\0".join([*map(str, (d.states, d.phase_rate, d.horizon, *d.rows, d.starts)), code_of(returns), *compilers()])
+        return sha256(text.encode()).hexdigest()[:20]
 
     def first_returns(self, start: Floats, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
         """First returns of a batch, shape (N, n), on all cores."""
@@ -109,6 +119,14 @@ class ModeKernel:
         if not on_section(self.table, self.surfaces, rows).all():
             raise StateError(self._why_off(rows[0]))
         return mode_track(self.definition, self.table, rows[0], n, samples, chatter)
+
+    def impacts(self, start: Floats, n: int, chatter: float = SUMMED_SPEED) -> Impacts:
+        """As `ImpactSystem.impacts`, of a state that is a start, shape (2,)."""
+        return impacts_of(self.definition, self.table, start, n, chatter)
+
+    def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
+        """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
+        return flights_of(self.definition, self.table, impacts, samples)
 
     def reasons(self, start: Floats, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
         """As `HybridSystem.reasons`."""
@@ -171,7 +189,8 @@ class ModeKernel:
         rows = found.codes.ravel(), found.outcome.ravel(), found.time.ravel()
         slopes = found.tangents.reshape(-1, m, m) if derivative else None
         named = self.coordinates, self.letters
-        return Returns(*named, start, image, turns, *rows, slopes, alphabet=self.definition.alphabet)
+        integrated = bool(self.definition.smooth)
+        return Returns(*named, start, image, turns, *rows, slopes, integrated=integrated, alphabet=self.definition.alphabet)
 
 
 @lru_cache(maxsize=256)

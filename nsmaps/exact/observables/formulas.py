@@ -114,13 +114,13 @@ def vocabulary_of(system: System) -> Vocabulary:
     if isinstance(system, HybridSystem):
         from nsmaps.exact.modes.kernel import known_definition
 
-        return _of_modes(known_definition(system), names)
+        return of_modes(known_definition(system), names)
     assert isinstance(system, ImpactSystem)
     return _of_walls(formulas_of(system), names, system.letters)
 
 
 @lru_cache(maxsize=64)
-def _of_modes(d: Any, names: tuple[str, ...]) -> Vocabulary:
+def of_modes(d: Any, names: tuple[str, ...]) -> Vocabulary:
     """The vocabulary of a system with modes, by its definition."""
     inputs = {"impacts": (*d.states, *(f"{name}{AFTER}" for name in d.states)), "flights": d.states}
     places = {"impacts": tuple(one.letter for one in d.transitions), "flights": d.modes}
@@ -145,9 +145,9 @@ def _of_returns(coordinates: Coordinates, letters: tuple[str, ...], names: tuple
 
 
 def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
-    """Whether a transition is an impact: an event that changes a state."""
+    """Whether a transition is an impact: an event that changes a state, other than a release from contact."""
     kept = all(row.of(variables) == y for row, y in zip(one.reset, variables, strict=True))
-    return bool(one.name) and (bool(one.curved) or not kept)
+    return bool(one.name) and not one.releases and (bool(one.curved) or not kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +160,7 @@ class Plan:
     rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts or returns and (M, F) of flights
     largest: Bools  #: shape (K + F,)
     scales: Floats  #: shape (K + F,)
+    departed: bool = False  #: whether flights with modes count by the letter of the event at which they begin
 
     def address(self, of: str, slopes: bool) -> int:
         """The address of the compiled formulas, and their derivatives by inputs, phase and parameters; 0 without formulas."""
@@ -179,6 +180,7 @@ class Plan:
             parameters=np.array([*values, 0.0]),
             at=self.rows["impacts"],
             over=self.rows["flights"],
+            departed=self.departed,
             largest=self.largest,
             panel=panel,
             nodes=nodes,

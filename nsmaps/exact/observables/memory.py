@@ -17,6 +17,7 @@ class Quantities(NamedTuple):
     parameters: Any  #: shape (P,)
     at: Any  #: shape (R, K), whether an impact on a wall, or a transition, counts
     over: Any  #: shape (M, F), whether a flight from a wall, or in a mode, counts
+    departed: bool  #: whether flights with modes count by the letter of the event at which they begin
     largest: Any  #: shape (K + F,), whether the largest value takes the place of the sum
     panel: float  #: the longest part of a flight that one rule covers
     nodes: Any  #: shape (NODES,), in [0, 1]

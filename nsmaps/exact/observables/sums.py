@@ -6,6 +6,8 @@ from nsmaps.exact.engine.jit import inlined
 from nsmaps.exact.engine.law import reset_by
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
+MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
 NARROWINGS = 40  # of the interval about the largest sample: to the root of rounding, where values agree to rounding
 
 
@@ -43,6 +45,15 @@ def at_impact(q, row, phi):
     for c in range(q.at.shape[1]):
         if q.at[row, c]:
             joined(q, c, q.out[c, 0])
+
+
+@inlined
+def at_rest(q, row, phi):
+    """Join what impacts that accumulate tend to, whose inputs are written: they are infinitely many."""
+    evaluated(q, q.impact, phi)
+    for c in range(q.at.shape[1]):
+        if q.at[row, c] and q.out[c, 0] != 0.0 and not q.largest[c]:
+            q.total[c] += math.copysign(math.inf, q.out[c, 0])
 
 
 @inlined

@@ -1,9 +1,11 @@
 """Totals of observables along orbits of exact systems: the formulas compiled, and the loops run on all cores."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import sympy as sp
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
@@ -14,11 +16,12 @@ from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
 from nsmaps.exact.modes.tables.tables import moved_of
 from nsmaps.exact.observables.flights import observed
-from nsmaps.exact.observables.formulas import Plan
+from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
 from nsmaps.exact.observables.memory import PANEL
 from nsmaps.exact.observables.mode_slopes import mode_slopes
 from nsmaps.exact.observables.motions import observed_modes
 from nsmaps.exact.observables.slopes import Directions, observed_slopes
+from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
@@ -55,7 +58,7 @@ def totals_of(
     states, m = np.array(kernel.starts(start) if isinstance(kernel, ModeKernel) else start, float), len(start)
     outcome, time = np.zeros(m, np.int8), np.zeros((batches, m))
     totals = np.zeros((batches, m, len(plan.columns)))
-    values = list(system.parameters.values())
+    values, plan = list(system.parameters.values()), _of_kernel(plan, system, kernel)
 
     def run(k: slice) -> None:
         at, rows = np.zeros(2, np.int64), (states[k], outcome[k], time[:, k], totals[:, k])
@@ -81,6 +84,31 @@ def totals_of(
     return Totals(totals * plan.scales, time, states, outcome)
 
 
+@lru_cache(maxsize=64)
+def in_modes(plan: Plan, d: Any) -> Plan:
+    """The formulas of impacts and flights of an impact system by the states of its definition with modes.
+
+    Speeds are the sizes of the velocity v towards the base wall; it is the rate of the place, or less that.
+    """
+    place, v, _, after = (sp.Symbol(f"_y_{name}", real=True) for name in (*d.states, *(f"{name}{AFTER}" for name in d.states)))
+    towards_base = -d.transitions[0].function.coefficients[0]
+    states = {
+        "impacts": dict(zip(plan.vocabulary.variables("impacts"), (sp.Abs(v), sp.Abs(after), place), strict=True)),
+        "flights": dict(zip(plan.vocabulary.variables("flights"), (place, towards_base * v), strict=True)),
+    }
+    formulas = {of: tuple(one.subs(states[of], simultaneous=True) for one in plan.formulas[of]) for of in states}
+    letters = [d.letters.index(one.letter) if one.letter and not one.begins else -1 for one in d.transitions]
+    counts = np.array([plan.rows["impacts"][k] & (k >= 0) for k in letters])
+    rows = {"impacts": counts, "flights": plan.rows["flights"]}
+    return replace(plan, vocabulary=of_modes(d, plan.vocabulary.parameter_names), formulas=formulas, rows=rows, departed=True)
+
+
+def _of_kernel(plan: Plan, system: "FlowSystem", kernel: Any) -> Plan:
+    """The formulas by the states that a kernel follows."""
+    walls = isinstance(system, ImpactSystem) and isinstance(kernel, ModeKernel)
+    return in_modes(plan, kernel.definition) if walls else plan
+
+
 def panel_of(kernel: Kernel | ModeKernel) -> float:
     """The longest part of a flight that one rule of integration covers; with modes these have longest steps of their own."""
     if isinstance(kernel, ModeKernel):
@@ -101,6 +129,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
     """
     kernel: Any = system._kernel()
     values, n = list(system.parameters.values()), states.shape[1]
+    plan = _of_kernel(plan, system, kernel)
     if isinstance(kernel, ModeKernel):
         states = kernel.starts(states)
         by_state = _mode_slopes(kernel, plan, states, n, None, rates)

@@ -1,10 +1,13 @@
 """The base of impact systems and systems with modes: systems whose returns are those of motions in time."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import as_states
+from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Itineraries, Returns
@@ -37,9 +40,47 @@ class FlowSystem(System, ExactMap):
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin."""
 
-    @abstractmethod
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
-        """The first n returns of each of M states: n M rows, the first return of every state first."""
+    def first_return(
+        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
+    ) -> Returns:
+        """The first returns to the section of a batch of states, of an impact system to the base wall, eq. exactmap.
+
+        Args:
+            states: shape (N, n), rows of the coordinates in the system's units, phases in radians on any turn; of an impact
+                system impact speeds, at least zero, and phases.
+            derivative: also the derivative of the image, shape (N, n, n), through every event (saltation matrices).
+            chatter: speed of an impact at the section, on the base wall or of a guard that `rests`, as a share of that which the
+                acceleration into the surface gives in a radian of the forcing (without one the longest step of a mode), at or
+                below which the impacts that follow are summed in one return that ends with the release (word `B~`), once the sum
+                is exact to rounding: 0 for every single impact, `inf` for as soon as possible. Impacts off the section are summed
+                where that changes a state by less than rounding.
+            margin: also compute the distance of each return from a graze, by a second pass.
+
+        Raises:
+            StateError: `states` is not a batch of shape (N, n), or `chatter` is below zero.
+        """
+        start, share = as_states(states, self.coordinates), check_chatter(chatter)
+        returns = cast("Returns", self._kernel().first_returns(start, derivative, share))
+        return replace(returns, margin=self._kernel().itineraries(start, share).margin) if margin else returns
+
+    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
+        """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
+
+        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
+        Other arguments and errors as `first_return`.
+        """
+        start, share = as_states(states, self.coordinates), check_chatter(chatter)
+        return cast("Returns", self._kernel().orbits(start, n, derivative, share))
+
+    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> Floats:
+        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
+
+        It is carried through every event, as `derivative` of `first_return`; NaN where there is no return, and of flights in
+        closed form where it rests or chatters. Other arguments and errors as `first_return`; ParameterError for a name that no
+        numerical parameter has.
+        """
+        start, way = as_states(states, self.coordinates), self.direction(rates)
+        return cast("Floats", self._kernel().sensitivities(start, way, check_chatter(chatter)))
 
     @abstractmethod
     def itineraries(self, states: ArrayLike) -> Itineraries:

@@ -1,7 +1,5 @@
 """A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
-from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.returns import Itineraries
 from nsmaps.exact.systems.guards import Guard as Guard
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.guards import Section as Section
@@ -44,36 +42,6 @@ class HybridSystem(HybridFormulas):
         """The letters with which words begin, those of the section's events; "" for an event without one."""
         return self._definition().alphabet.section or ()
 
-    def first_return(
-        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
-    ) -> Returns:
-        """The first returns to the section of a batch of states.
-
-        Args:
-            states: shape (N, n), rows of the section's coordinates in the system's units, phases in radians on any turn.
-            derivative: also the derivative of the image, shape (N, n, n), through every event (saltation matrices).
-            chatter: speed of an impact at the section, of a guard that `rests`, as a share of that which the acceleration into
-                the surface gives in a radian of the forcing (without one the longest step of a mode), at or below which the
-                impacts that follow are summed in one return that ends with the release (word `B~`), once the sum is exact to
-                rounding: 0 for every single impact, `inf` for as soon as possible. Impacts off the section are summed where
-                that changes a state by less than rounding.
-            margin: also compute the distance of each return from a graze, by a second pass.
-
-        Raises:
-            StateError: `states` is not a batch of shape (N, n), or `chatter` is below zero.
-        """
-        start, share = as_states(states, self.coordinates), check_chatter(chatter)
-        returns = self._kernel().first_returns(start, derivative, share)
-        return replace(returns, margin=self._kernel().itineraries(start, share).margin) if margin else returns
-
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
-        """The first n returns of each of M states: n M rows, the first return of every state first.
-
-        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
-        Other arguments and errors as `first_return`.
-        """
-        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative, check_chatter(chatter))
-
     def itineraries(self, states: ArrayLike, speeds: Floats | None = None, chatter: float = SUMMED_SPEED) -> Itineraries:
         """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
 
@@ -103,15 +71,6 @@ class HybridSystem(HybridFormulas):
         Arguments and errors as `first_return`.
         """
         return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
-
-    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> Floats:
-        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
-
-        Through every event; NaN where there is no return. Other arguments and errors as `first_return`; ParameterError for a name
-        that no numerical parameter has.
-        """
-        start, way = as_states(states, self.coordinates), self.direction(rates)
-        return self._kernel().sensitivities(start, way, check_chatter(chatter))
 
     def on_section(self, states: ArrayLike) -> Floats:
         """States of the section nearest to some, shape (N, n), where its coordinates are not all free; otherwise the same.

@@ -1,20 +1,17 @@
 """An impact system, defined once by walls, flight and impact law in sympy, from which the exact map is derived."""
 
 import sys
-from collections.abc import Mapping
-from dataclasses import replace
 from inspect import isabstract
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, StateLike, as_starts, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.returns import Impacts, Itineraries, Returns
+from nsmaps.exact.returns import Impacts, Itineraries
 from nsmaps.exact.systems.files import REFUSED, defined_at
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.parallel import fingerprint
@@ -43,57 +40,13 @@ class ImpactSystem(ImpactFormulas):
 
     wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
 
-    def first_return(
-        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
-    ) -> Returns:
-        """The first returns to the base wall, eq. exactmap, of a batch of states.
-
-        Args:
-            states: shape (N, 2), impact speeds (the system's units, >= 0) and phases (radians, any turn).
-            derivative: also the derivative of the image, shape (N, 2, 2), by the implicit function theorem.
-            chatter: impact speed, as a share of that gained in a radian of the forcing by the acceleration into the wall, at
-                or below which chatter on the base wall is summed in one return that ends with the release (word `B~`) once that
-                sum is exact to rounding: 0 for every single impact, `inf` for as soon as possible.
-            margin: also compute the distance of each return from a graze, by a second pass.
-
-        Raises:
-            StateError: `states` is not a batch of shape (N, 2), or `chatter` is below zero.
-        """
-        start = as_states(states, self.coordinates)
-        check_chatter(chatter)
-        returns = self._kernel().first_returns(start, derivative, chatter)
-        return replace(returns, margin=self._kernel().itineraries(start, chatter).margin) if margin else returns
-
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
-        """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
-
-        After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
-        Other arguments and errors as `first_return`.
-        """
-        start = as_states(states, self.coordinates)
-        check_chatter(chatter)
-        return self._kernel().orbits(start, n, derivative, chatter)
-
     def itineraries(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> Itineraries:
         """The turning points that the flights of first returns pass, and their distance from a graze.
 
         Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
         Arguments and errors as `first_return`.
         """
-        start = as_states(states, self.coordinates)
-        check_chatter(chatter)
-        return self._kernel().itineraries(start, chatter)
-
-    def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> NDArray[np.float64]:
-        """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, 2).
-
-        It is carried through every impact by the implicit function theorem, as `derivative` of `first_return`; NaN where a return
-        rests or chatters, or where there is none. Other arguments and errors as `first_return`; ParameterError for a name that
-        no numerical parameter has.
-        """
-        start = as_states(states, self.coordinates)
-        check_chatter(chatter)
-        return self._kernel().sensitivities(start, self.direction(rates), chatter)
+        return self._kernel().itineraries(as_states(states, self.coordinates), check_chatter(chatter))
 
     def rests(self, states: ArrayLike) -> Floats:
         """How long the ball rests on the base wall in each first return that ends with its release, shape (N,); NaN of others.
@@ -195,7 +148,10 @@ class ImpactSystem(ImpactFormulas):
 
         return kernel_of(self)
 
-    def _kernel(self) -> "Kernel | IntegratedKernel":
+    def _kernel(self) -> "Kernel | ModeKernel | IntegratedKernel":
+        """The first returns: by the closed form of flights where that is known, and no motion ends at a wall."""
+        if any(wall.ends for wall in self.walls().values()):
+            return self._modes()
         from nsmaps.exact.kernel import kernel_of
 
         return kernel_of(self)
@@ -233,6 +189,4 @@ def _check_class(cls: type[ImpactSystem]) -> None:
 @fingerprint.register
 def _(system: ImpactSystem) -> str:
     """The identity of a system includes its formulas, which its class may have changed."""
-    from nsmaps.exact.kernel import kernel_of
-
-    return f"{kernel_of(system).name}({system!r})"
+    return f"{system._kernel().name}({system!r})"

@@ -17,6 +17,8 @@ from nsmaps.exact.modes.paths.path import begin, begin_in, follow, sample
 from nsmaps.exact.modes.tables.memory import Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
 
+HOW = 1  #: place in `Memory.held` of how contact has begun
+
 
 class Event(NamedTuple):
     """One event of a motion, with a name."""
@@ -27,6 +29,7 @@ class Event(NamedTuple):
     phase: float
     before: Floats  #: shape (n,), states just before
     after: Floats  #: shape (n,)
+    contact: int  #: how contact begins at it: `CHATTER` or `REST` of the march, 0 without
 
 
 def events_of(definition: Definition, table: Tables, start: Floats, chatter: float = SUMMED_SPEED) -> Iterator[Event]:
@@ -40,7 +43,7 @@ def events_of(definition: Definition, table: Tables, start: Floats, chatter: flo
     k, mode, phi = begin(table, start, before, w)
     if k < 0:
         raise StateError(f"the state {start} is not a start; expected: a finite state just before or after the section's event")
-    yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
+    yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy(), _contact(table, mode, w))
     if mode >= 0:
         yield from _following(definition, table, mode, phi, w)
 
@@ -63,7 +66,12 @@ def _following(definition: Definition, table: Tables, mode: int, phi: float, w: 
         if k < 0:
             return
         if definition.transitions[k].name:
-            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy())
+            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy(), _contact(table, mode, w))
+
+
+def _contact(table: Tables, mode: int, w: Memory) -> int:
+    """How contact that lasts begins, where the mode that follows an event is one."""
+    return int(w.held[HOW]) if mode >= 0 and table.resting[mode] else 0
 
 
 def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int, chatter: float) -> ModeTrack:

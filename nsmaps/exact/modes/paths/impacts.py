@@ -1,0 +1,43 @@
+"""The impacts of one motion of an impact system, by its definition with modes, and its flights between them."""
+
+from itertools import islice
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.engine.returns import CHATTER
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.paths.tracks import Event, events_of, mode_track
+from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.returns import Impacts
+from nsmaps.exact.words import CHATTER as CHATTERED
+from nsmaps.exact.words import REST as RESTED
+
+
+def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, chatter: float) -> Impacts:
+    """The first n impacts and releases of the motion from one state, shape (2,). StateError if it is not a start."""
+    events = list(islice(events_of(definition, table, start, chatter), n))
+    ones = [definition.transitions[event.transition] for event in events]
+    wall = np.array([definition.letters.index(one.name) for one in ones], np.int8)
+    time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
+    speed = np.abs([event.before[-1] for event in events])
+    marks = ["", *(_mark(event) if one.releases else "" for event, one in zip(events, ones[1:], strict=False))]
+    if len(events) < n and events[-1].contact:
+        marks[-1] = RESTED  # until all times
+    return Impacts(definition.letters, wall, time, phase, speed, np.array(marks))
+
+
+def flights_of(definition: Definition, table: Tables, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
+    """Times, displacements and velocities in the M - 1 flights between impacts, each of shape (M - 1, samples)."""
+    if len(impacts.time) < 2:
+        return (np.empty((0, samples)),) * 3
+    start, into_base = np.array([impacts.speed[0], impacts.phase[0]]), -float(definition.transitions[0].function.coefficients[0])
+    track = mode_track(definition, table, start, len(impacts.time), samples, SUMMED_SPEED)
+    places, speeds = np.moveaxis(track.states, -1, 0)
+    return track.time, places, into_base * speeds
+
+
+def _mark(event: Event) -> str:
+    """The mark of the release from contact that began at an event."""
+    return CHATTERED if event.contact == CHATTER else RESTED
