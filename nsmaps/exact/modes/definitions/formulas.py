@@ -1,7 +1,7 @@
 """Formulas of a class of systems with modes, read as rows: what has no Taylor series is refused."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import sympy as sp
@@ -10,6 +10,7 @@ from sympy.core.function import AppliedUndef
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.ways import DELAY, FORCING
+from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
 from nsmaps.exact.modes.definitions.rows import Row, affine_row, row_of, same_row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
@@ -28,8 +29,9 @@ class Reader:
     states: Mapping[str, sp.Symbol]
     phase_rate: sp.Expr  #: radians of phase a unit of time
     noise: tuple[str, ...] = ()  #: names of states that no event changes: the noise and its derivatives
+    kinks: Kinks = field(default_factory=Kinks)  #: in the formulas that have been read
 
-    def expression(self, given: Any, what: str) -> sp.Expr:
+    def stated(self, given: Any, what: str) -> sp.Expr:
         """A formula in sympy with known symbols, or a SystemDefinitionError with the reason."""
         try:
             expr = sp.sympify(given, strict=True)
@@ -44,12 +46,19 @@ class Reader:
             raise SystemDefinitionError(f"{what} has the unknown symbols {', '.join(sorted(map(str, unknown)))}")
         return expr
 
+    def expression(self, given: Any, what: str) -> sp.Expr:
+        """A formula as `stated` with signs in place of kinks."""
+        try:
+            return self.kinks.smooth(self.stated(given, what), {*self.states.values(), PHI})
+        except SystemDefinitionError as error:
+            raise error if what in str(error) else SystemDefinitionError(f"{what} {error}") from None
+
     def row(self, given: Any, what: str) -> Row:
         """A formula as a row, or a SystemDefinitionError with the reason."""
-        expr = self.expression(given, what)
+        expr = self.stated(given, what)
         check_smooth(expr, {*self.states.values(), PHI}, what)
         check_periodic(expr, what)
-        return row_of(expr, tuple(self.states.values()))
+        return row_of(self.expression(given, what), tuple(self.states.values()))
 
     def affine(self, expr: sp.Expr) -> Row | None:
         """A formula as a row, None where it is not affine in the states with coefficients that are free of the time."""
@@ -75,8 +84,8 @@ def check_smooth(expr: sp.Expr, moving: set[sp.Symbol], what: str) -> None:
     if expr.has(AppliedUndef):
         raise SystemDefinitionError(f"{what} is {shown(expr)}; expected: the states at the time t; {DELAY}")
     for part in sp.preorder_traversal(expr):
-        if isinstance(part, sp.Function) and part.free_symbols & moving and not isinstance(part, SMOOTH_FUNCTIONS):
-            names = ", ".join(kind.__name__ for kind in SMOOTH_FUNCTIONS)
+        if isinstance(part, sp.Function) and part.free_symbols & moving and not isinstance(part, (*SMOOTH_FUNCTIONS, *KINKS)):
+            names = ", ".join(kind.__name__ for kind in (*SMOOTH_FUNCTIONS, *KINKS))
             raise SystemDefinitionError(
                 f"{what} is {shown(expr)}, and {part.func.__name__} has no Taylor series that can be followed; expected: powers, "
                 f"roots, and {names}"

@@ -86,9 +86,9 @@ def _mapped(definition: Definition, change: Callable[[Row], Row]) -> Definition:
 
 def _reset(one: Transition, variables: Sequence[sp.Symbol]) -> Transition:
     """A transition whose reset is affine but for its formulas."""
-    formulas = _formulas(one.reset, variables)
-    rows = [same_row(k, len(variables)) if k in dict(formulas) else row for k, row in enumerate(one.reset)]
-    return replace(one, reset=tuple(rows), curved=(*one.curved, *formulas)) if formulas else one
+    formulas = dict(_formulas(one.reset, variables)) | dict(one.curved)
+    rows = [same_row(k, len(variables)) if k in formulas else row for k, row in enumerate(one.reset)]
+    return replace(one, reset=tuple(rows), curved=tuple(formulas.items())) if formulas else one
 
 
 def _started(one: Start, variables: Sequence[sp.Symbol]) -> Start:

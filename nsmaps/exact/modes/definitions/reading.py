@@ -12,6 +12,7 @@ from nsmaps.exact.modes.definitions.definition import Definition, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
 from nsmaps.exact.modes.definitions.events.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.events.crossings import divided, nothing_changes
+from nsmaps.exact.modes.definitions.events.parts import in_part, later, signs_of, with_kink_crossings
 from nsmaps.exact.modes.definitions.events.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
@@ -67,12 +68,18 @@ def _defined(
     """The definition from the rates of the modes that are given, the events, and the section."""
     forced, names = reader.phase_rate != 0, tuple(reader.states)
     events = _events(reader, guards, rates)
-    transitions, parts = divided(reader.name, events, len(rates))
+    events = with_kink_crossings(reader, events, tuple(rates.values()))
+    transitions, parts = divided(reader.name, events, len(rates), {sign: later(sign) for sign in reader.kinks.signs.values()})
+    signs = [signs_of(reader, events, tuple(rates.values()), *part) for part in parts]
+    transitions = tuple(in_part(one, signs[one.mode], signs[one.target] if one.target >= 0 else {}) for one in transitions)
     coordinates = coordinates_of(reader.name, names, section, forced)
     starts = starts_of(reader, section, transitions)
     after = section.side == "after" and not all(nothing_changes(transitions[start.transition]) for start in starts)
     surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
-    modes, flows = tuple(tuple(rates)[k] for k, _ in parts), tuple(tuple(rates.values())[k] for k, _ in parts)
+    modes, flows = (
+        tuple(tuple(rates)[k] for k, _ in parts),
+        tuple(tuple(row.subs(known) for row in tuple(rates.values())[k]) for (k, _), known in zip(parts, signs, strict=True)),
+    )
     variables = tuple(reader.states.values())
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
@@ -170,7 +177,7 @@ def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tu
     """The states just after an event as rows, the state itself where it is another formula, and these formulas."""
     rows, curved = [], []
     for k, state in enumerate(reader.states):
-        expr = reader.expression(guard.reset.get(state, reader.states[state]), f"the reset of {state} by {what}")
+        expr = reader.stated(guard.reset.get(state, reader.states[state]), f"the reset of {state} by {what}")
         row = reader.affine(expr)
         rows.append(row or reader.same(state))
         if row is None:

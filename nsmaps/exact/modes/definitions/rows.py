@@ -1,7 +1,8 @@
 """Rows: expressions as coefficients of the states and a remainder, with the operations that modes and events are derived by."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sympy as sp
 
@@ -31,6 +32,12 @@ class Row:
     def by(self, parameter: sp.Symbol) -> "Row":
         """Its derivative by a parameter, at a fixed phase."""
         return Row(tuple(sp.diff(c, parameter) for c in self.coefficients), sp.diff(self.remainder, parameter), self.variables)
+
+    def subs(self, values: Mapping[sp.Symbol, Any]) -> "Row":
+        """The row where symbols other than those of the states have values."""
+        if self.variables:
+            return row_of(self.of(self.variables).subs(values), self.variables)
+        return Row(tuple(c.subs(values) for c in self.coefficients), self.remainder.subs(values))
 
     def scaled(self, factor: sp.Expr) -> "Row":
         """The row times a factor that is free of the states."""

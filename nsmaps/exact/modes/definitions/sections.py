@@ -70,7 +70,12 @@ def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
         others = reader.states_in(row) - set(section.coordinates)
         if others or state in section.coordinates:
             raise SystemDefinitionError(
-                f"{what} is {shown(reader.expression(given, what))}; expected: a formula in the coordinates, of another state"
+                f"{what} is {shown(reader.stated(given, what))}; expected: a formula in the coordinates, of another state"
+            )
+        if reader.expression(given, what) != reader.stated(given, what):
+            raise SystemDefinitionError(
+                f"{what} is {shown(reader.stated(given, what))}, which has a kink; expected: a smooth formula, or another state "
+                "among the coordinates"
             )
         rows[state] = row
     rows |= {state: reader.row(0, "") for state in reader.noise}

@@ -55,7 +55,7 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
             "states; expected: for contact that lasts a distance that is a state, as in polar coordinates, or no `rests`"
         )
     variables = tuple(reader.states.values())
-    after = [reader.expression(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
+    after = [reader.stated(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
     jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
     _check_impact(reader, what, gap, speed, jumps)
     whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))

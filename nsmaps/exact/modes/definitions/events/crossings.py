@@ -4,7 +4,7 @@ Their function must rise again before the next such event: a mode in which one i
 function has fallen through zero, and an event without a letter leads back.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -27,6 +27,7 @@ class Crossings:
     name: str  #: of the class
     functions: tuple[tuple[Row, ...], ...]  #: of each mode
     numbers: dict[tuple[int, Flags], int]
+    later: Mapping[sp.Symbol, sp.Symbol]  #: signs of kinks, and their symbols just after an event
 
     def flags(self, mode: int) -> Iterator[Flags]:
         """The parts of a mode."""
@@ -85,13 +86,7 @@ class Crossings:
         if one.target < 0:
             yield replace(one, mode=self.numbers[one.mode, below])
             return
-        after = [function.at(one.reset) for function in self.functions[one.target]]
-        jumping = {k for k, _ in one.curved}
-        if any(function.coefficients[k] != 0 for function in self.functions[one.target] for k in jumping):
-            raise SystemDefinitionError(
-                f"{self.name}.guards: the reset of {one.name!r} is not affine, and changes a function that is crossed without a "
-                "change of mode; expected: modes of their own for either side of it"
-            )
+        after = [function.subs(self.later).at(one.reset) for function in self.functions[one.target]]
         known = [self.known(row, one, below) for row in after]
         for flags in self.flags(one.target):
             if all(part in (None, flag) for part, flag in zip(known, flags, strict=True)):
@@ -123,7 +118,9 @@ def rises(clock: Row, function: Row) -> bool:
     return clock.timed and sp.simplify(clock.remainder / function.remainder).is_negative is True
 
 
-def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple[tuple[Transition, ...], list[tuple[int, Flags]]]:
+def divided(
+    name: str, transitions: tuple[Transition, ...], modes: int, later: Mapping[sp.Symbol, sp.Symbol]
+) -> tuple[tuple[Transition, ...], list[tuple[int, Flags]]]:
     """The transitions of a class of this name between parts of its modes; of each part the mode, and what is below zero there.
 
     Raises:
@@ -137,7 +134,7 @@ def divided(name: str, transitions: tuple[Transition, ...], modes: int) -> tuple
             f"{name}.guards: events at which nothing changes divide the modes into {total} parts; expected: at most {MOST_MODES}"
         )
     parts = [(mode, flags) for mode, rows in enumerate(functions) for flags in product((False, True), repeat=len(rows))]
-    crossings = Crossings(name, functions, {part: k for k, part in enumerate(parts)})
+    crossings = Crossings(name, functions, {part: k for k, part in enumerate(parts)}, later)
     return tuple(crossings.all(transitions)), parts
 
 

@@ -12,7 +12,7 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import trials
+from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Surface, Transition
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
 from nsmaps.exact.modes.definitions.rows import Row, row_of
@@ -76,7 +76,22 @@ def surface_of(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Ra
     function = reader.row(given.function, f"the function of {what}")
     states = on_surface(reader, function, what)
     above, below = (function.rate(rates[mode], reader.phase_rate).at(states) for mode in (given.above, given.below))
-    return Surface(name, (given.above, given.below), (function, above, below.scaled(sp.S.NegativeOne)))
+    rows = function, above, below.scaled(sp.S.NegativeOne)
+    return Surface(name, (given.above, given.below), tuple(_settled(reader, row, states, what) for row in rows))
+
+
+def _settled(reader: Reader, row: Row, states: Rates, what: str) -> Row:
+    """A row on a surface with the signs of kinks that do not change along it."""
+    symbols = set().union(*(expr.free_symbols for expr in (*row.coefficients, row.remainder)))
+    values, variables = {}, tuple(reader.states.values())
+    for argument, sign in reader.kinks.arguments_in(symbols).items():
+        values[sign] = sp.sign(row_of(argument, variables).at(states).of(variables))
+        if values[sign].has(PHI, *variables, *reader.kinks.signs.values()):
+            raise SystemDefinitionError(
+                f"{what} leads through a kink of the rates, where {shown(argument)} is zero; expected: modes of their own on "
+                "either side of it"
+            )
+    return row.subs(values)
 
 
 def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Iterator[Transition]:

@@ -1,0 +1,89 @@
+"""Kinks: functions such as Abs and Max whose argument moves, written with a symbol for the sign of this argument.
+
+What is left is smooth in the states: Abs(u) is s u with s = 1 where u is positive and -1 where it is negative.
+"""
+
+from collections.abc import Sequence
+
+import sympy as sp
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import BooleanFunction
+
+from nsmaps.errors import SystemDefinitionError
+
+KINKS = sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.Piecewise
+
+
+class Kinks:
+    """The arguments of the kinks in the formulas of a class, and for each the symbol of its sign."""
+
+    def __init__(self) -> None:
+        self.signs: dict[sp.Expr, sp.Symbol] = {}
+
+    def smooth(self, expr: sp.Expr, moving: set[sp.Symbol]) -> sp.Expr:
+        """A formula with signs in place of kinks whose arguments depend on what moves.
+
+        Raises:
+            SystemDefinitionError: a `Piecewise` has no last piece, or a condition that is not an inequality.
+        """
+        if not expr.has(*KINKS):
+            return expr
+        if isinstance(expr, sp.Piecewise):
+            return self._pieces(expr.args, moving)
+        parts = [self.smooth(part, moving) for part in expr.args]
+        if not isinstance(expr, KINKS) or not expr.free_symbols & moving:
+            return expr.func(*parts)
+        if isinstance(expr, sp.Max | sp.Min):
+            return self._largest(parts if isinstance(expr, sp.Max) else [-part for part in parts]) * (
+                1 if isinstance(expr, sp.Max) else -1
+            )
+        sign = self.sign_of(parts[0])
+        if isinstance(expr, sp.Abs):
+            return sign * parts[0]
+        return sign if isinstance(expr, sp.sign) else (1 + sign) / 2
+
+    def sign_of(self, argument: sp.Expr) -> sp.Expr:
+        """The sign of an argument; those that differ by a number share its symbol."""
+        factor, formula = argument.as_coeff_Mul()
+        if formula.could_extract_minus_sign():
+            factor, formula = -factor, -formula
+        symbol = self.signs.setdefault(formula, sp.Symbol(f"_s_{len(self.signs)}", real=True))
+        return symbol if factor > 0 else -symbol
+
+    def arguments_in(self, symbols: set[sp.Symbol]) -> dict[sp.Expr, sp.Symbol]:
+        """The arguments of the signs among some symbols, and of those in these arguments."""
+        found = {argument: sign for argument, sign in self.signs.items() if sign in symbols}
+        more = symbols.union(*(argument.free_symbols for argument in found))
+        return found if more & set(self.signs.values()) <= symbols else self.arguments_in(more)
+
+    def _largest(self, parts: Sequence[sp.Expr]) -> sp.Expr:
+        """The largest of some parts: each times one where it is not less than any other, and zero elsewhere."""
+        return sp.Add(*(sp.Mul(one, *(self._above(one - other) for other in parts if other is not one)) for one in parts))
+
+    def _above(self, difference: sp.Expr) -> sp.Expr:
+        """One where a difference is positive, zero where it is negative."""
+        return (1 + self.sign_of(difference)) / 2
+
+    def _pieces(self, pieces: Sequence[tuple[sp.Expr, sp.Basic]], moving: set[sp.Symbol]) -> sp.Expr:
+        (formula, condition), *others = pieces
+        value = self.smooth(formula, moving)
+        if condition == sp.true:
+            return value
+        if not others:
+            raise SystemDefinitionError("has a `Piecewise` without a last piece; expected: one for all other states, (..., True)")
+        holds = self._holds(condition, moving)
+        return holds * value + (1 - holds) * self._pieces(others, moving)
+
+    def _holds(self, condition: sp.Basic, moving: set[sp.Symbol]) -> sp.Expr:
+        """One where a condition of a piece holds, zero elsewhere."""
+        if isinstance(condition, Relational) and not isinstance(condition, sp.Eq | sp.Ne):
+            return self._above(self.smooth(condition.gts - condition.lts, moving))
+        if isinstance(condition, BooleanFunction):
+            parts = [self._holds(part, moving) for part in condition.args]
+            if isinstance(condition, sp.And):
+                return sp.Mul(*parts)
+            if isinstance(condition, sp.Or):
+                return 1 - sp.Mul(*(1 - part for part in parts))
+            if isinstance(condition, sp.Not):
+                return 1 - parts[0]
+        raise SystemDefinitionError(f"has a `Piecewise` with the condition {condition}; expected: inequalities, and And, Or, Not")
