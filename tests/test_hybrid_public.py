@@ -185,7 +185,7 @@ REFUSED = {
     "certificate_of": "no proofs are made of such; expected: a PiecewiseMap",
     "periodic_orbits_by_word": "cycles by their words of a .*; expected: a PiecewiseMap",
     "topological_entropy": "the entropy by kneading series of a .*; expected: a PiecewiseMap",
-    "CompleteChatter": "chatter of a .* is not one event here; expected: an ImpactSystem",
+    "CompleteChatter": "complete chatter of a .*: no guard of its section `rests`",
     "chatter_cascade": "a cascade begins at the end of a branch; expected: Event",
     "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",
     "compose": "requires a map of pieces; expected: CompositeMap or ParametricMap",

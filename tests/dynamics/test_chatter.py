@@ -276,7 +276,7 @@ def test_orbits_of_the_oscillator_with_incomplete_chatter_accumulate_so_too():
 
 
 def test_what_has_no_chatter_or_no_cascade_is_refused():
-    with pytest.raises(NsmapsError, match="chatter of a BuckConverter is not one event here; expected: an ImpactSystem"):
+    with pytest.raises(NsmapsError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
         CompleteChatter(nsmaps.load_system("buck_converter", E=12.0))
     with pytest.raises(NsmapsError, match="the restitution coefficient is 1; expected: between 0 and 1"):
         chatter_scaling(1.0)

@@ -225,6 +225,6 @@ def test_starts_in_contact_are_followed_as_by_an_integrator():
 
 
 def test_chatter_as_one_event_is_refused_with_what_to_write():
-    said = "chatter of a Table is not one event here; expected: an ImpactSystem; of a system with modes a section at a clock"
+    said = "complete chatter of a Table: no guard of its section `rests`.* Returns to another section, as a clock, pass chatter"
     with pytest.raises(NsmapsError, match=said):
         CompleteChatter(Table(Gamma=1.3, r=0.5))

@@ -297,7 +297,7 @@ def test_a_branch_with_complete_chatter_ends_at_its_border() -> None:
 def test_chatter_of_a_system_with_modes_is_refused() -> None:
     text = "system: buck_converter\nparameters: {E: 20.0}\nbranches:\n"
     text += "  - {name: one, parameter: E, from: 19, to: 21, start: {v: 11.97, i: 0.59}, chatter: true}\n"
-    with pytest.raises(StudyError, match="chatter of a BuckConverter is not one event here; expected: an ImpactSystem"):
+    with pytest.raises(StudyError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
         ran(text)
 
 

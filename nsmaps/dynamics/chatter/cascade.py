@@ -22,7 +22,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import single_returns
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.progress import shows
 
 SHRINK = 1.15  #: ratio of successive distances from the border, at which orbits are looked for
@@ -112,14 +112,14 @@ def _way(map_of: Callable[[float], CompleteChatter], event: Event, bounds: tuple
     return high - event.parameter
 
 
-def _attractors(system_of: Callable[[float], ImpactSystem], event: Event, way: float) -> Iterator[tuple[float, PeriodicOrbit]]:
+def _attractors(system_of: Callable[[float], FlowSystem], event: Event, way: float) -> Iterator[tuple[float, PeriodicOrbit]]:
     """The attracting orbits of single impacts that take the border orbit's time, at distances that shrink."""
     whole, share, count = float(event.orbit.returns.time.sum()), 1.0, 64
     while share > LEAST:
         value = event.parameter + share * way
         share /= SHRINK
         system, _ = map_or_reason(system_of, value)
-        if not isinstance(system, ImpactSystem):
+        if not isinstance(system, FlowSystem):
             continue
         run = system.orbits(event.orbit.states[:1], count * LOOPS, chatter=np.inf)
         number = int(np.argmin(np.abs(np.cumsum(run.time[::-1]) - whole))) + 1

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.arrays import Floats, brief
-from nsmaps.dynamics.chatter.complete import CompleteChatter
+from nsmaps.dynamics.chatter.complete import CompleteChatter, sensitivities
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
 from nsmaps.dynamics.observables.maps import by_parameters, map_slopes
@@ -82,13 +82,14 @@ def observe_orbit(
     if not np.isfinite(orbit.states).all():
         raise NsmapsError("the orbit does not exist")
     every = (*found, ELAPSED if isinstance(single, FlowSystem) else ELAPSED.model_copy(update={"of": "returns"}))
-    passed = tuple(letter + mark for letter in single.letters[:1] for mark in (CHATTER, REST))
+    passed = tuple(letter + mark for letter in single.section_letters if letter for mark in (CHATTER, REST))
     whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]
-    if whole and not isinstance(system, CompleteChatter):
+    if not whole:
+        return _cycle(single, found, len(orbit.states), *_sums(single, orbit, every, way))
+    if not isinstance(system, CompleteChatter):
         what = f"the return {whole[0]} passes a rest, which ends single returns"
         raise NsmapsError(f"{what}; expected: an orbit of single returns, or the map `CompleteChatter`")
-    sums = _sums_with_rest if whole else _sums
-    return _cycle(single, found, len(orbit.states), *sums(single, orbit, every, way))
+    return _cycle(single, found, len(orbit.states), *_sums_with_rest(system, orbit, every, way))
 
 
 Sums = tuple[Floats, Floats, Floats]  #: totals and weights, shape (q, C) or (1, C), and their derivatives, shape (2, C)
@@ -120,44 +121,36 @@ def _slopes(system: System, plan: Any, states: Floats, way: Floats) -> Floats:
     return map_slopes(system, plan, states, way)
 
 
-def _sums_with_rest(system: System, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+def _sums_with_rest(map: CompleteChatter, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over an orbit with complete chatter."""
     from nsmaps.exact.observables.formulas import plan_of
 
-    assert isinstance(system, ImpactSystem)
+    system = map.system
     run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SUMMED_SPEED)
     means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SUMMED_SPEED)
     plan, each = plan_of(system, every), np.zeros((2, len(every)))
     if way.any():
         each[:] = np.nan
-        for (k, part), slope in zip(plan.columns, _slopes_with_rest(system, run, plan, way), strict=True):
+        for (k, part), slope in zip(plan.columns, _slopes_with_rest(map, orbit, run, plan, way), strict=True):
             each[part, k] = slope
     return means.totals, means.weights, each
 
 
-def _slopes_with_rest(system: ImpactSystem, run: Returns, plan: Any, way: Floats) -> Floats:
-    """The derivatives of the totals of the single returns round an orbit with complete chatter, shape (C,).
-
-    A release depends on the parameters alone. Those of the states thus follow from it, and the second time round are the orbit's.
-    """
+def _slopes_with_rest(map: CompleteChatter, orbit: PeriodicOrbit, run: Returns, plan: Any, way: Floats) -> Floats:
+    """The derivatives of the totals of the single returns round an orbit with complete chatter, shape (C,)."""
     from nsmaps.dynamics.observables.rests import Chatter, rest_slopes
-    from nsmaps.exact.flows.release import release_rates
     from nsmaps.exact.observables.totals import slopes_of
 
+    system, total, moved = map.system, np.zeros(len(plan.columns)), moved_states(map, orbit, way)[0]
     rates = dict(zip(system.parameter_names(), way.tolist(), strict=True))
-    slopes, by_way = slopes_of(system, plan, run.start, way), system.sensitivity(run.start, rates)
-    assert run.derivative is not None
-    released, moved = release_rates(system, run.image[:, 1], rates), np.zeros(2)
-    for _ in range(2):
-        total = np.zeros(len(plan.columns))
-        for k in range(len(run.codes)):
-            if run.outcome[k] == Outcome.stuck:
-                (v, phi), release = run.start[k], run.lifted[k, 1]
-                chatter = Chatter(v, phi, release, np.append(moved, released[k]))
-                total, moved = total + rest_slopes(system, plan, chatter, way), np.array([0.0, released[k]])
-            else:
-                total += slopes[k] @ np.append(moved, 1.0)
-                moved = run.derivative[k] @ moved + by_way[k]
+    slopes, by_way = slopes_of(system, plan, run.start, way), sensitivities(system, run.start, rates)
+    for k in range(len(run.codes)):
+        if isinstance(system, ImpactSystem) and run.outcome[k] == Outcome.stuck:
+            (v, phi), release = run.start[k], run.lifted[k, 1]
+            total += rest_slopes(system, plan, Chatter(v, phi, release, np.append(moved, by_way[k, 1])), way)
+        else:
+            total += slopes[k] @ np.append(moved, 1.0)
+        moved = run.slopes[k] @ moved + by_way[k]
     return total
 
 
@@ -166,7 +159,7 @@ def _single(map: ReturnMap) -> System:
     return System.require(map.system if isinstance(map, CompleteChatter) else map, "observables")
 
 
-def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
+def _single_returns(system: FlowSystem, orbit: PeriodicOrbit) -> int:
     """The number of single returns in the time round an orbit with complete chatter, or NsmapsError if none end with it."""
     whole = float(orbit.returns.time.sum())
     for n in (2**k for k in range(6, 21)):
@@ -180,7 +173,7 @@ def _single_returns(system: ImpactSystem, orbit: PeriodicOrbit) -> int:
     return last + 1
 
 
-def moved_states(system: System, orbit: PeriodicOrbit, way: Floats) -> Floats:
+def moved_states(system: System | CompleteChatter, orbit: PeriodicOrbit, way: Floats) -> Floats:
     """The derivatives of the states of a periodic orbit along a direction of the parameters, shape (q, n)."""
     states = orbit.states
     if not way.any():

@@ -115,7 +115,7 @@ def map_slopes(system: System, plan: "Plan", states: Floats, rates: Floats) -> F
     return np.where(plan.largest[:, None], np.nan, slopes)
 
 
-def by_parameters(system: System, states: Floats, rates: Mapping[str, float]) -> Floats:
+def by_parameters(system: System | ExactMap, states: Floats, rates: Mapping[str, float]) -> Floats:
     """The derivatives of images of states (N, n) by the parameters, which change at some rates; of maps in Python by differences.
 
     NaN where there is none.
