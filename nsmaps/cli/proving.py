@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,7 @@ import typer
 from nsmaps.cli.drawing import Format
 from nsmaps.cli.options import InstalledOnly
 from nsmaps.cli.terminal import FAILED, examples, progress_line, reported_errors, say
-from nsmaps.errors import NsmapsError, ProofError
+from nsmaps.errors import NsmapsError
 from nsmaps.progress import beat, working
 
 if TYPE_CHECKING:
@@ -43,7 +42,6 @@ def prove(
     Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
     """
     with reported_errors(), progress_line(quiet):
-        _check_flint()
         from nsmaps.study.reading.reader import load_study
         from nsmaps.verify.certificate import write_certificate
 
@@ -111,7 +109,6 @@ def verify(
     The exit code is 0 if it is proved, 1 if it is refused.
     """
     with reported_errors(), progress_line(quiet):
-        _check_flint()
         from nsmaps.verify.certificate import Verified, read
 
         if figure is not None and figure.suffix not in PICTURES:
@@ -164,9 +161,3 @@ def _drawn(certificate: "Certificate", found: "Verified", path: Path) -> Path:
     impacts += [(trap["wall"], *trap["centre"], True)] if trap else []
     drawn = sheet(Orders.of(certificate), impacts, path.stem, "trap" if trap else "closed set")
     return drawn.save(path.parent, (path.suffix[1:],), 300)[0]
-
-
-def _check_flint() -> None:
-    """A clear error where python-flint is missing."""
-    if find_spec("flint") is None:
-        raise ProofError("proofs need ball arithmetic; expected: pip install 'nsmaps[proof]', which brings python-flint")

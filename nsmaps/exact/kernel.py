@@ -45,7 +45,7 @@ class Kernel:
     def name(self) -> str:
         """The class with a digest of its formulas and of the engine: equal names mean equal returns."""
         f = self.formulas
-        text = "\0".join([*map(str, (f.displacement.formula, f.numbers, f.laws, f.sides)), code_of(orbits), *compilers()])
+        text = "\0".join([*map(str, (f.displacement, f.numbers, f.laws, f.sides)), code_of(orbits), *compilers()])
         return f"{type(self.system).__qualname__}-{sha256(text.encode()).hexdigest()[:20]}"
 
     @property

@@ -6,9 +6,6 @@ from itertools import product
 import mpmath
 import numpy as np
 import pytest
-
-pytest.importorskip("flint")
-
 from flint import fmpq
 
 from nsmaps.enclosures.bernstein import Polynomials

@@ -163,7 +163,7 @@ def test_what_fails_in_sympy_is_told_with_its_class(monkeypatch):
     def fails(total):
         raise sp.PolynomialError("no polynomial")
 
-    monkeypatch.setattr(exponentials, "merged", fails)
+    monkeypatch.setattr(exponentials, "split", fails)
     system = made(lambda self, t, hit: falls(self, t, hit) - (t - hit.t) ** 2)(h=1)
     with pytest.raises(
         SystemDefinitionError, match=r"formulas of Made cannot be .* \(PolynomialError: no polynomial\) \(.*py:\d+\)$"

@@ -117,7 +117,7 @@ def check_symbols(name: str, exprs: list[sp.Expr], parameters: set[sp.Symbol]) -
 
 
 def check_form(expr: sp.Expr) -> None:
-    """Refuse an expression that `Expansion` cannot decompose; a simple one is not simplified."""
+    """Refuse an expression that `Decomposition` cannot decompose; a simple one is not simplified."""
     if expr == S or not expr.has(S):
         return
     if isinstance(expr, (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh)):

@@ -1,23 +1,26 @@
 """From the sum of exponentials of a flight to its rates and coefficients, and these in the table of the engine."""
 
 import math
+import operator
 from dataclasses import dataclass
-from typing import Any
+from itertools import chain
 
-import mpmath as mp
 import numpy as np
-from mpmath import libmp
+import sympy as sp
+from flint import acb
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.engine.flight import layout as at
-from nsmaps.exact.flows.exponentials import Sum, functional, rates_of
-from nsmaps.exact.flows.numbers import NOTHING, Finish, Number, constant
-from nsmaps.exact.flows.recording import NEAREST, PRECISION, Real, decide
+from nsmaps.exact.flows.balls import Number, Program, is_zero
+from nsmaps.exact.flows.exponentials import Sum
 
-CANCELS = mp.mpf("0.1")  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
-NEAR = mp.mpf("0.1")  #: and if their rates differ by less than this share
-SLOW = mp.mpf("0.02")  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
+CANCELS = 0.1  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
+NEAR = 0.1  #: and if their rates differ by less than this share
+SLOW = 0.02  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
 ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
+GROWTH, DECAY = 1.0, 10.0  #: of the exponents of the fastest rate: the reach of bounds on flights that grow, and on others
+
+Row = list[Number]  #: by the features
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,9 +28,9 @@ class Rate:
     """A rate with its complex coefficients by the features, of exp(rate s) or of the function of a chain, see `layout`."""
 
     rate: Number
-    coefficients: list[Number]
+    coefficients: Row
     power: int = 0
-    difference: Number = NOTHING
+    difference: Number | None = None
     linked: bool = False  #: to the next
 
     @property
@@ -36,154 +39,167 @@ class Rate:
         return self.linked or self.power > 0
 
 
-def rates_and_powers(total: Sum, harmonics: int) -> tuple[list[Rate], list[list[Number]]]:
+def rates_and_powers(program: Program, total: Sum, harmonics: int) -> tuple[list[Rate], list[Row]]:
     """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
-    powers, plain, chains = list[list[Number]](), list[Rate](), list[Rate]()
-    for rate, degree in rates_of(total):
-        rows = [_times(constant(math.factorial(n)), functional(total, rate, n, harmonics)) for n in range(degree + 1)]
-        if decide(_vanish, *rate.parts):
+    powers, plain, chains = list[Row](), list[Rate](), list[Rate]()
+    for place, found in coefficients(program, total, harmonics).items():
+        rows, rate = [scaled(program.number(math.factorial(n)), row) for n, row in enumerate(found)], Number(program, place)
+        if not place:
             powers = rows[2:]
-        elif degree:
-            chains += [Rate(rate, row, n, linked=n < degree) for n, row in enumerate(rows)]
-        elif decide(_slow, *rate.parts):
-            chains += _slow_wave(rate, rows[0])
+        elif len(rows) > 1:
+            chains += [Rate(rate, row, n, linked=n < len(rows) - 1) for n, row in enumerate(rows)]
+        elif program.decide(is_slow, rate):
+            chains += slow_wave(rate, rows[0])
         else:
             plain.append(Rate(rate, rows[0]))
-    return [*_paired(plain), *chains], powers
+    return [*paired(program, plain), *chains], powers
 
 
-def _times(factor: Number, row: list[Number]) -> list[Number]:
+def coefficients(program: Program, total: Sum, harmonics: int) -> dict[int, list[Row]]:
+    """By the rates with Im >= 0: the coefficients C of each power of s, in s^power Re(C exp(rate s)), by the features."""
+    found: dict[int, list[Row]] = {}
+    for term, value in total.items():
+        sign = program.decide(sign_of_frequency, Number(program, term.rate))
+        if sign < 0:
+            continue
+        rows, m = found.setdefault(term.rate, []), term.harmonic
+        rows += [[program.number(0)] * at.features(harmonics) for _ in range(len(rows), term.power + 1)]
+        row, whole = rows[term.power], program.number(1 + sign) * value
+        if m == 0:
+            place = "zw".find(term.state) + 1 if term.state else 0
+            row[place] = row[place] + whole
+        else:
+            cosine, sine = 2 * abs(m) + 1, 2 * abs(m) + 2
+            row[cosine] = row[cosine] + whole
+            row[sine] = row[sine] + whole * program.number(sp.I if m > 0 else -sp.I)
+    return found
+
+
+def sign_of_frequency(rate: acb) -> int:
+    """The sign of the imaginary part, 0 for a real number."""
+    return 0 if rate.imag.contains(0) else 1 if rate.imag > 0 else -1
+
+
+def is_slow(rate: acb) -> bool:
+    """Whether a wave is slow beside its decay or growth."""
+    return bool(0 < complex(rate).imag < SLOW * abs(complex(rate)))
+
+
+def grows(rate: acb) -> bool:
+    """Whether an exponential function grows."""
+    return bool(rate.real > 0)
+
+
+def near(x: acb, y: acb) -> bool:
+    """Whether two numbers differ by a small share."""
+    return bool(abs(complex(x - y)) <= NEAR * max(abs(complex(x)), abs(complex(y))))
+
+
+def cancel(x: acb, y: acb) -> bool:
+    """Whether the sum of two numbers is small beside them."""
+    return bool(abs(complex(x + y)) < CANCELS * max(abs(complex(x)), abs(complex(y))))
+
+
+def size(x: acb) -> acb:
+    """The absolute value."""
+    return acb(abs(x))
+
+
+def scaled(factor: Number, row: Row) -> Row:
+    """A row times a number."""
     return [factor * x for x in row]
 
 
-def _vanish(*parts: Any) -> bool:
-    return all(x == libmp.fzero for x in parts)
-
-
-def _slow(re: Any, im: Any) -> bool:
-    with mp.workprec(PRECISION):
-        return bool(0 < mp.make_mpf(im) < SLOW * abs(mp.make_mpc((re, im))))
-
-
-def _slow_wave(rate: Number, row: list[Number]) -> list[Rate]:
+def slow_wave(rate: Number, row: Row) -> list[Rate]:
     """A damped wave by exp(a s) cos(k s) and exp(a s) sin(k s)/k, the divided difference of the rates a + i k and a - i k."""
-    real, imaginary = _real(row)
-    difference = rate.conjugate() + -rate
-    return [Rate(rate, real, linked=True), Rate(rate.conjugate(), _times(Number(rate.im), imaginary), 1, difference)]
+    other = rate.of(acb.conjugate)
+    sines = [rate.imag() * x.of(operator.neg).imag() for x in row]
+    return [Rate(rate, [x.real() for x in row], linked=True), Rate(other, sines, 1, other - rate)]
 
 
-def _paired(plain: list[Rate]) -> list[Rate]:
+def paired(program: Program, plain: list[Rate]) -> list[Rate]:
     """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others come first."""
-    left, pairs = list(plain), []
+    single, pairs = list(plain), []
     for one in plain:
         for other in plain:
-            if one in left and other in left and one is not other and _cancel(one, other):
-                left.remove(one)
-                left.remove(other)
-                delta = other.rate + -one.rate
+            if one in single and other in single and one is not other and cancelling(program, one, other):
+                single.remove(one)
+                single.remove(other)
+                delta = other.rate - one.rate
                 both = [x + y for x, y in zip(one.coefficients, other.coefficients, strict=True)]
                 pairs += [Rate(one.rate, both, linked=True)]
-                pairs += [Rate(other.rate, _times(delta, other.coefficients), 1, delta)]
-    return left + pairs
+                pairs += [Rate(other.rate, scaled(delta, other.coefficients), 1, delta)]
+    return single + pairs
 
 
-def _cancel(one: Rate, other: Rate) -> bool:
-    if not decide(_near, *one.rate.parts, *other.rate.parts):
-        return False
+def cancelling(program: Program, one: Rate, other: Rate) -> bool:
+    """Whether two rates are near each other, and terms of them cancel."""
     pairs = zip(one.coefficients, other.coefficients, strict=True)
-    return any(decide(_smaller, *x.parts, *y.parts) for x, y in pairs)
+    return program.decide(near, one.rate, other.rate) and any(program.decide(cancel, x, y) for x, y in pairs)
 
 
-def _near(*parts: Any) -> bool:
-    with mp.workprec(PRECISION):
-        x, y = mp.make_mpc(parts[:2]), mp.make_mpc(parts[2:])
-        return bool(abs(x - y) <= NEAR * max(abs(x), abs(y)))
-
-
-def _smaller(*parts: Any) -> bool:
-    with mp.workprec(PRECISION):
-        x, y = mp.make_mpc(parts[:2]), mp.make_mpc(parts[2:])
-        return bool(abs(x + y) < CANCELS * max(abs(x), abs(y)))
-
-
-def rows_at_start(rates: list[Rate], powers: list[list[Number]], count: int) -> list[list[Number]]:
+def rows_at_start(program: Program, rates: list[Rate], powers: list[Row], count: int) -> list[Row]:
     """Acceleration, jerk, snap and crackle at the start by the features, with the contribution of the velocity itself."""
     rows = []
     for order in ORDERS:
-        row = list(powers[order - 2]) if order - 2 < len(powers) else [NOTHING] * count
+        row = powers[order - 2] if order - 2 < len(powers) else [program.number(0)] * count
         for one, before in zip(rates, [None, *rates], strict=False):
-            value = _at_zero(one, before, order)
+            value = at_zero(program, one, before, order)
             row = [x + value * c for x, c in zip(row, one.coefficients, strict=True)]
-        rows.append([x.real() for x in row])
+        rows.append(row)
     return rows
 
 
-def _at_zero(one: Rate, before: Rate | None, order: int) -> Number:
+def at_zero(program: Program, one: Rate, before: Rate | None, order: int) -> Number:
     """The derivative of this order at zero of exp(rate s), of s^n exp(rate s)/n! or of a divided difference."""
-    if not one.power:
-        return one.rate.power(order)
-    if one.difference != NOTHING:
-        assert before is not None
-        return sum((one.rate.power(k) * before.rate.power(order - 1 - k) for k in range(order)), start=NOTHING)
-    below = order - one.power
-    return constant(math.comb(order, one.power)) * one.rate.power(below) if below >= 0 else NOTHING
+    if one.difference is None:
+        share = math.comb(order, one.power)
+        return program.number(share) * power(one.rate, order - one.power) if share else program.number(0)
+    assert before is not None
+    terms = [power(one.rate, k) * power(before.rate, order - 1 - k) for k in range(order)]
+    return sum(terms[1:], start=terms[0])
 
 
-def packed(rates: list[Rate], powers: list[list[Number]], harmonics: int, parameters: int) -> tuple[list[Real], Finish]:
-    """The numbers of the table of a flight, and what makes it of them, its head filled except for walls and laws.
+def power(x: Number, n: int) -> Number:
+    """The n-th power."""
+    return power(x, n - 1) * x if n else x.program.number(1)
 
-    Its reach, the time over which bounds on flights that grow are taken, is that of growth by a factor e.
+
+def table_of_flight(program: Program, total: Sum, parameters: int) -> tuple[list[Number], tuple[Floats, int, float]]:
+    """The numbers of the table of a flight behind its head, then sizes of rates; the table without them, filled except for walls
+    and laws, the number of the first ones, and the reach in units of the largest of the sizes.
+
+    The reach, the time over which bounds on flights that grow are taken, is that of growth by a factor e.
     """
-    rates = sorted(rates, key=lambda one: one.chained)
-    growing, simple = any(decide(_positive, one.rate.re) for one in rates), sum(not one.chained for one in rates)
-    template, begins = _head(rates, powers, harmonics, growing, parameters)
-    entries = [
-        [x.re for row in powers for x in row],
-        [part for one in rates for part in one.rate.parts],
-        [x.re for one in rates for row in _real(one.coefficients) for x in row],
-        [x for one in rates[simple:] for x in _of_chain(one)],
-        [x.re for row in rows_at_start(rates, powers, at.features(harmonics)) for x in row],
-    ]
-    places = [begin + k for begin, part in zip(begins, entries, strict=False) for k in range(len(part))]
-    numbers = [x for part in entries for x in part]
-    for place, x in zip(places, numbers, strict=True):
-        template[place] = libmp.to_float(x.value, False, NEAREST)
-    varied = [k for k, x in enumerate(numbers) if x.tape]
-    changing, sizes = [places[k] for k in varied], [one.rate.re if growing else one.rate.size().re for one in rates]
-
-    def finish(found: list[Any]) -> Floats:
-        floats, table = [libmp.to_float(x, False, NEAREST) for x in found], template.copy()
-        table[changing] = floats[: len(changing)]
-        fastest = max(floats[len(changing) :], default=1.0)
-        table[at.REACH] = 1 / fastest if growing else 10 / fastest
-        return table
-
-    return [*(numbers[k] for k in varied), *sizes], finish
-
-
-def _head(
-    rates: list[Rate], powers: list[list[Number]], harmonics: int, growing: bool, parameters: int
-) -> tuple[Floats, list[int]]:
-    """A table with all that are not numbers of its flight, and where the kinds of these begin."""
+    harmonics = max([1, *(abs(term.harmonic) for term in total)])
+    rates, powers = rates_and_powers(program, total, harmonics)
+    rates.sort(key=lambda one: one.chained)
     count, simple = at.features(harmonics), sum(not one.chained for one in rates)
-    sizes = [len(powers) * count, 2 * len(rates), 2 * len(rates) * count, at.CHAIN * (len(rates) - simple), 4 * count]
-    begins = at.HEAD + np.cumsum([0, *sizes])
-    table = np.zeros(int(begins[-1]) + parameters + 1)
+    entries = [
+        list(chain(*powers)),
+        list(chain(*((one.rate, one.rate.imag()) for one in rates))),
+        list(chain(*(terms_of(one) for one in rates))),
+        list(chain(*(of_chain(program, one) for one in rates[simple:]))),
+        list(chain(*rows_at_start(program, rates, powers, count))),
+    ]
+    begins = at.HEAD + np.cumsum([0, *map(len, entries)])
+    table, numbers = np.zeros(int(begins[-1]) + parameters + 1), list(chain(*entries))
+    growing = any(program.decide(grows, one.rate) for one in rates)
     local = growing or len(powers) > 1 or simple < len(rates)
     table[at.HARMONICS : at.WIDE + 1] = harmonics, len(powers), simple, len(rates) - simple, local, 0, not local
     table[at.AT_POWERS : at.AT_PARAMETERS + 1] = begins
-    table[at.DAMPED] = any(not decide(_vanish, *row[2].parts) for row in [*powers, *(one.coefficients for one in rates)])
+    table[at.DAMPED] = any(not program.decide(is_zero, row[2]) for row in [*powers, *(one.coefficients for one in rates)])
     table[at.FLIGHT_SIZE] = at.POLYNOMIAL + len(powers) + 2 * len(rates) + 1
-    return table, begins.tolist()
+    sizes = [one.rate if growing else one.rate.of(size) for one in rates]
+    return numbers + sizes, (table, len(numbers), GROWTH if growing else DECAY)
 
 
-def _of_chain(one: Rate) -> list[Real]:
-    return [constant(one.power).re, *one.difference.parts, constant(int(one.linked)).re]
+def terms_of(one: Rate) -> Row:
+    """The coefficients of a rate: their real parts, then the imaginary ones with the other sign."""
+    return [*one.coefficients, *(x.of(operator.neg).imag() for x in one.coefficients)]
 
 
-def _positive(x: Any) -> bool:
-    return bool(libmp.mpf_gt(x, libmp.fzero))
-
-
-def _real(row: list[Number]) -> tuple[list[Number], list[Number]]:
-    return [x.real() for x in row], [-x.imag() for x in row]
+def of_chain(program: Program, one: Rate) -> Row:
+    """What the table has of a chained rate."""
+    difference = one.difference or program.number(0)
+    return [program.number(one.power), difference, difference.imag(), program.number(int(one.linked))]

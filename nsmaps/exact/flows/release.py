@@ -28,7 +28,7 @@ def _slopes(formulas: Formulas) -> Callable[..., Any]:
     """The derivatives of that acceleration by the phase and by each parameter, at a phase and the parameters."""
     at, turning = formulas.numbers[0 if formulas.sides[2] else 1], formulas.numbers[2]
     if formulas.acceleration is None:
-        held = sp.diff(formulas.displacement.formula, S, 2).subs({S: 0, Z: at, W: 0})
+        held = sp.diff(formulas.displacement, S, 2).subs({S: 0, Z: at, W: 0})
     else:
         held = formulas.acceleration.subs({S: PHI / turning, Z: at, W: 0})
     arguments = (PHI, *formulas.symbols)

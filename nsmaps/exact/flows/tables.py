@@ -1,19 +1,18 @@
 """From the sum of exponentials of a flight to the table of the engine: rates, coefficients, walls and impact laws in numbers."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from threading import Lock
 from typing import Any
 
-import mpmath as mp
 import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.engine.flight import layout as at
-from nsmaps.exact.flows.exponentials import Expansion
+from nsmaps.exact.flows.balls import Number, Program, Recorded
+from nsmaps.exact.flows.exponentials import Decomposition
 from nsmaps.exact.flows.formulas import (
     V,
     Z,
@@ -26,15 +25,12 @@ from nsmaps.exact.flows.formulas import (
     is_linear,
 )
 from nsmaps.exact.flows.laws import law_address
-from nsmaps.exact.flows.numbers import Finish, Number, Recorded
-from nsmaps.exact.flows.rates import packed, rates_and_powers
-from nsmaps.exact.flows.recording import DIGITS, Real
+from nsmaps.exact.flows.rates import table_of_flight
 from nsmaps.exact.flows.source import period_of, periods_of, walls_of
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 
-ONE_AT_A_TIME = Lock()  #: mpmath has one precision for all threads
 FLIGHTS = 4096  #: number of flights that are remembered, about 1 kB each
 
 
@@ -43,17 +39,25 @@ class Formulas:
     """The formulas of a system's class, or their derivatives by its parameters, from which tables are computed."""
 
     symbols: tuple[sp.Symbol, ...]  #: of the parameters, followed for derivatives by their rates of change
-    displacement: Expansion
+    displacement: sp.Expr
     numbers: list[sp.Expr]  #: places of the upper and lower wall, radians of phase a unit of time, longest flight
     laws: list[sp.Expr]  #: speed after an impact on the lower wall and on the upper, by V
     sides: tuple[bool, bool, bool]  #: True if there is an upper wall, a lower one, if the base wall is the upper one
     acceleration: sp.Expr | None = None  #: by S (the time), Z and W, of flights without a closed form, whose displacement is zero
 
     @cached_property
-    def compute(self) -> Callable[..., Any]:
+    def scalars(self) -> Recorded:
         """The numbers, then the factors of linear laws."""
         factors = [sp.diff(law, V) if is_linear(law) else sp.S.Zero for law in self.laws]
-        return sp.lambdify(self.symbols, [*self.numbers, *factors], "mpmath")
+        return Recorded(self.symbols, lambda program: (list(map(program.number, [*self.numbers, *factors])), None))
+
+    @cached_property
+    def flights(self) -> Recorded:
+        """The tables without walls, laws and parameters, see `table_of_flight`."""
+        return Recorded(self.symbols, self._flight)
+
+    def _flight(self, program: Program) -> tuple[list[Number], Any]:
+        return table_of_flight(program, Decomposition(program).sum(self.displacement), len(self.symbols))
 
     @cached_property
     def curved(self) -> list[tuple[int, sp.Expr]]:
@@ -64,24 +68,12 @@ class Formulas:
     @cached_property
     def flown(self) -> list[bool]:
         """Whether the flight depends on each parameter; walls and laws may depend on the others."""
-        free = self.displacement.formula.free_symbols
-        return [symbol in free for symbol in self.symbols]
-
-    @cached_property
-    def flights(self) -> Recorded:
-        """The tables without walls, laws and parameters, by the numbers of the displacement."""
-        return Recorded(self._packed, self.displacement.fixed)
-
-    def _packed(self, numbers: list[Number]) -> tuple[list[Real], Finish]:
-        total = self.displacement.expanded(numbers)
-        harmonics = max([1, *(abs(term.harmonic) for term in total)])
-        return packed(*rates_and_powers(total, harmonics), harmonics, len(self.symbols))
+        return [symbol in self.displacement.free_symbols for symbol in self.symbols]
 
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
-        with ONE_AT_A_TIME, mp.workdps(DIGITS):
-            table = _flight(self, tuple(x if flown else 0.0 for x, flown in zip(values, self.flown, strict=True))).copy()
-            numbers = [float(x) for x in self.compute(*map(mp.mpf, values))]
+        table = _flight(self, tuple(x if flown else 0.0 for x, flown in zip(values, self.flown, strict=True))).copy()
+        numbers = self.scalars.floats(values)[0]
         begin = int(table[at.AT_PARAMETERS])
         table[begin : begin + len(values)] = values
         table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON, at.RESTITUTION, at.RESTITUTION + 1]] = numbers
@@ -98,7 +90,11 @@ class Formulas:
 @lru_cache(maxsize=FLIGHTS)
 def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
     """The table without walls, laws and parameters, at values of the parameters on which flights depend, 0 for the others."""
-    return formulas.flights(formulas.displacement.numbers(values))
+    found, (head, count, reach) = formulas.flights.floats(values)
+    table = head.copy()
+    table[at.HEAD : at.HEAD + count] = found[:count]
+    table[at.REACH] = reach / found[count:].max(initial=0.0) if len(found) > count else reach
+    return table
 
 
 @lru_cache(maxsize=64)
@@ -110,7 +106,7 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
         return sp.Add(*(way * sp.diff(expr, symbol) for symbol, way in pairs))
 
     symbols = formulas.symbols + ways
-    displacement = Expansion(moved(formulas.displacement.formula), symbols)
+    displacement = moved(formulas.displacement)
     numbers, laws = ([moved(x) for x in exprs] for exprs in (formulas.numbers, formulas.laws))
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
@@ -180,4 +176,4 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
     numbers = [*places, 2 * sp.pi / period, periods_of(symbolic) * period]
     known, order = tuple(symbols.values()), (1 in sides, -1 in sides, sides[0] == 1)
-    return Formulas(known, Expansion(given, known), numbers, laws, order, acceleration)
+    return Formulas(known, given, numbers, laws, order, acceleration)

@@ -257,7 +257,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
     rate = formulas.numbers[2]
     if formulas.acceleration is None:
-        force = sp.diff(formulas.displacement.formula, S, 2).subs(S, 0)
+        force = sp.diff(formulas.displacement, S, 2).subs(S, 0)
     else:
         force = formulas.acceleration.subs(S, PHI / rate)
     force = sp.expand(sp.simplify(force.subs({Z: place, W: velocity})))

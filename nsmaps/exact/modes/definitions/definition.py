@@ -3,20 +3,14 @@
 The features of a row are the states, 1, and cosine and sine of the multiples of the phase of the forcing.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
-import mpmath as mp
-import numpy as np
 import sympy as sp
 
-from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.exponentials import Expansion
-from nsmaps.exact.flows.recording import DIGITS
+from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.definitions.rows import Row
 from nsmaps.exact.words import Alphabet
 
@@ -81,7 +75,7 @@ class Definition:
     clock: int = -1  #: the transition whose function gives the phase of the section where no coordinate does; -1 for phase zero
     derived: tuple[sp.Expr, ...] = ()  #: further states behind the own ones, as formulas of these, of the phase and of parameters
     smooth: tuple[tuple[sp.Expr, ...], ...] = ()  #: of each mode the rates of the own states in a nonlinear system, else ()
-    derivatives: dict[int, "Numbers"] = field(default_factory=dict)
+    derivatives: dict[tuple[int, int], Numbers] = field(default_factory=dict)
 
     @property
     def columns(self) -> tuple[sp.Expr, ...]:
@@ -117,64 +111,19 @@ class Definition:
             yield from surface.rows
 
     @cached_property
-    def expansions(self) -> "Numbers":
+    def expansions(self) -> Numbers:
         """What computes the rows, at values of the parameters."""
-        return Numbers(list(self.rows), self.symbols)
+        return Numbers(tuple(self.rows), self.symbols)
 
     @cached_property
-    def scalars(self) -> "Numbers":
+    def scalars(self) -> Numbers:
         """What computes rate of the phase and horizon, as coefficients of a row, and their derivatives by each parameter."""
         pair = Row((self.phase_rate, self.horizon), sp.S.Zero)
         return Numbers([pair, *(pair.by(symbol) for symbol in self.symbols)], self.symbols)
 
-    def derivative(self, number: int) -> "Numbers":
-        """What computes the derivatives of the rows by a parameter, given by its position."""
-        if number not in self.derivatives:
-            self.derivatives[number] = Numbers([row.by(self.symbols[number]) for row in self.rows], self.symbols)
-        return self.derivatives[number]
-
-
-class Numbers:
-    """Rows in numbers, computed in many digits."""
-
-    def __init__(self, rows: list[Row], symbols: Sequence[sp.Symbol]) -> None:
-        coefficients = [c for row in rows for c in row.coefficients]
-        self.coefficients = sp.lambdify(symbols, coefficients, "mpmath", cse=True)
-        known = {row.remainder: Expansion(row.remainder, tuple(symbols)) for row in rows if row.remainder != 0}
-        self.inhomogeneous = [known.get(row.remainder) for row in rows]
-
-    def at(self, values: Sequence[float]) -> list[tuple[list[Any], dict[int, Any]]]:
-        """Of each row the coefficients of the states, and of exp(i m phi) by m."""
-        with mp.workdps(DIGITS):
-            try:
-                known = list(self.coefficients(*map(mp.mpf, values)))
-            except ZeroDivisionError:
-                shown = ", ".join(f"{value:.6g}" for value in values)
-                raise SystemDefinitionError(
-                    f"a coefficient of the formulas divides by zero at the parameters ({shown}); expected: others, or a formula "
-                    "without that division"
-                ) from None
-            n = len(known) // len(self.inhomogeneous)
-            waves = [
-                {} if remainder is None else {term.harmonic: x for term, x in remainder.at(list(values)).items()}
-                for remainder in self.inhomogeneous
-            ]
-        return [(known[k * n : (k + 1) * n], wave) for k, wave in enumerate(waves)]
-
-
-def filled(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> Floats:
-    """A row over the features in floats, shape (n + 1 + 2 harmonics,)."""
-    known, waves = row
-    values = [float(x.real) for x in known]
-    values.append(complex(waves[0]).real if 0 in waves else 0.0)
-    if not waves:
-        return np.array([*values, *[0.0, -0.0] * harmonics])
-    for m in range(1, harmonics + 1):
-        plus, minus = waves.get(m, 0), waves.get(-m, 0)
-        values += [complex(plus + minus).real, -complex(plus - minus).imag]
-    return np.array(values)
-
-
-def harmonics_of(given: Sequence[Any]) -> int:
-    """The highest multiple of the phase in rows."""
-    return max([0, *(abs(m) for _, waves in given for m in waves)])
+    def derivative(self, number: int, harmonics: int) -> Numbers:
+        """What computes the derivatives of the rows by a parameter, given by its position, with so many harmonics."""
+        if (number, harmonics) not in self.derivatives:
+            rows = [row.by(self.symbols[number]) for row in self.rows]
+            self.derivatives[number, harmonics] = Numbers(rows, self.symbols, harmonics)
+        return self.derivatives[number, harmonics]

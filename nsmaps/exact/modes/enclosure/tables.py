@@ -5,14 +5,16 @@ Every number of the table is within `balls.UNIT` of itself, relative, of the exa
 """
 
 from collections.abc import Sequence
+from math import factorial
 from typing import Any, NamedTuple
 
-import mpmath as mp
 import numpy as np
+from flint import arb, arb_mat, ctx
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.flows.recording import DIGITS
-from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
+from nsmaps.exact.flows.balls import many_digits, rounded
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.numbers import BallRow
 from nsmaps.exact.modes.enclosure.zeros import mode_of, zeros_of
 from nsmaps.exact.modes.tables.tables import Tables
 
@@ -66,50 +68,38 @@ class BallTables(NamedTuple):
 
 def ball_tables(definition: Definition, values: Sequence[float], table: Tables) -> BallTables:
     """The table for enclosures of a system whose other table is given."""
-    with mp.workdps(DIGITS):
-        given = definition.expansions.at(values)
-        rows = [row_of(row, harmonics_of(given)) for row in given]
-        rate = definition.scalars.at(values)[0][0][0]
+    with many_digits():
+        rows = definition.expansions.at(values)
+        rate = definition.scalars.at(values)[0][0]
         n, modes = len(definition.states), len(definition.modes)
         flows = [flow_of(rows[k * n : (k + 1) * n], rate) for k in range(modes)]
         cells = [cell_of(flow, table.horizon) for flow in flows]
-        units = [flow * mp.mpf(cell) for flow, cell in zip(flows, cells, strict=True)]
+        units = [flow * arb(cell) for flow, cell in zip(flows, cells, strict=True)]
         series = [series_of(unit) for unit in units]
         functions = derived_of(functions_of(definition, rows[n * modes :], table), table, units)
-        turns = np.array([float(rate * cell) for cell in cells])
+        turns = np.array([rounded(rate * cell) for cell in cells])
     fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in series[0]} | functions
     fields |= zeros_of(table, fields["flows"], functions["functions"])
     fields |= {"cell": np.array(cells), "turn": turns, "last": table.horizon / np.array(cells)}
     return BallTables(**{name: fields[name] if name in fields else getattr(table, name) for name in BallTables._fields})
 
 
-def row_of(row: tuple[list[Any], dict[int, Any]], harmonics: int) -> list[Any]:
-    """A row over the features in many digits; in floats `nsmaps.exact.modes.definitions.definition.filled`."""
-    known, waves = row
-    zero = mp.mpf(0)
-    values = [*map(mp.re, known), mp.re(waves.get(0, zero))]
-    for m in range(1, harmonics + 1):
-        plus, minus = waves.get(m, zero), waves.get(-m, zero)
-        values += [mp.re(plus + minus), mp.re(mp.mpc(0, 1) * (plus - minus))]
-    return values
-
-
-def flow_of(rates: list[list[Any]], rate: Any) -> Any:
+def flow_of(rates: list[BallRow], rate: arb) -> arb_mat:
     """The matrix Y of a mode in many digits, shape (N, N)."""
     n, width = len(rates), len(rates[0])
-    flow = np.array(rates + [[mp.mpf(0)] * width for _ in range(width - n)], dtype=object)
+    flow = arb_mat(rates + [[arb(0)] * width for _ in range(width - n)])
     for m in range(1, (width - n - 1) // 2 + 1):
         c = n + 2 * m - 1
         flow[c, c + 1], flow[c + 1, c] = -m * rate, m * rate
     return flow
 
 
-def floats(values: Any) -> Floats:
-    """Numbers of many digits rounded to floats."""
-    return np.array(values, dtype=float)
+def floats(matrix: arb_mat) -> Floats:
+    """A matrix of many digits rounded to floats."""
+    return np.reshape([rounded(x) for x in matrix.entries()], (matrix.nrows(), matrix.ncols()))
 
 
-def cell_of(flow: Any, horizon: float) -> float:
+def cell_of(flow: arb_mat, horizon: float) -> float:
     """The length of a cell, a float."""
     radius = float(np.abs(np.linalg.eigvals(np.abs(floats(flow)))).max())
     return min(REACH / radius, horizon) if radius > REACH / horizon else horizon
@@ -124,66 +114,62 @@ def exponential_bound(matrix: Floats) -> Floats:
     return total * WIDER
 
 
-def series_of(unit: Any) -> dict[str, Floats]:
+def series_of(unit: arb_mat) -> dict[str, Floats]:
     """The flow of a cell as a series, with a bound on what that leaves out, and the flows of whole cells."""
-    width = len(unit)
-    eye = np.array([[mp.mpf(i == j) for j in range(width)] for i in range(width)], dtype=object)
-    terms = [eye]
-    while len(terms) <= 3 * POWERS:
-        terms.append(product(terms[-1], unit) / len(terms))
-    cell = sum(terms[1:], eye)
-    near = powers_of(cell, eye)
-    powers = np.array([floats(term) for term in terms[: POWERS + 1]])
-    left = np.abs(powers[1])
-    grown = exponential_bound(left)
-    left_out = np.linalg.matrix_power(left, POWERS + 1) @ grown / float(mp.factorial(POWERS + 1))
+    powers = [unit**0]
+    while len(powers) <= POWERS:
+        powers.append(powers[-1] * unit / len(powers))
+    terms = floats_of(powers)
+    size = np.abs(terms[1])
+    grown = exponential_bound(size)
+    left_out = np.linalg.matrix_power(size, POWERS + 1) @ grown / factorial(POWERS + 1)
     return {
-        "flows": powers[1],
-        "third": np.linalg.matrix_power(left, 3) @ grown * WIDER,
-        "powers": powers,
-        "blur": np.abs(powers[1:]).sum(axis=0) * WIDER,
+        "flows": terms[1],
+        "third": np.linalg.matrix_power(size, 3) @ grown * WIDER,
+        "powers": terms,
+        "blur": np.abs(terms[1:]).sum(axis=0) * WIDER,
         "left_out": left_out * WIDER,
-        "near": np.array([floats(power) for power in near]),
-        "far": np.array([floats(power) for power in powers_of(product(near[-1], cell), eye)]),
+        **flows_of_cells(unit),
     }
 
 
-def powers_of(matrix: Any, eye: Any) -> list[Any]:
+def flows_of_cells(unit: arb_mat) -> dict[str, Floats]:
+    """The flows of whole cells, with digits for numbers that fall by e a cell."""
+    with ctx.extraprec(2 * CELLS**2):
+        cell = unit.mid().exp()
+        near = powers_of(cell)
+        return {"near": floats_of(near), "far": floats_of(powers_of(near[-1] * cell))}
+
+
+def powers_of(matrix: arb_mat) -> list[arb_mat]:
     """The powers of a matrix from the first, which is one, on."""
-    powers = [eye]
+    powers = [matrix**0]
     while len(powers) < CELLS:
-        powers.append(product(powers[-1], matrix))
+        powers.append(powers[-1] * matrix)
     return powers
 
 
-def product(left: Any, right: Any) -> Any:
-    """The product of two square matrices in many digits, of which most numbers are zero."""
-    found = np.full(left.shape, mp.mpf(0), dtype=object)
-    rows = [[(j, y) for j, y in enumerate(row) if y] for row in right.tolist()]
-    for total, row in zip(found, left.tolist(), strict=True):
-        for x, others in zip(row, rows, strict=True):
-            if x:
-                for j, y in others:
-                    total[j] += x * y
-    return found
+def floats_of(matrices: list[arb_mat]) -> Floats:
+    """Matrices of many digits rounded to floats."""
+    return np.array(list(map(floats, matrices)))
 
 
-def functions_of(definition: Definition, rows: list[list[Any]], table: Tables) -> list[Any]:
+def functions_of(definition: Definition, rows: list[BallRow], table: Tables) -> list[BallRow]:
     """The rows of the functions watched, in many digits."""
     found, at = [], 0
     for one in definition.transitions:
-        found.append(np.array(rows[at], dtype=object))
+        found.append(rows[at])
         at += 1 + len(one.reset) + len(one.where) + len(one.begins) + len(one.held)
     return [found[k] for k in table.chosen[table.choices[:-1]]]
 
 
-def derived_of(functions: list[Any], table: Tables, units: list[Any]) -> dict[str, Floats]:
+def derived_of(functions: list[BallRow], table: Tables, units: list[arb_mat]) -> dict[str, Floats]:
     """The functions watched and their first derivatives as rows, and bounds on the next."""
     rows, bounds = [], []
     for f, function in enumerate(functions):
-        unit, own = units[mode_of(table, f)], [function]
+        unit, own = units[mode_of(table, f)], [arb_mat([function])]
         while len(own) <= RATES:
-            own.append(own[-1] @ unit)
-        rows.append([floats(row) for row in own[:-1]])
-        bounds.append(np.abs(floats(own[-1])) @ exponential_bound(np.abs(floats(unit))) * WIDER)
+            own.append(own[-1] * unit)
+        rows.append(np.concatenate([floats(row) for row in own[:-1]]))
+        bounds.append((np.abs(floats(own[-1])) @ exponential_bound(np.abs(floats(unit))) * WIDER)[0])
     return {"functions": np.array(rows), "bounds": np.array(bounds)}

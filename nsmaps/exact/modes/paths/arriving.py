@@ -10,7 +10,8 @@ from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, near_match
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.events import Arrivals
-from nsmaps.exact.modes.definitions.definition import Definition, Numbers, filled
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.march.returns import arrivals
 from nsmaps.exact.modes.tables.memory import Memory, memory, record
 from nsmaps.exact.modes.tables.tables import Tables
@@ -80,8 +81,7 @@ def check_surfaces(definition: Definition, table: Tables, features: Floats, name
     n = len(definition.states)
     for mode, held in {definition.modes[one.mode]: one.held for one in definition.transitions if one.held}.items():
         if (own := features[named == mode]).size:
-            numbers = Numbers(list(held), definition.symbols).at(table.parameters.tolist())
-            rows = np.array([filled(row, (features.shape[1] - n - 1) // 2) for row in numbers])
+            rows = Numbers(held, definition.symbols, (features.shape[1] - n - 1) // 2).floats(table.parameters.tolist())
             values, sizes = own @ rows.T, abs(own) @ abs(rows).T
             if (off := (abs(values) > ON * sizes).any(axis=1)).any():
                 far, where = abs(values[off][0]).max(), ", ".join(f"{x:.10g}" for x in own[off][0, :n])

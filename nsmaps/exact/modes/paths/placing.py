@@ -5,7 +5,8 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.returns import MOST_PHASE
-from nsmaps.exact.modes.definitions.definition import Definition, Numbers, filled
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.tables.tables import Tables
 
@@ -21,8 +22,7 @@ def surfaces_of(definition: Definition, table: Tables) -> Surfaces:
         return ()
     width, n, found = table.functions.shape[1], len(definition.states), []
     for start in definition.starts:
-        numbers = Numbers(list(start.surface), definition.symbols).at(table.parameters.tolist())
-        found.append(np.array([filled(row, (width - n - 1) // 2) for row in numbers]))
+        found.append(Numbers(start.surface, definition.symbols, (width - n - 1) // 2).floats(table.parameters.tolist()))
     return tuple(found)
 
 

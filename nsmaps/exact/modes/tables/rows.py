@@ -1,13 +1,11 @@
 """All rows of a system with modes, in floats."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.modes.definitions.definition import Definition, filled
+from nsmaps.exact.modes.definitions.definition import Definition
 
 
 @dataclass(frozen=True)
@@ -24,10 +22,10 @@ class Rows:
     surfaces: Floats  #: shape (Q, 3, N)
 
 
-def rows_of(definition: Definition, given: Sequence[Any], harmonics: int) -> Rows:
-    """The rows of a definition, given in the order of `Definition.rows`."""
-    waiting = iter([filled(row, harmonics) for row in given])
-    n, width = len(definition.states), len(definition.states) + 1 + 2 * harmonics
+def rows_of(definition: Definition, given: Floats) -> Rows:
+    """The rows of a definition, given in the order of `Definition.rows`, shape (R, N)."""
+    waiting = iter(given)
+    n, width = len(definition.states), given.shape[1]
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
     functions, resets, where, begins, held = [], [], [], [], []
     for one in definition.transitions:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definitions.definition import Definition, harmonics_of
+from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
@@ -92,9 +92,8 @@ class Tables(NamedTuple):
 
 def tables_of(definition: Definition, values: Sequence[float], max_step: float = math.inf) -> Tables:
     """The table of a system at values of its parameters, with steps of at most `max_step`."""
-    given = definition.expansions.at(values)
-    rows = rows_of(definition, given, harmonics_of(given))
-    rate, horizon = (float(x) for x in definition.scalars.at(values)[0][0])
+    rows = rows_of(definition, definition.expansions.floats(values))
+    rate, horizon, _ = definition.scalars.floats(values)[0].tolist()
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, min(horizon, max_step))
     functions = functions_of(definition, rows, rate, flows)
@@ -185,13 +184,13 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
         return Moved(True, 0.0, 0.0, rates, *map(np.zeros_like, (table.growth, table.functions, table.resets, table.states)))
     n, width = table.resets.shape[1:]
     harmonics, total, turn = (width - n - 1) // 2, None, 0.0
-    slopes = definition.scalars.at(values)[1:]
+    slopes = definition.scalars.floats(values)[1:]
     for k, rate in enumerate(rates.tolist()):
         if rate:
-            rows = rows_of(definition, definition.derivative(k).at(values), harmonics)
+            rows = rows_of(definition, definition.derivative(k, harmonics).floats(values))
             parts = [rate * part for part in (rows.rates, rows.functions, rows.resets, rows.starts)]
             total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
-            turn += rate * float(slopes[k][0][0])
+            turn += rate * float(slopes[k, 0])
     assert total is not None
     leads = table.chosen[table.choices[:-1]]
     later = 0.0
