@@ -122,3 +122,26 @@ def test_noise_stands_where_it_acts():
     assert r"\dot {u} &= \eta^{(1)}" in stick
     assert "_n_" not in rubbed
     assert "noise" not in nsmaps.export(SYSTEMS["friction"], "latex")
+
+
+def test_a_nonlinear_system_has_its_formulas_and_a_kink_as_it_is_written():
+    class Pendulum(nsmaps.HybridSystem):
+        """A pendulum with quadratic drag."""
+
+        c: float = 0.1
+        states = ("a", "b")
+
+        def modes(self, t, y):
+            return {"m": {"a": y.b, "b": -sp.sin(y.a) - self.c * y.b * sp.Abs(y.b)}}
+
+        def guards(self, t, y):
+            return {"W": nsmaps.Guard("m", sp.sin(y.a), reset={"b": -y.b})}
+
+        def section(self, t, y):
+            return nsmaps.Section("W", ("b",), states={"a": 0})
+
+    text = nsmaps.export(Pendulum(), "latex")
+    assert text.count("Mode m:") == 1
+    assert r"\left|{b}\right|" in text
+    assert r"\sin{\left(a \right)}" in text
+    assert not re.findall(r"_s_|_y_|_p_", text)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.kernel import STEPS
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.modes.tables.memory import Record, memory
@@ -51,7 +51,7 @@ def driven_kernel(system: "HybridSystem", step: float) -> DrivenKernel:
 
     Raises:
         NsmapsError: the class declares no noise.
-        SystemDefinitionError: no formula has it, or the system with it is not piecewise linear.
+        SystemDefinitionError: no formula has it, or it is in formulas that are not affine in the states.
     """
     if not system.noise:
         raise NsmapsError(
@@ -63,4 +63,10 @@ def driven_kernel(system: "HybridSystem", step: float) -> DrivenKernel:
 
 @lru_cache(maxsize=64)
 def _kernel(system: "HybridSystem", step: float) -> DrivenKernel:
-    return DrivenKernel(tables_of(known_definition(system, driven=True), (*system.parameters.values(), step), step))
+    definition = known_definition(system, driven=True)
+    if definition.smooth:
+        raise SystemDefinitionError(
+            f"{type(system).__name__} has rates or guards that are not affine in the states, and noise is added to flights of "
+            "affine modes alone; expected: such a system, or noise on the images of its map"
+        )
+    return DrivenKernel(tables_of(definition, (*system.parameters.values(), step), step))

@@ -124,7 +124,7 @@ def of_modes(d: Any, names: tuple[str, ...]) -> Vocabulary:
     """The vocabulary of a system with modes, by its definition."""
     inputs = {"impacts": (*d.states, *(f"{name}{AFTER}" for name in d.states)), "flights": d.states}
     places = {"impacts": tuple(one.letter for one in d.transitions), "flights": d.modes}
-    changes = tuple(_changes(one, d.variables) for one in d.transitions)
+    changes = tuple(_changes(one, d) for one in d.transitions)
     return Vocabulary(inputs, d.symbols, names, d.phase_rate, places, changes)
 
 
@@ -144,10 +144,10 @@ def _of_returns(coordinates: Coordinates, letters: tuple[str, ...], names: tuple
     return Vocabulary(inputs, symbols, names, sp.S.Zero, {"returns": (*letters, "")}, (True,) * (len(letters) + 1))
 
 
-def _changes(one: Any, variables: Sequence[sp.Symbol]) -> bool:
-    """Whether a transition is an impact: an event that changes a state, other than a release from contact."""
-    kept = all(row.of(variables) == y for row, y in zip(one.reset, variables, strict=True))
-    return bool(one.name) and not one.releases and (bool(one.curved) or not kept)
+def _changes(one: Any, d: Any) -> bool:
+    """Whether a transition is an impact: an event that changes a state."""
+    kept = all(row.of(d.columns) == y for row, y in zip(one.reset, d.variables, strict=False))  # not those of derived states
+    return bool(one.name) and (bool(one.curved) or not kept)
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,10 +23,10 @@ class Guard:
     """
 
     modes: str | Sequence[str]  #: in which it is watched
-    function: Any  #: affine in the states, with harmonics of the forcing; positive before the event
+    function: Any  #: any smooth formula of the states and of the time; positive before the event
     to: str = ""  #: the mode that follows; "" for the same
     reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, by the states just before and the time
-    where: Sequence[Any] = ()  #: affine functions that must not be negative for the event to take place
+    where: Sequence[Any] = ()  #: such functions that must not be negative for the event to take place
     letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
     ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
     crossing: bool = False  #: whether the function may be negative in its modes
@@ -48,7 +48,7 @@ class Sliding:
 
     above: str  #: the mode where the function is positive
     below: str  #: the mode where it is negative
-    function: Any  #: affine in the states, with harmonics of the forcing
+    function: Any  #: any smooth formula of the states and of the time
     letters: Mapping[str, str] = field(default_factory=dict)  #: of events by the mode that follows; its first letter unless given
 
 

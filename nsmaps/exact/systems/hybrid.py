@@ -1,4 +1,4 @@
-"""A piecewise-linear system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
+"""A system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from typing import TYPE_CHECKING
 
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 
 
 class HybridSystem(HybridFormulas):
-    """A system whose state follows linear differential equations that change at events.
+    """A system whose state follows differential equations that change at events.
 
     Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
-    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. The rates of a mode are affine in the
-    states, with harmonics of the forcing. A state of the return map is a row of the section's coordinates.
+    in `self`, in the time t and in the states y.x, y.v, ..., which sympy symbols stand for. They are any smooth formulas, and may
+    have kinks, as Abs and Max. Where rates and guards are affine in the states, with harmonics of the forcing, flights are
+    series of nsmaps, otherwise heyoka's (the extra `ode`). A state of the return map is a row of the section's coordinates.
     """
 
     @property
@@ -111,7 +112,7 @@ class HybridSystem(HybridFormulas):
 
         Raises:
             StateError: `boxes` is not a batch of finite boxes.
-            ProofError: a reset is not affine, or contact lasts (`rests`).
+            ProofError: rates, guards or a reset are not affine, or contact lasts (`rests`).
         """
         from nsmaps.exact.modes.enclosure.images import image_boxes
 

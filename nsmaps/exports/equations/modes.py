@@ -32,9 +32,9 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
     body = [
         f"Parameters: {values}." if values else "",
         f"The forcing has the period ${own['period']} = {math(sp.sympify(period))}$." if period is not None else "",
-        "In each mode the states follow linear differential equations.",
+        "In each mode the states follow differential equations.",
         f"The noise is ${math(noise[cls.noise])}$, zero in the return map." if noise else "",
-        *_modes(definition, [*parameters.values()], [*y.values()], [*noise.values()], time),
+        *_modes(definition, symbolic.modes(time, states), [*parameters.values()], [*y.values()], [*noise.values()], time),
         "An event takes place where its function falls through zero; states just after it have a plus sign.",
         *(row for name, guard in guards.items() for row in _event(name, guard, own["function"])),
         _section(section, cls.states),
@@ -44,22 +44,37 @@ def mode_files(system: HybridSystem, name: str | None = None) -> dict[str, str]:
 
 def _modes(
     definition: Definition,
+    stated: Mapping[str, Mapping[str, Any]],
     parameters: Sequence[sp.Symbol],
     states: Sequence[sp.Symbol],
     noise: Sequence[sp.Symbol],
     time: sp.Symbol,
 ) -> Iterator[str]:
-    """The equations of every mode, those that are derived among them; the noise, none or one, follows the states."""
+    """The equations of every mode, those that are derived among them; the noise, none or one, follows the states.
+
+    Those of a mode that kinks divide are as `stated`, or one part after another.
+    """
     driven = [*noise, *(STEP**k * _dotted(one, k) for one in noise for k in range(1, DEGREE + 1))]
     step = [STEP] if noise else []
     plain = dict(zip((*definition.symbols, *definition.variables), (*parameters, *step, *states, *driven), strict=True))
     clock = {PHI: (definition.phase_rate * time).xreplace(plain)}
-    for mode, rates in dict(zip(definition.modes, definition.rates, strict=True)).items():
-        yield f"Mode {text(mode)}:"
-        for state, row in zip(states, rates, strict=False):  # not those of the noise, which come last
-            yield aligned(
-                rf"\dot {{{math(state)}}}", terms_of(sp.expand(row.of(definition.variables).xreplace(plain)).xreplace(clock))
-            )
+    for mode, parts in _parts(definition).items():
+        divided = len(parts) > 1 and mode in stated
+        for rates in parts[: 1 if divided else None]:
+            yield f"Mode {text(mode)}:"
+            for state, rate in zip(states, rates, strict=False):  # not those of the noise, which come last
+                shown = sp.sympify(stated[mode][str(state)]) if divided else rate.xreplace(plain).xreplace(clock)
+                yield aligned(rf"\dot {{{math(state)}}}", terms_of(shown))
+
+
+def _parts(definition: Definition) -> dict[str, list[tuple[sp.Expr, ...]]]:
+    """The rates of all states in the parts of each mode, those that differ."""
+    found: dict[str, list[tuple[sp.Expr, ...]]] = {}
+    rows = [tuple(sp.expand(row.of(definition.columns)) for row in mode) for mode in definition.rates]
+    for mode, rates in zip(definition.modes, definition.smooth or rows, strict=True):
+        known = found.setdefault(mode, [])
+        known += [rates] * (rates not in known)
+    return found
 
 
 def _dotted(noise: sp.Symbol, k: int) -> sp.Symbol:

@@ -17,6 +17,11 @@ from nsmaps.exact.systems.guards import HybridFormulas
 def table_of(system: HybridFormulas) -> BallTables:
     """The table of a system for enclosures; those used last are remembered. Raises ProofError as `image_boxes` does."""
     kernel = kernel_of(system)
+    if kernel.definition.smooth:
+        raise ProofError(
+            f"{type(system).__name__} has rates or guards that are not affine in the states, and sets of states are enclosed in "
+            "flights of affine modes alone; expected: such a system, or images of single states"
+        )
     for one in kernel.definition.transitions:
         if one.curved:
             raise ProofError(
