@@ -13,9 +13,9 @@ from nsmaps.dynamics.manifolds.segments import Pieces, grown_exactly
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
-from nsmaps.exact.systems.reversed import of_reversed, restitution, reversed_system, to_reversed
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.reversed import inverse_map
 from nsmaps.progress import shows
 
 REAL = 1e-9  #: share of a multiplier that the imaginary part of a real one does not exceed
@@ -74,7 +74,8 @@ def manifold(
     by their ends and cut at borders, and `gap` is not used.
 
     The stable manifold is the unstable one of the inverse. An impact system with a restitution above zero on every wall has one:
-    the same system in reversed time. States that reach the saddle after a chatter or rest are not on it. A map given by formulas
+    the same system in reversed time; so has a system with modes that do not slide, whose resets are affine and can be inverted.
+    States that reach the saddle after a chatter or rest are not on it. A map given by formulas
     has that of `PiecewiseMap.inverse`, of several preimages the one in the first piece. Other maps need an `inverse`.
 
     Args:
@@ -83,7 +84,7 @@ def manifold(
         which: "unstable" or "stable".
         length: of each side, in units of the manifold's `scale`.
         gap: largest distance of neighbours, in the same units.
-        inverse: the inverse of the map, for the stable manifold of a map other than an impact system or one given by formulas.
+        inverse: the inverse of the map, for the stable manifold of a map that is neither a system's nor given by formulas.
         max_points: largest number of states of a side.
 
     Raises:
@@ -94,20 +95,13 @@ def manifold(
     grow = (length, gap, max_points)
     if which == "unstable":
         return _unstable(map, orbit, scale, *grow)
-    if inverse is None and isinstance(map, PiecewiseMap):
-        inverse = map.inverse()
-    if inverse is not None:
-        found = _unstable(inverse, _reversed_orbit(inverse, orbit, orbit.states, scale), scale, *grow)
-        return _stable(found, orbit, found.states, scale)
-    if not isinstance(map, ImpactSystem):
+    if inverse is None and isinstance(map, PiecewiseMap | FlowSystem):
+        inverse = map.inverse() if isinstance(map, PiecewiseMap) else inverse_map(map)
+    if inverse is None:
         raise NsmapsError(
             f"the stable manifold of a {type(map).__name__} needs its inverse, which is not known; expected: `inverse`"
         )
-    back = reversed_system(map)
-    base = restitution(map, map.letters[0])
-    unit = scale * [base, 1.0]
-    found = _unstable(back, _reversed_orbit(back, orbit, to_reversed(map, orbit.states), unit), unit, *grow)
-    return _stable(found, orbit, orbit.returns.coordinates.wrap(of_reversed(map, found.states)), scale)
+    return _stable(_unstable(inverse, _reversed_orbit(inverse, orbit, scale), scale, *grow), orbit, scale)
 
 
 def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
@@ -145,17 +139,17 @@ def _saddle(orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> Saddle:
     return Saddle(slope, value**2, 2 * len(orbit.states), product @ product)
 
 
-def _reversed_orbit(inverse: ReturnMap, orbit: PeriodicOrbit, states: Floats, scale: Floats) -> PeriodicOrbit:
+def _reversed_orbit(inverse: ReturnMap, orbit: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
     """The saddle of the inverse; NsmapsError where it has none there."""
-    guess = np.roll(states[::-1], 1, axis=0)
-    found = periodic_orbit(inverse, Coordinates(inverse.coordinates).wrap(guess), len(states), scale=scale)
+    guess = np.roll(orbit.states[::-1], 1, axis=0)
+    found = periodic_orbit(inverse, Coordinates(inverse.coordinates).wrap(guess), len(orbit.states), scale=scale)
     off = np.abs(found.returns.coordinates.difference(found.states, guess) / scale).max()
     if not (found.converged and off <= INVERSE):
         raise NsmapsError(f"the inverse does not lead back along the saddle {orbit.states.tolist()}; expected: the map's inverse")
     return found
 
 
-def _stable(found: Manifold, orbit: PeriodicOrbit, states: Floats, scale: Floats) -> Manifold:
+def _stable(found: Manifold, orbit: PeriodicOrbit, scale: Floats) -> Manifold:
     """The unstable manifold of the inverse as the stable one of the map, whose states k follow one another the other way."""
     q = len(orbit.states)
     names = found.side // 2, found.side % 2
@@ -167,7 +161,7 @@ def _stable(found: Manifold, orbit: PeriodicOrbit, states: Floats, scale: Floats
         "stable",
         orbit.states,
         float(orbit.multipliers[-1].real),
-        states[order],
+        found.states[order],
         found.arclength[order],
         side[order],
         found.piece[order],

@@ -10,7 +10,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.path import sample
 from nsmaps.exact.modes.paths.tracks import Event, events_of
 from nsmaps.exact.modes.tables.memory import memory
-from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.tables import Tables, flow_matrix
 
 MOST_EVENTS = 64  #: of a return, beyond which its motion is not looked at
 SAMPLES = 9  #: instants of a flight
@@ -45,15 +45,20 @@ def fastest_of(definition: Definition, table: Tables, starts: Floats, between: b
 def rates_of(table: Tables, mode: int, phases: Floats, states: Floats) -> Floats:
     """The rates of change of all functions along the flow of a mode, at phases (K,) and states (K, n): shape (K, S)."""
     n, width = states.shape[1], table.resets.shape[2]
-    flow, first = np.zeros((width, width)), table.first[mode]
-    for i in range(n):
-        flow[i, table.columns[first[i] : first[i + 1]]] = table.values[first[i] : first[i + 1]] / table.steps[mode]
     features = np.column_stack([states, np.ones(len(states)), np.empty((len(states), width - n - 1))])
     for m in range(1, (width - n - 1) // 2 + 1):
-        c, turn = n + 2 * m - 1, m * table.rate
-        flow[c, c + 1], flow[c + 1, c] = -turn, turn
+        c = n + 2 * m - 1
         features[:, c], features[:, c + 1] = np.cos(m * phases), np.sin(m * phases)
-    return np.asarray(features @ flow.T @ np.transpose(table.functions))
+    return np.asarray(features @ flow_of(table, mode).T @ np.transpose(table.functions))
+
+
+def flow_of(table: Tables, mode: int) -> Floats:
+    """The matrix of the rates of all features by the features in a mode, in units of time, shape (N, N)."""
+    n, width = table.resets.shape[1:]
+    rates, first = np.zeros((n, width)), table.first[mode]
+    for i in range(n):
+        rates[i, table.columns[first[i] : first[i + 1]]] = table.values[first[i] : first[i + 1]] / table.steps[mode]
+    return flow_matrix(rates, table.rate, (width - n - 1) // 2)
 
 
 def flights_of(definition: Definition, table: Tables, starts: Floats) -> Iterator[Flight]:

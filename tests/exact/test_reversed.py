@@ -1,0 +1,115 @@
+"""Systems with modes in reversed time: forward and back is the identity, and what has no past is refused."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from hybrid import Friction
+from nsmaps_belt import Belt
+from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_rocking_block import RockingBlock
+from nsmaps_soft_impact import SoftImpact
+from nsmaps_two_masses import TwoMasses
+
+import nsmaps
+from nsmaps import Guard, HybridSystem, Section
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.systems.reversed import inverse_map, of_reversed, reversed_system, to_reversed
+
+CASES = [
+    (RecoilPair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5), [0.05, -0.3, -0.3], [1, 0.3, 0.3]),
+    (RecoilPair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5, contact=True), [0.4, -0.1, -0.1], [1, 0.1, 0.1]),
+    (TwoMasses(b=0.05, w=0.9, f=1.5, d=0.1, r=0.8, k2=2.0), [0.05, -0.5, -0.5], [1, 0.5, 0.5]),
+    (SoftImpact(xi=0.01, e=1.26, a=0.7, beta=29.0, w=0.75), [0.2], [2]),
+    (RockingBlock(a=0.3, w=4.0, r=0.9), [0.2], [0.4]),
+]
+
+
+@pytest.mark.parametrize(("system", "low", "high"), CASES, ids=lambda case: type(case).__name__)
+def test_reversed_after_forward_is_the_identity(system, low, high):
+    states = np.random.default_rng(0).uniform([*low, 0], [*high, 2 * np.pi], (100, len(low) + 1))
+    there = system.first_return(states, derivative=True)
+    moving = there.outcome == 0
+    there, inverse = there.select(moving), inverse_map(system)
+    back = inverse.first_return(there.image, derivative=True)
+    assert moving.sum() >= 20
+    assert (back.outcome == 0).all()
+    assert np.abs(system.coordinates.difference(back.image, states[moving])).max() < 1e-12
+    assert (back.turns == -there.turns).all()
+    assert back.time == pytest.approx(there.time, abs=1e-12)
+    assert back.derivative @ there.derivative == pytest.approx(
+        np.broadcast_to(np.eye(len(low) + 1), there.derivative.shape), abs=1e-9
+    )
+
+
+def test_states_and_words_are_those_of_the_system():
+    system, state = CASES[0][0], np.array([[0.9, 0.1, 0.2, 1.0]])
+    there = system.first_return(state)
+    back = reversed_system(system).first_return(to_reversed(system, there.image))
+    assert of_reversed(system, to_reversed(system, state)) == pytest.approx(state)
+    assert back.words.tolist() == [there.words[0][::-1]]
+
+
+class Ball(HybridSystem):
+    """The bouncing ball, whose states are relative to the table."""
+
+    Gamma: float
+    r: float
+    kind: str = ""
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        flight = {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}
+        return {"flight": flight, **({"other": flight} if self.kind else {})}
+
+    def guards(self, t, y):
+        if self.kind == "two":
+            hit = {"v": -self.r * y.v}
+            return {
+                "B": Guard("flight", y.x, reset=hit, to="flight"),
+                "C": Guard("other", y.x, reset=hit, to="flight"),
+                "D": Guard("flight", 9 - y.x, to="other"),
+            }
+        speed = sp.exp(y.v) - 1 if self.kind == "bent" else -self.r * y.v
+        again = {"E": Guard("other", y.x, ends=True)} if self.kind else {}
+        return {"B": Guard("flight", y.x, reset={"v": speed}), **again}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))
+
+
+def test_the_stable_manifold_is_that_of_the_impact_system():
+    """States near the saddle of the ball, which their images approach."""
+    plain, ball = BouncingBall(Gamma=1.3, r=0.5), Ball(Gamma=1.3, r=0.5)
+    saddle = nsmaps.periodic_orbit(plain, [4.18879, 5.64897])
+    same = nsmaps.periodic_orbit(ball, saddle.states * [-1, 1])
+    found = nsmaps.manifold(ball, same, "stable", length=2)
+    assert len(found.states) > 50
+    states = found.states
+    for _ in range(6):
+        states = ball.first_return(states).image
+    off = np.abs(ball.coordinates.difference(states, same.states))
+    assert off.max() < 1e-5
+    assert np.abs(ball.coordinates.difference(found.states, same.states)).max() > 1
+    other = nsmaps.manifold(plain, saddle, "stable", length=3)
+    lines = other.states * [-1, 1]
+    for state in found.states[::10]:
+        assert np.linalg.norm(ball.coordinates.difference(lines, state) / other.scale, axis=1).min() < other.gap
+
+
+@pytest.mark.parametrize(
+    ("system", "said"),
+    [
+        (Ball(Gamma=1.3, r=0.0), "Ball in reversed time: the reset of the guard 'B' takes different states to one"),
+        (Ball(Gamma=1.3, r=0.5, kind="bent"), "the reset of the guard 'B' is not affine in the states"),
+        (Ball(Gamma=1.3, r=0.5, kind="two"), "the guard 'C' leads to the mode 'flight' from 'other', as another event"),
+        (Friction(mu=0.5), "all motions that slide along 'stick' have one future"),
+        (Belt(zeta=0.02, vb=0.5, A=0.3, w=1.3, mu_k=0.6, mu_s=0.7), "in reversed time: "),
+    ],
+)  # fmt: skip
+def test_what_has_no_past_is_refused_with_its_guard(system, said):
+    with pytest.raises(NsmapsError, match=said):
+        reversed_system(system)
