@@ -156,6 +156,38 @@ def test_an_invariant_guard_leaves_one_part_and_a_guard_with_a_kink_has_a_functi
     assert all(rates[1].of(definition.columns) == x - sp.sin(sp.Symbol("_phi", real=True)) - 1 for rates in definition.rates)
 
 
+def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
+    class Resting(Plate):
+        """A ball that may rest on a floor that stands still, with drag."""
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+            return {"I": Guard("flight", y.x, reset={"v": -y.v / 2}, rests="floor")}
+
+    definition = definition_of(Resting())
+    assert set(definition.modes) == {"flight", "floor"}
+    x, v = definition.variables
+    (drag,) = definition.symbols
+    pressures = {one.begins[1].of(definition.columns) for one in definition.transitions if one.begins}
+    assert pressures == {drag * v**2 + 1, 1 - drag * v**2}
+
+    class Rubbing(Plate):
+        """A body on a belt of speed 2, with friction on the belt and drag in the air."""
+
+        def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+            free = -y.x + self.force(t, y)
+            return {"fast": {"x": y.v, "v": free - 1}, "slow": {"x": y.v, "v": free + 1}}
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+            return {"stick": Sliding("fast", "slow", y.v - 2), "turn": Guard("slow", y.v)}
+
+        def section(self, t: Any, y: SimpleNamespace) -> Section:
+            return Section("turn", ("x", "phi"))
+
+    definition = definition_of(Rubbing())
+    (surface,) = definition.surfaces
+    assert sp.expand(surface.rows[1].of(definition.columns)) == -x - 4 * drag - 1  # on the belt the speed is positive
+
+
 @pytest.mark.parametrize(
     ("force", "said"),
     [

@@ -168,6 +168,30 @@ def test_the_state_that_a_curved_guard_gives_is_a_formula_of_the_coordinates() -
     assert sp.N(surface.of(definition.columns).subs(on), 30) == pytest.approx(0, abs=1e-28)
 
 
+def test_a_state_in_which_the_guard_rises_is_solved_for() -> None:
+    class Rising(Moving):
+        """A wall at which the exponential of x is what the speed and the phase say."""
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+            return {"I": Guard("m", 2 + y.v**2 + sp.cos(t) - sp.exp(y.x), reset={"v": -y.v})}
+
+    definition = definition_of(Rising())
+    (start,) = definition.starts
+    assert start.curved == ((0, sp.log(definition.variables[1] ** 2 + sp.cos(PHI) + 2)),)
+
+
+def test_reciprocals_of_known_functions_are_written_out() -> None:
+    class Steep(Moving):
+        """A force that is a secant."""
+
+        def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+            return {"m": {"x": y.v, "v": sp.sec(y.x) - sp.coth(y.v)}}
+
+    definition = definition_of(Steep())
+    x, v = definition.variables
+    assert definition.smooth[0][1] == 1 / sp.cos(x) - sp.cosh(v) / sp.sinh(v)
+
+
 def test_contact_presses_with_the_free_acceleration_at_the_stop() -> None:
     definition = definition_of(Pendulum())
     (release,) = [one for one in definition.transitions if one.releases]

@@ -9,6 +9,7 @@ from sympy.core.function import AppliedUndef
 
 from nsmaps.errors import SystemDefinitionError, near_match
 from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.flows.laws import replaced
 from nsmaps.exact.flows.ways import DELAY, FORCING
 from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
 from nsmaps.exact.modes.definitions.rows import Row, affine_row, row_of, same_row
@@ -17,6 +18,14 @@ CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in 
 NEAR = 1e-12  #: of values of a formula that are the same, relative
 TRIGONOMETRIC = sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.atan2
 HYPERBOLIC = sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh
+RATIOS = {
+    sp.cot: lambda x: sp.cos(x) / sp.sin(x),
+    sp.sec: lambda x: 1 / sp.cos(x),
+    sp.csc: lambda x: 1 / sp.sin(x),
+    sp.coth: lambda x: sp.cosh(x) / sp.sinh(x),
+    sp.sech: lambda x: 1 / sp.cosh(x),
+    sp.csch: lambda x: 1 / sp.sinh(x),
+}  #: functions of which heyoka knows the series of both parts
 SMOOTH_FUNCTIONS = (*TRIGONOMETRIC, *HYPERBOLIC, sp.exp, sp.log, sp.erf, sp.erfc)  #: of which heyoka knows the series
 
 
@@ -34,7 +43,7 @@ class Reader:
     def stated(self, given: Any, what: str) -> sp.Expr:
         """A formula in sympy with known symbols, or a SystemDefinitionError with the reason."""
         try:
-            expr = sp.sympify(given, strict=True)
+            expr = replaced(sp.sympify(given, strict=True), RATIOS)
         except sp.SympifyError:
             raise SystemDefinitionError(f"{what} is {given!r:.60}; expected: a formula of sympy or a number") from None
         unknown = expr.free_symbols - self.parameters - set(self.states.values()) - {PHI}
@@ -57,8 +66,9 @@ class Reader:
         """A formula as a row, or a SystemDefinitionError with the reason."""
         expr = self.stated(given, what)
         check_smooth(expr, {*self.states.values(), PHI}, what)
-        check_periodic(expr, what)
-        return row_of(self.expression(given, what), tuple(self.states.values()))
+        row = row_of(self.expression(given, what), tuple(self.states.values()))
+        check_periodic(expr if row.variables else row.remainder, what)
+        return row
 
     def affine(self, expr: sp.Expr) -> Row | None:
         """A formula as a row, None where it is not affine in the states with coefficients that are free of the time."""

@@ -35,6 +35,8 @@ class Row:
 
     def subs(self, values: Mapping[sp.Symbol, Any]) -> "Row":
         """The row where symbols other than those of the states have values."""
+        if not values:
+            return self
         if self.variables:
             return row_of(self.of(self.variables).subs(values), self.variables)
         return Row(tuple(c.subs(values) for c in self.coefficients), self.remainder.subs(values))

@@ -94,9 +94,9 @@ def _solved(
     zeros = [one.at(states).of(variables) for one in zeros_at(section, transition)]
     unknown = [reader.states[state] for state in left]
     for chosen in combinations(zeros, len(left)):
-        if any(sp.diff(zero, x).has(*unknown) for zero in chosen for x in unknown):
+        if not (_linear(chosen, unknown) or (len(unknown) == 1 and _monotone(chosen[0], unknown[0]))):
             continue  # several states may solve it
-        found = sp.solve(chosen, unknown, dict=True)
+        found = _solutions(chosen, unknown)
         if len(found) == 1 and len(found[0]) == len(unknown) and not any(value.has(*unknown) for value in found[0].values()):
             return {state: reader.row(found[0][reader.states[state]], f"{reader.name}.section: {state}") for state in left}
     names = " and ".join(left)
@@ -109,6 +109,25 @@ def _solved(
         f"{reader.name}.section leaves {names} open, and {depends}; expected: all states but one in `coordinates` or `states`, "
         f"as states={{{example}}}, {section.side} the reset"
     )
+
+
+def _linear(zeros: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> bool:
+    return not any(sp.diff(zero, x).has(*unknown) for zero in zeros for x in unknown)
+
+
+def _monotone(zero: sp.Expr, unknown: sp.Symbol) -> bool:
+    """Whether a function surely rises with a state, or falls, so that it is zero at one value at most."""
+    slope = sp.diff(zero, unknown)
+    return bool(slope.is_positive or slope.is_negative)
+
+
+def _solutions(zeros: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]]:
+    """The values of unknown states at which functions are zero, those that sympy finds."""
+    try:
+        found = sp.solve(zeros, unknown, dict=True)
+    except NotImplementedError:
+        return []
+    return [one for one in found if not any(value.is_real is False for value in one.values())]
 
 
 def zeros_at(section: Section, transition: Transition) -> list[Row]:
