@@ -48,7 +48,7 @@ RANK = {
     "cli": 7,
     "__main__": 8,
 }
-MODES = ("definitions", "tables", "march", "blocks", "paths")  #: rooms of `exact/modes`, in the order of imports
+MODES = ("definitions", "tables", "flights", "march", "blocks", "paths")  #: rooms of `exact/modes`, in the order of imports
 FACES = {"nsmaps", "nsmaps.bench", "nsmaps.figures", "nsmaps.testing"}  #: packages with public names of their modules
 HEAVY = ("numba", "sympy", "scipy", "matplotlib")
 

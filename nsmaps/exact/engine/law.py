@@ -41,3 +41,20 @@ def reset_by(typingctx, address, phase, states, parameters, out):
         return context.get_dummy_value()
 
     return types.void(types.int64, types.float64, types.int64, types.int64, types.int64), codegen
+
+
+@intrinsic
+def step_by(typingctx, address, state, settings, time, length, series):
+    """Let heyoka's step at an address expand the flight from a state, at most of a length, and write its Taylor series.
+
+    All but the address of the step are addresses of doubles: states, which are moved by the length; parameters; the time; the
+    length, at which the length taken is written; coefficients row by row.
+    """
+
+    def codegen(context, builder, signature, arguments):
+        pointer = ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [pointer] * 5)
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 6), codegen

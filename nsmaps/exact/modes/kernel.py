@@ -26,6 +26,7 @@ from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_se
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
+from nsmaps.exact.modes.tables.nonlinear import varied
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.files import place_of
@@ -69,6 +70,7 @@ class ModeKernel:
     def orbits(self, start: Floats, n: int, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
         """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
         found = record(start, n, start.shape[1] if derivative else 0)
+        self._prepare(found.tangents.shape[-1])
         self._computed(found, memory(self.table, found.tangents.shape[-1], chatter=chatter))
         return self._returns(found, derivative)
 
@@ -154,6 +156,7 @@ class ModeKernel:
     ) -> Record:
         """First returns of a batch, shape (N, n), on all cores."""
         parts: dict[int, Record] = {}
+        self._prepare(directions)
 
         def run(k: slice) -> None:
             parts[k.start] = record(start[k], 1, directions)
@@ -167,13 +170,18 @@ class ModeKernel:
             else Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
         )
 
+    def _prepare(self, directions: int) -> None:
+        """Make the programs of derivatives of nonlinear modes, if there are directions."""
+        if directions:
+            varied(self.definition, self.table.variations)
+
     def _computed(self, found: Record, memory: Memory) -> None:
         """Compute a record; many returns in blocks, where no more than the image is asked for.
 
         Ctrl-C is heard within about a second.
         """
         p = self.table
-        plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all()
+        plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all() and not p.taylor.any()
         wide = plain and found.states.shape[1] >= FEW
         at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
         given = found.states[0].copy()
@@ -198,8 +206,6 @@ def kernel_of(system: HybridFormulas) -> ModeKernel:
     """The kernel of a system; those used last are remembered."""
     definition = known_definition(system)
     values = tuple(system.parameters.values())
-    if definition.smooth:
-        raise SystemDefinitionError(f"{type(system).__name__} is nonlinear, and its flights are not followed yet")
     table = tables_of(definition, values)
     return ModeKernel(definition, table, values, surfaces_of(definition, table))
 

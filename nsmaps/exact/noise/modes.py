@@ -10,11 +10,13 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
+from nsmaps.exact.modes.flights.states import dot, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, velocity
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
-from nsmaps.exact.modes.march.section import repelled, starting
+from nsmaps.exact.modes.march.section import repelled
+from nsmaps.exact.modes.march.starting import starting
 from nsmaps.exact.modes.tables.taylor import ROUNDING, sized, weighed
 from nsmaps.exact.noise.flight import noise_over, quintic
 
@@ -84,7 +86,7 @@ def noted(p, k, speed, run, count, hits):
 @inner
 def met_one(p, which, run, count, found, eta, hits, w):
     """Take the motion through an event, and to the next return if it ends one."""
-    velocity(p, count[MODE], w.z, w.field)
+    velocity(p, count[MODE], w.z, w.field, w)
     speed = -dot(p.functions[which], w.field)[0] / p.steps[count[MODE]]
     image, tangent = found.states[count[MADE] + 1, 0], found.tangents[count[MADE], 0]
     outcome, count[MODE], count[CODE], count[POWER], unsure, k = met(

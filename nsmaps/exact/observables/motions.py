@@ -4,42 +4,35 @@ import math
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
+from nsmaps.exact.modes.flights.motion import begun_piece, copied, flown, state_at, within_turn
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met, settled
-from nsmaps.exact.modes.march.section import starting
-from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
+from nsmaps.exact.modes.march.starting import starting
 from nsmaps.exact.observables import sums
 from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, evaluated, joined, sampled
 
 
 @inlined
-def before(q, w):
+def before(p, q, w):
     """Write the states just before an event among the inputs."""
-    for i in range(len(w.new)):
+    for i in range(p.own):
         q.y[i] = w.z[i]
 
 
 @inner
-def event(q, k, phi, w):
+def event(p, q, k, phi, w):
     """Join the values of an event, whose states before it are written."""
-    n = len(w.new)
-    for i in range(n):
-        q.y[n + i] = w.z[i]
+    for i in range(p.own):
+        q.y[p.own + i] = w.z[i]
     at_impact(q, k, phi)
 
 
 @inner
 def instant(p, q, mode, phi, s, x):
-    """Write the states a time s after those of `x`, a longest step at most; returns the phase."""
-    n, width = len(x.new), len(x.z)
-    propagated(p, mode, s / p.steps[mode], x)
-    for i in range(n):
-        total = x.z[i]
-        for j in range(width):
-            total += x.flow[i * width + j] * x.z[j]
-        q.y[i] = total
+    """Write the states a time s after those of `x`, within its piece of the flight; returns the phase."""
+    state_at(p, mode, s, x, q.y)
     return within_turn(phi + p.rate * s)[0]
 
 
@@ -76,15 +69,13 @@ def over_panel(p, q, mode, phi, h, x):
 
 @inner
 def over_flight(p, q, mode, phi, s, x):
-    """Join the values of a flight of time s, whose states at its start `x` has; panels are the longest steps of the mode."""
-    step, n, done = p.steps[mode], len(x.new), 0.0
-    while s - done > step:
-        over_panel(p, q, mode, phi, step, x)
-        propagated(p, mode, 1.0, x)
-        moved_on(x)
-        done += step
-        phi, _ = within_turn(phi + p.rate * step)
-        features(phi, x.z, n)
+    """Join the values of a flight of time s, whose states at its start `x` has; panels are its pieces."""
+    done, unit = 0.0, begun_piece(p, mode, s, x)
+    while s - done > unit > 0.0:
+        over_panel(p, q, mode, phi, unit, x)
+        phi, _ = flown(p, mode, 1.0, unit, phi, x)
+        done += unit
+        unit = begun_piece(p, mode, s - done, x)
     over_panel(p, q, mode, phi, s - done, x)
 
 
@@ -96,21 +87,20 @@ def observed_motion(p, q, mode, phi, image, tangent, counts, w, x):
     if outcome != GOES_ON:
         return outcome, math.nan
     for _ in range(MOST_EVENTS):
-        flown, from_phase = mode, phi
-        for j in range(len(w.z)):
-            x.z[j] = w.z[j]
+        under_way, from_phase = mode, phi
+        copied(p, w, x)
         which, flight, phi, _, unsure = fly(p, mode, phi, math.inf, w)
         time, doubts = time + flight, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
             return (RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST), math.nan
         if counts and q.flight != 0:
-            over_flight(p, q, flown, from_phase, flight, x)
-        before(q, w)
+            over_flight(p, q, under_way, from_phase, flight, x)
+        before(p, q, w)
         outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
         doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
-            event(q, k, phi, w)
+            event(p, q, k, phi, w)
         outcome = timely(p, outcome, mode, which, time, image, tangent, w)
         if outcome != GOES_ON:
             return settled(outcome, code, time, 0, doubts > 0)[0], time
@@ -126,10 +116,10 @@ def observed_return(p, q, row, image, tangent, counts, w, x):
     cleared(p, k, image, tangent, w)
     if k < 0:
         return INVALID, math.nan
-    before(q, w)
+    before(p, q, w)
     mode = entered(p, k, not p.after, phi, w)
     if counts and q.impact != 0 and not p.after:
-        event(q, k, phi, w)
+        event(p, q, k, phi, w)
     return observed_motion(p, q, mode, phi, image, tangent, counts, w, x)
 
 

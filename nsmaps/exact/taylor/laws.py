@@ -11,8 +11,8 @@ import sympy as sp
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.taylor.kinds import ARCS, EDGE, EDGES, ERF, EXP, ORIGIN, TANH
 
-EXP, TANH, ERF, ORIGIN, ARCS, EDGES, EDGE = range(7)  #: kinds of functions with flat parts, by the length over which they change
 KINDS = {
     sp.exp: EXP,
     sp.tanh: TANH,

@@ -33,7 +33,8 @@ from nsmaps.exact.modes.blocks.lanes import (
 )  # fmt: skip
 from nsmaps.exact.modes.blocks.passing import waved
 from nsmaps.exact.modes.blocks.series import combined, copied, full, valued
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought, within_turn
+from nsmaps.exact.modes.flights.motion import within_turn
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
 
 ON_SURFACE = 16.0 * ROUNDING  # of the sizes of terms: at the start of a flight this is left to `begins`
@@ -122,7 +123,7 @@ def next_events(p, mode, n, b, w):
             near = 0.0 if h[WHICH + k] == NO_FUNCTION else 4.0 * ROUNDING * when
             if h[KIND + k] == 2 or abs(t[GUESS + k] - when) <= 4.0 * ROUNDING * when:
                 loaded(p, k, b, w)
-                found, x, unsure = sought(p, f, when + near, t[GROWN + k], w)
+                found, x, unsure = sought(p, f, False, when + near, t[GROWN + k], w)
             else:
                 found, x, unsure = t[GUESS + k] < when, t[GUESS + k], False
             if found and h[WHICH + k] != NO_FUNCTION and abs(x - when) <= near:

@@ -41,7 +41,7 @@ from nsmaps.exact.modes.march.beginning import GOES_ON, begins, brief
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import PAUSE, alone, cleared, happens, lengthened, put, settled
-from nsmaps.exact.modes.march.section import starting
+from nsmaps.exact.modes.march.starting import starting
 
 FEW = 16  # fewer returns than this are not computed in blocks
 MOST = 64  # events, or longest steps, of a return in a block; more are rare
@@ -132,7 +132,7 @@ def goes_on(p, mode, k, found, r, o, b, w):
             outcome, mode = decided(p, mode, k, found, r, o, b, w)
         else:
             outcome, mode = plainly(p, e, k, found, r, o, b)
-    if outcome == RETURNED and brief(p, mode, scalars[TIME]):
+    if outcome == RETURNED and brief(p, mode, scalars[TIME], w):
         return LEFT, mode
     if outcome == GOES_ON:
         for j in range(o.z.shape[1]):

@@ -4,9 +4,11 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW, dot, velocity
+from nsmaps.exact.modes.flights.pieces import UNIT, exact_length, expand
+from nsmaps.exact.modes.flights.states import dot, velocity
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW
 from nsmaps.exact.modes.march.section import repelled
-from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, next_term, sized
+from nsmaps.exact.modes.tables.taylor import DEGREE, ROUNDING, TERMS, next_term, sized
 
 GOES_ON = -1  # in place of an outcome
 AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
@@ -36,11 +38,21 @@ def sized_value(p, f, known, w):
     States are as large as they are, or, where the function is not `known` to be zero, as they were in this return: of a speed
     that came to rest only rounding is left. Waves are as large as they become.
     """
-    n, value, size = p.first.shape[1] - 1, 0.0, 0.0
+    value, size = 0.0, 0.0
     for j in range(len(w.z)):
         value += p.functions[f, j] * w.z[j]
-        size += abs(p.functions[f, j]) * (1.0 if j >= n else abs(w.z[j]) if known else w.scales[j])
+        size += abs(p.functions[f, j]) * size_of_feature(p, j, known, w)
     return value, size
+
+
+@inner
+def size_of_feature(p, j, known, w):
+    """The size of a feature: see `sized_value`; of a derived state that of the terms of its formula."""
+    if j >= p.first.shape[1] - 1:
+        return 1.0
+    if j >= p.own:
+        return w.piece.derived[j - p.own, w.piece.derived.shape[1] - 1]
+    return abs(w.z[j]) if known else w.scales[j]
 
 
 @inner
@@ -51,15 +63,68 @@ def grown_to(w):
 
 
 @inner
+def further_term(p, mode, k, w):
+    """Write the term k + 1 of the Taylor series of the features in memory, in the time unit of the mode, from the term k."""
+    if p.taylor[mode] == 0:
+        next_term(p, mode, w.d, k)
+    elif k == 0:
+        expand(p, mode, w)
+        for j in range(len(w.piece.state)):
+            power = 1.0
+            for m in range(DEGREE + 1):
+                w.d[m, j], power = w.piece.series[j, m] * power, power * p.steps[mode]
+    if p.taylor[mode] != 0:
+        next_waves(p, mode, w.d, k, 1.0)
+
+
+@inner
+def next_waves(p, mode, d, k, sign):
+    """Write the term k + 1 of the series of 1 and of the waves, or of their sizes with the sign -1."""
+    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode] / (k + 1)
+    d[k + 1, n] = 0.0
+    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        d[k + 1, c], d[k + 1, c + 1] = -sign * m * turn * d[k, c + 1], m * turn * d[k, c]
+
+
+@inner
+def further_sizes(p, mode, k, w):
+    """Write the sizes of the term k + 1, from those of the term k; of a Taylor flight from its rates and its step."""
+    if p.taylor[mode] == 0:
+        next_sizes(p, mode, w.e, k)
+        return
+    if k == 0:
+        velocity(p, mode, w.z, w.field, w)
+        h = exact_length(w.piece.series, 0, UNIT, p.horizon)
+        for j in range(len(w.piece.state)):
+            rate = size_of_rate(p, j, w) * h
+            for m in range(1, DEGREE + 1):
+                rate *= p.steps[mode] / h
+                w.e[m, j] = rate
+    next_waves(p, mode, w.e, k, -1.0)
+
+
+@inner
+def size_of_rate(p, j, w):
+    """The size of the terms of the rate of an own or derived state, by what the laws of rates and derived states have written."""
+    own, rates = p.own, w.piece.rates
+    if j < own:
+        return rates[j * (own + 3) + 1]
+    total = abs(w.piece.derived[j - own, own + 1]) * p.rate
+    for i in range(own):
+        total += abs(w.piece.derived[j - own, 1 + i]) * rates[i * (own + 3) + 1]
+    return total
+
+
+@inner
 def leading(p, f, mode, first, known, w):
     """The first term of a function's series, from one on, that is not zero but for rounding: (its number, its value).
 
     Sizes are those of `sized_value`. All `TERMS` are zero where as many are as there are features: the function stays zero.
     """
-    n = p.first.shape[1] - 1
     for j in range(len(w.z)):
-        w.d[0, j], w.e[0, j] = w.z[j], 1.0 if j >= n else abs(w.z[j]) if known else w.scales[j]
-    for k in range(min(first + len(w.z), TERMS - 2)):
+        w.d[0, j], w.e[0, j] = w.z[j], size_of_feature(p, j, known, w)
+    for k in range(min(first + len(w.z), TERMS - 2 if p.taylor[mode] == 0 else DEGREE)):
         if k >= first:
             value, size = 0.0, 0.0
             for j in range(len(w.z)):
@@ -67,8 +132,8 @@ def leading(p, f, mode, first, known, w):
                 size += abs(p.functions[f, j]) * w.e[k, j]
             if abs(value) > AT_ONCE * size:
                 return k, value
-        next_term(p, mode, w.d, k)
-        next_sizes(p, mode, w.e, k)
+        further_term(p, mode, k, w)
+        further_sizes(p, mode, k, w)
     return TERMS, 0.0
 
 
@@ -131,9 +196,9 @@ def without_end(w):
 
 
 @inner
-def rates(p, mode, z, field):
-    """Write dz/dt in units of time."""
-    velocity(p, mode, z, field)
+def rates(p, mode, field, w):
+    """Write dz/dt of the features in memory, in units of time."""
+    velocity(p, mode, w.z, field, w)
     for j in range(len(field)):
         field[j] /= p.steps[mode]
 
@@ -146,19 +211,27 @@ def ever_faster(p, mode, which, time, w):
     the event that it began with, that of the function `w.lapse[2]`, infinite where it may follow itself, or at one whose function
     rose first: one that fell from the start is met once.
     """
-    if w.lapse[2] == math.inf or not brief(p, mode, time):
+    if w.lapse[2] == math.inf or not brief(p, mode, time, w):
         return False
     if which != w.lapse[2] and dot(p.functions[which], w.start[1])[0] <= 0.0:
         return False
-    rates(p, mode, w.z, w.field)
+    rates(p, mode, w.field, w)
     before = dot(p.functions[which], w.start[1 if p.after else 0])[0]
     return abs(dot(p.functions[which], w.field)[0]) < SLOWER * abs(before)
 
 
 @inner
-def brief(p, mode, time):
-    """Whether a return is within rounding of a unit of time: a radian of the forcing, without one the longest step of a mode."""
-    return time <= ACCUMULATED * (1.0 / p.rate if p.rate > 0.0 else p.steps[mode])
+def brief(p, mode, time, w):
+    """Whether a return is within rounding of a unit of time."""
+    return time <= ACCUMULATED * unit_of(p, mode, w)
+
+
+@inner
+def unit_of(p, mode, w):
+    """A unit of time: a radian of the forcing, without one the longest step of a mode, of a Taylor flight the last one."""
+    if p.rate > 0.0:
+        return 1.0 / p.rate
+    return p.steps[mode] if p.taylor[mode] == 0 else w.piece.length[0]
 
 
 @inner

@@ -2,22 +2,12 @@
 
 import math
 
-from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, value
-from nsmaps.exact.modes.tables.taylor import (
-    ORDER,
-    ROUNDING,
-    TERMS,
-    features,
-    moved_on,
-    next_term,
-    propagated,
-    remaining,
-    series,
-    sized,
-    weighed,
-)
+from nsmaps.exact.modes.flights.motion import begun_piece, flown
+from nsmaps.exact.modes.flights.pieces import bent, combined
+from nsmaps.exact.modes.flights.states import dot, shift, valued, velocity
+from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value
+from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, remaining, sized, weighed
 
 MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
@@ -26,79 +16,23 @@ NOW = -1  # in place of a number of terms that are zero: the event takes place a
 
 
 @inner
-def dot(row, z):
-    """The value of a row, and the sum of the sizes of its terms."""
-    total, size = 0.0, 0.0
-    for j in range(len(z)):
-        term = row[j] * z[j]
-        total += term
-        size += abs(term)
-    return total, size
+def followed(p, f, left, when, w):
+    """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful).
 
-
-@inner
-def velocity(p, mode, z, field):
-    """Write dz/dt in the time unit of the mode."""
-    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
-    for i in range(n):
-        total = 0.0
-        for j in range(p.first[mode, i], p.first[mode, i + 1]):
-            total += p.values[j] * z[p.columns[j]]
-        field[i] = total
-    field[n] = 0.0
-    for m in range(1, (len(z) - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        field[c], field[c + 1] = -m * turn * z[c + 1], m * turn * z[c]
-
-
-@inner
-def shift_waves(z, dz, dphi, n):
-    """Write the derivatives of the waves of the phase by the directions."""
-    for m in range(1, (len(z) - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        for k in range(dz.shape[1]):
-            dz[c, k], dz[c + 1, k] = -m * z[c + 1] * dphi[k], m * z[c] * dphi[k]
-
-
-@inner
-def carried(p, mode, tau, w):
-    """Carry derivatives by tau along the flow of a mode, which the parameters move."""
-    n, width, turn = p.first.shape[1] - 1, len(w.z), w.moved.rate * p.steps[mode]
-    for j in range(width):
-        w.d[0, j] = w.z[j]
-    series(p, mode, w.d)
-    for c in range(w.dz.shape[1]):
-        for j in range(width):
-            w.e[0, j] = w.dz[j, c]
-        for k in range(ORDER + 1):
-            next_term(p, mode, w.e, k)
-            for i in range(n):
-                for j in range(width):
-                    w.e[k + 1, i] += w.moved.rates[mode, i, j] * w.d[k, j] / (k + 1)
-            for m in range(1, (width - n - 1) // 2 + 1):
-                x = n + 2 * m - 1
-                w.e[k + 1, x] -= m * turn * w.d[k, x + 1] / (k + 1)
-                w.e[k + 1, x + 1] += m * turn * w.d[k, x] / (k + 1)
-        for j in range(n):
-            total = w.e[ORDER, j]
-            for k in range(ORDER - 1, -1, -1):
-                total = total * tau + w.e[k, j]
-            w.dz[j, c] = total
-
-
-@inner
-def followed(p, f, z, when, grown, w):
-    """The first zero of a function up to a time, with all care: (is there one, where, is that doubtful); its series is given.
-
-    Terms that are zero at the start are divided out.
+    Its series is given, with a bound on its error. Terms that are zero at the start are divided out.
     """
-    blur = 0.0 if grown == 0.0 else grown * ROUNDING * dot(p.functions[f], z)[1]
-    left, power = sized(p.left[f], z) * remaining(when) + blur, when ** w.on[f]
+    power = when ** w.on[f]
     if w.on[f] > 0:
         divided(w.a, w.on[f])
     if w.on[f] > 0 and w.a[0] <= 0.0:
         return w.a[0] < 0.0, 0.0 if w.a[0] < 0.0 else when, False
     return first_zero(w.a, when, left / power if power > 0.0 else 0.0, False)
+
+
+@inner
+def blur(p, f, grown, w):
+    """The error of a function's value by what rounding at the start of the flight has grown to."""
+    return 0.0 if grown == 0.0 else grown * ROUNDING * valued(p, p.functions[f], w.z, w)[1]
 
 
 @inner
@@ -111,7 +45,7 @@ def divided(a, first):
 
 
 @inner
-def sought(p, f, when, grown, w):
+def sought(p, f, taylor, when, grown, w):
     """The first zero of a function up to a time: (is there one, where, is that doubtful).
 
     Where the basis of Bernstein shows that there is no zero, or one alone, far from any doubt, that is enough.
@@ -121,6 +55,8 @@ def sought(p, f, when, grown, w):
         return True, 0.0, False
     if w.on[f] == TERMS:
         return False, when, False
+    if taylor:
+        return sought_ahead(p, f, when, grown, w)
     size = sized(p.sizes[f], z)
     error = ROUNDING * size * (1.0 + grown) + sized(p.left[f], z)
     weighed(p.points[f], z, w.b)
@@ -128,24 +64,67 @@ def sought(p, f, when, grown, w):
     if number == 0:
         return False, when, False
     weighed(p.series[f], z, w.a)
-    for k in range(w.on[f]):
-        w.a[k] = 0.0
-    far = 1.0
-    if number > 1 and guess > 0.0:
-        far = guess
-        narrowed(w.a, far, w.powers, w.b)
-        number, guess = changes(w.b, on, error)
-    if number == 1:
-        x, rate = isolated(w.a, guess * far, far, sized(p.bends[f], z), w)
-        close = abs(x - when) <= 4.0 * ROUNDING * when
-        if not close and rate < 0.0 and rate * rate > 16.0 * error * sized(p.bends[f], z):
-            return x < when, min(x, when), False
-    return followed(p, f, z, when, grown, w)
+    start_at_zero(f, w)
+    clear, found, x = separated(w.a, number, guess, on, when, error, sized(p.bends[f], z), w)
+    if clear:
+        return found, x, False
+    return followed(p, f, sized(p.left[f], z) * remaining(when) + blur(p, f, grown, w), when, w)
 
 
 @inner
-def next_event(p, mode, grown, end, w):
-    """The first function of a mode that is zero by `end`, a longest step at most: (which, -1 for none, when, whether doubtful).
+def sought_ahead(p, f, when, grown, w):
+    """As `sought`, over a piece of a Taylor flight."""
+    on = w.on[f] > 0
+    size, left = combined(p, f, w)
+    start_at_zero(f, w)
+    error = ROUNDING * size * (1.0 + grown) + left
+    if stays_positive(w.a[1] if on else w.a[0], size_of(w.a, 1.0), error):
+        return False, when, False
+    narrowed(w.a, 1.0, w.powers, w.b)
+    number, guess = changes(w.b, on, error) if w.on[f] <= 1 else (2, 0.0)
+    if number == 0:
+        return False, when, False
+    clear, found, x = separated(w.a, number, guess, on, when, error, bent(w.a), w)
+    if clear:
+        return found, x, False
+    return followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + blur(p, f, grown, w), when, w)
+
+
+@inner
+def formula_error(p, f, w):
+    """The error of a function's value by rounding in the formulas of derived states."""
+    total, derived = 0.0, w.piece.derived
+    for r in range(len(derived)):
+        total += abs(p.functions[f, p.own + r]) * derived[r, derived.shape[1] - 1]
+    return ROUNDING * total
+
+
+@inner
+def start_at_zero(f, w):
+    """Let the terms of a function's series that are known to be zero at the start of the flight be zero."""
+    for k in range(w.on[f]):
+        w.a[k] = 0.0
+
+
+@inner
+def separated(a, number, guess, on, when, error, bend, w):
+    """The one zero of a series, from its changes of sign: (is it far from doubt, is it by a time, where)."""
+    far = 1.0
+    if number > 1 and guess > 0.0:
+        far = guess
+        narrowed(a, far, w.powers, w.b)
+        number, guess = changes(w.b, on, error)
+    if number == 1:
+        x, rate = isolated(a, guess * far, far, bend, w)
+        close = abs(x - when) <= 4.0 * ROUNDING * when
+        if not close and rate < 0.0 and rate * rate > 16.0 * error * bend:
+            return True, x < when, min(x, when)
+    return False, False, when
+
+
+@inner
+def next_event(p, mode, taylor, grown, end, w):
+    """The first function of a mode that is zero by `end`, a piece at most: (which, -1 for none, when, whether doubtful).
 
     Of a second one at the same time, within rounding, `w.both` takes note. `grown` is what rounding at the start of the flight
     has grown to, in units of rounding.
@@ -154,7 +133,7 @@ def next_event(p, mode, grown, end, w):
     w.both[0] = NO_FUNCTION
     for f in range(p.watched[mode], p.watched[mode + 1]):
         near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
-        found, x, unsure = sought(p, f, when + near, grown, w)
+        found, x, unsure = sought(p, f, taylor, when + near, grown, w)
         w.doubt[0] = f if unsure and w.doubt[0] < 0.0 else w.doubt[0]
         if not found:
             doubtful = doubtful or unsure
@@ -165,17 +144,17 @@ def next_event(p, mode, grown, end, w):
             again = doubtful
             w.both[0], which, when, doubtful = NO_FUNCTION, f, x, unsure
             for g in range(p.watched[mode], f if again else p.watched[mode]):
-                doubtful = doubtful or sought(p, g, when, grown, w)[2]  # a doubt before this event remains
+                doubtful = doubtful or sought(p, g, taylor, when, grown, w)[2]  # a doubt before this event remains
     return which, when, doubtful
 
 
 @inner
 def saltation(p, mode, function, w):
     """Take derivatives at a fixed time to derivatives at the event; one that takes place at once is at that time."""
-    shift_waves(w.z, w.dz, w.dphi, p.first.shape[1] - 1)
+    shift(p, w)
     if w.lapse[0] == 0.0:
         return
-    velocity(p, mode, w.z, w.field)
+    velocity(p, mode, w.z, w.field, w)
     slope, _ = dot(p.functions[function], w.field)
     turn = p.rate * p.steps[mode]
     for c in range(w.dz.shape[1]):
@@ -221,19 +200,14 @@ def minima(a, end, b):
 def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        weighed(p.series[f], w.z, w.a)
-        for k in range(w.on[f]):
-            w.a[k] = 0.0
+        if p.taylor[mode] != 0:
+            combined(p, f, w)
+        else:
+            weighed(p.series[f], w.z, w.a)
+        start_at_zero(f, w)
         least, number = minima(w.a, tau, w.b)
         w.near[0] = min(w.near[0], least / w.units[f])
         w.minima[f] += number
-
-
-@inner
-def within_turn(phi):
-    """A phase that is not negative within a turn, and the whole turns."""
-    more = math.floor(phi / TWO_PI) if phi >= TWO_PI else 0
-    return (max(phi - more * TWO_PI, 0.0) if more > 0 else phi), more
 
 
 @inner
@@ -242,27 +216,21 @@ def fly(p, mode, phi, until, w):
 
     The features are those of the phase.
     """
-    n, directions, flight, turns, doubtful = p.first.shape[1] - 1, w.dz.shape[1], 0.0, 0, False
+    flight, turns, doubtful, taylor = 0.0, 0, False, p.taylor[mode] != 0
     for _ in range(MOST_PIECES):
         grown = math.expm1(min(p.abscissa[mode] * flight, 700.0)) if p.abscissa[mode] > 0.0 else 0.0
-        left = (until - flight) / p.steps[mode]
-        which, tau, unsure = next_event(p, mode, grown, min(left, 1.0), w)
-        doubtful, step = doubtful or unsure, tau * p.steps[mode]
+        unit = begun_piece(p, mode, until - flight, w)
+        if unit == 0.0:
+            break
+        left = (until - flight) / unit
+        which, tau, unsure = next_event(p, mode, taylor, grown, min(left, 1.0), w)
+        doubtful = doubtful or unsure
         if not math.isnan(w.near[0]):
             look_around(p, mode, tau, w)
-        shift_waves(w.z, w.dz, w.dphi, n)
-        propagated(p, mode, tau, w)
-        if w.moved.here:
-            carried(p, mode, tau, w)
-        moved_on(w)
-        flight += step
+        phi, more = flown(p, mode, tau, unit, phi, w)
+        flight, turns = flight + tau * unit, turns + more
         w.lapse[0] = flight
         w.spent[0] += 1
-        for c in range(directions):
-            w.dphi[c] += w.moved.rate * step
-        phi, more = within_turn(phi + p.rate * step)
-        turns += more
-        features(phi, w.z, n)
         if which != NO_FUNCTION or left <= 1.0 or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
         for f in range(p.watched[mode], p.watched[mode + 1]):

@@ -6,10 +6,11 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import TWO_PI, spell
-from nsmaps.exact.modes.march.beginning import leading
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, velocity
+from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
+from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
+from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.section import allowed, enter
-from nsmaps.exact.modes.tables.taylor import ROUNDING, next_term
+from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 BRIEF = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 STEADY = 1e-5  # relative change of the pressure within impacts that accumulate: its cube is rounding
@@ -21,7 +22,7 @@ CHATTER, REST = 1, 2
 def contact_after(p, impact, mode, w):
     """The transition by which contact may begin after an impact, -1 for none."""
     for j in range(len(p.contacts)):
-        if p.contacts[j] >= 0 and p.contacts[j] == p.impacts[impact] and p.mode[j] == mode and allowed(p, j, w.z)[0]:
+        if p.contacts[j] >= 0 and p.contacts[j] == p.impacts[impact] and p.mode[j] == mode and allowed(p, j, w.z, w)[0]:
             return j
     return -1
 
@@ -52,12 +53,12 @@ def mark_of(p, k, j, mode, before, w):
     towards the surface lost, has the same impulse by then. Until then the states differ: within `BRIEF` by less than rounding, as
     u x does, and within a longer time, at a speed that `chatter` allows, if no other event takes place in it.
     """
-    after, size = dot(p.begins[j, 0], w.z)
-    press, sizes = dot(p.begins[j, 1], w.z)
+    after, size = valued(p, p.begins[j, 0], w.z, w)
+    press, sizes = valued(p, p.begins[j, 1], w.z, w)
     w.lapse[3] = 0.0
     if after <= ROUNDING * size:
         return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
-    unit = unit_of(p, mode)
+    unit = unit_of(p, mode, w)
     if not (press > 0.0 and after < before) or (p.is_section[k] and before > w.chatter * press * unit):
         return 0
     x = accumulation_time(after, after / before, press)
@@ -68,8 +69,8 @@ def mark_of(p, k, j, mode, before, w):
         return 0
     if x > BRIEF * unit and not (p.is_section[k] and sum_is_exact(p, j, mode, x, w)):
         return 0
-    contact_state(p, j, w.z, w.other)
-    velocity(p, p.target[j], w.other, w.field)
+    contact_state(p, j, w.z, w.other, w)
+    velocity(p, p.target[j], w.other, w.field, w)
     held_jerk = dot(p.begins[j, 1], w.field)[0] / p.steps[p.target[j]]
     w.lapse[3], w.lapse[4] = corrected_time(x, after / before, press, jerk, held_jerk), after / before
     return CHATTER
@@ -77,19 +78,20 @@ def mark_of(p, k, j, mode, before, w):
 
 @inner
 def first_terms(p, mode, terms, w):
-    """Write the first terms of the Taylor series of the features, as of `next_term`, to `w.d`."""
+    """Write the first terms of the Taylor series of the features, as of `further_term`, to `w.d`."""
     for j in range(len(w.z)):
         w.d[0, j] = w.z[j]
     for m in range(terms):
-        next_term(p, mode, w.d, m)
+        further_term(p, mode, m, w)
 
 
 @inner
-def contact_state(p, j, z, out):
+def contact_state(p, j, z, out, w):
     """Write the features z, shape (N,), in the contact with which a transition j begins: without speed at the surface."""
     n = p.resets.shape[1]
     for i in range(len(z)):
         out[i] = dot(p.resets[j, i], z)[0] if i < n else z[i]
+    derive(p, out, w)
 
 
 @inner
@@ -100,12 +102,12 @@ def sum_is_exact(p, j, mode, x, w):
     the states of the motion are those in contact, g' q and e, where e' = M (g' q + e). As g is zero again after x, e is M^2 q
     times the integral of g then, which is at most u x^2/6 for a speed u = g' after the impact.
     """
-    contact_state(p, j, w.z, w.other)
-    velocity(p, p.target[j], w.z, w.one)
-    velocity(p, p.target[j], w.other, w.field)
+    contact_state(p, j, w.z, w.other, w)
+    velocity(p, p.target[j], w.z, w.one, w)
+    velocity(p, p.target[j], w.other, w.field, w)
     for i in range(len(w.z)):
         w.two[i] = w.other[i] + (w.one[i] - w.field[i])  # M q u, in steps of the mode
-    velocity(p, p.target[j], w.two, w.one)
+    velocity(p, p.target[j], w.two, w.one, w)
     share = x / p.steps[p.target[j]]
     for i in range(len(w.new)):
         size = max(w.scales[i], abs(w.z[i]), abs(w.field[i]))
@@ -117,9 +119,9 @@ def sum_is_exact(p, j, mode, x, w):
 @inner
 def clear_until(p, mode, x, w):
     """Whether no function that is watched in a mode can fall to zero within a time x, but those that are zero just now."""
-    velocity(p, mode, w.z, w.field)
+    velocity(p, mode, w.z, w.field, w)
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        value, size = dot(p.functions[f], w.z)
+        value, size = valued(p, p.functions[f], w.z, w)
         speed = dot(p.functions[f], w.field)[1] / p.steps[mode]
         if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * x * speed:
             return False
@@ -131,7 +133,7 @@ def falling(p, k, w):
     """The rate at which the function of an event falls, before its reset, if it may follow itself and the event ends a return."""
     if p.bounces[k] < 0 or not p.is_section[k]:
         return math.nan
-    velocity(p, p.mode[k], w.z, w.field)
+    velocity(p, p.mode[k], w.z, w.field, w)
     return -dot(p.functions[p.function[k]], w.field)[0] / p.steps[p.mode[k]]
 
 
@@ -142,16 +144,10 @@ def accumulate(p, k, before, mode, w):
     first_terms(p, mode, 3, w)
     after, half, sixth = dot(p.functions[f], w.d[1])[0] / step, dot(p.functions[f], w.d[2])[0], dot(p.functions[f], w.d[3])[0]
     press, change = -2.0 * half / (step * step), 6.0 * abs(sixth) / (step * step * step)
-    if not (press > 0.0 and before <= SUMMED_SPEED * press * unit_of(p, mode) and (after < before or before <= 0.0)):
+    if not (press > 0.0 and before <= SUMMED_SPEED * press * unit_of(p, mode, w) and (after < before or before <= 0.0)):
         return False
     x = 2.0 * after / (press * (1.0 - after / before)) if before > 0.0 else 0.0
     return x * change <= STEADY * press
-
-
-@inner
-def unit_of(p, mode):
-    """A unit of time: a radian of the forcing, without one the longest step of a mode."""
-    return 1.0 / p.rate if p.rate > 0.0 else p.steps[mode]
 
 
 @inner
@@ -182,7 +178,7 @@ def shortened(code, power, w):
 @inner
 def marked(p, code, power, w):
     """The word with the mark of a contact that ends; whether the contact had a duration."""
-    unit = TWO_PI / p.rate if p.rate > 0.0 else p.steps[0]
+    unit = TWO_PI / p.rate if p.rate > 0.0 else unit_of(p, 0, w)
     if w.held[1] == 0.0 or w.held[0] <= INSTANT * unit:
         w.held[1] = 0.0
         return code, power, False

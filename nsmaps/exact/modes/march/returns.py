@@ -18,12 +18,14 @@ from nsmaps.exact.engine.returns import (
     UNDECIDED,
     spell,
 )
+from nsmaps.exact.modes.flights.motion import within_turn
+from nsmaps.exact.modes.flights.states import dot, features, shift, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, rates, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, dot, fly, saltation, shift_waves, velocity, within_turn
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, saltation
 from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
-from nsmaps.exact.modes.march.section import picked, starting
+from nsmaps.exact.modes.march.section import picked
+from nsmaps.exact.modes.march.starting import starting
 from nsmaps.exact.modes.march.together import due, order_matters
-from nsmaps.exact.modes.tables.taylor import features
 
 MOST_EVENTS = 100_000  # of one return
 MOST_DOUBTS = 200  # doubtful events of one return
@@ -40,7 +42,7 @@ def lengthened(base, digit, code, power):
 @inner
 def noted(p, which, mode, k, code, power, w):
     """The itinerary with the minima of a flight and the letter of the event behind it; margins are written."""
-    velocity(p, mode, w.z, w.field)
+    velocity(p, mode, w.z, w.field, w)
     w.near[1] = min(w.near[1], abs(dot(p.functions[which], w.field)[0]) / (p.steps[mode] * w.units[which]))
     for f in range(p.watched[mode], p.watched[mode + 1]):
         for _ in range(w.minima[f]):
@@ -127,7 +129,7 @@ def happens(p, mode, which, phi, code, power, image, tangent, w):
 
     (outcome, or GOES_ON; mode that follows; word; place of its next letter; whether doubtful; transition).
     """
-    k, doubtful = picked(p, which, w.z)
+    k, doubtful = picked(p, which, w.z, w)
     w.doubt[0] = which if (doubtful or k < 0) and w.doubt[0] < 0.0 else w.doubt[0]
     if k < 0:
         return UNDECIDED, mode, code, power, True, k
@@ -197,10 +199,10 @@ def first_return(p, row, image, tangent, w):
         return INVALID, 0, math.nan, 0
     if p.bounces[k] < 0 and p.impacts[k] < 0:  # no event that may follow itself
         w.lapse[2] = p.function[k]
-        rates(p, p.mode[k], w.z, w.start[0])
+        rates(p, p.mode[k], w.start[0], w)
     mode = entered(p, k, not p.after, phi, w)
     if w.lapse[2] < math.inf:
-        rates(p, mode, w.z, w.start[1])
+        rates(p, mode, w.start[1], w)
     return onward(p, mode, phi, code, power, image, tangent, w)
 
 
@@ -214,12 +216,12 @@ def first_arrival(p, mode, state, phase, image, tangent, w):
     phi, _ = within_turn(phase - turns * TWO_PI)
     for i in range(n):
         w.z[i] = state[i]
-    features(phi, w.z, n)
+    features(p, phi, w)
     for c in range(w.dz.shape[1]):
         for i in range(n + 1):
             w.dz[i, c] = 1.0 if i == c and c < n else 0.0
         w.dphi[c] = 1.0 if c == n else 0.0
-    shift_waves(w.z, w.dz, w.dphi, n)
+    shift(p, w)
     w.held[0], w.on[:] = 0.0, 0
     outcome, code, time, more = onward(p, mode, phi, code, power, image, tangent, w)
     return outcome, code, time, more + turns

@@ -14,6 +14,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.march.returns import arrivals
 from nsmaps.exact.modes.tables.memory import Memory, memory, record
+from nsmaps.exact.modes.tables.nonlinear import derived_at, rates_at, varied
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 from nsmaps.exact.outcome import Outcome
@@ -40,6 +41,8 @@ def arrivals_of(
     check_surfaces(definition, table, features, np.array(given, str))
     chosen = modes_of(definition, table, features, phase, given)
     found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
+    if derivative:
+        varied(definition, table.variations)
     begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
     while begin < len(start):
         begin = arrivals(table, chosen, place, phase, found, begin, room)
@@ -70,21 +73,21 @@ def features_of(table: Tables, states: Floats, phase: Floats) -> Floats:
     """The features of states, shape (M, N)."""
     waves = [
         wave
-        for m in range(1, (table.functions.shape[1] - states.shape[1] + 1) // 2)
+        for m in range(1, (table.functions.shape[1] - table.first.shape[1]) // 2 + 1)
         for wave in (np.cos(m * phase), np.sin(m * phase))
     ]
-    return np.column_stack([states, np.ones(len(states)), *waves])
+    return np.column_stack([states, derived_at(table, states, phase)[..., 0], np.ones(len(states)), *waves])
 
 
 def check_surfaces(definition: Definition, table: Tables, features: Floats, named: NDArray[np.str_]) -> None:
     """Refuse states that are given in sliding or in lasting contact and do not lie on its surface."""
-    n = len(definition.states)
+    n = table.first.shape[1] - 1
     for mode, held in {definition.modes[one.mode]: one.held for one in definition.transitions if one.held}.items():
         if (own := features[named == mode]).size:
             rows = Numbers(held, definition.symbols, (features.shape[1] - n - 1) // 2).floats(table.parameters.tolist())
             values, sizes = own @ rows.T, abs(own) @ abs(rows).T
             if (off := (abs(values) > ON * sizes).any(axis=1)).any():
-                far, where = abs(values[off][0]).max(), ", ".join(f"{x:.10g}" for x in own[off][0, :n])
+                far, where = abs(values[off][0]).max(), ", ".join(f"{x:.10g}" for x in own[off][0, : table.own])
                 raise StateError(
                     f"the state ({where}) is given in the mode {mode!r}, and its surface is {far:.3g} away; expected: states of "
                     "sliding and of contact that lasts on their surface, or no mode"
@@ -112,7 +115,7 @@ def modes_of(definition: Definition, table: Tables, features: Floats, phase: Flo
         own, edge = values[:, watched], slack[:, watched]
         obeyed: Bools = (named == name) | ((named == "") & (mode not in derived)) | away[:, table.beside[:, mode]].any(axis=1)
         obeyed &= (own >= -edge).all(axis=1) & known
-        rates = velocities(table, mode, features) @ table.functions[watched].T
+        rates = velocities(table, mode, features, phase) @ table.functions[watched].T
         due = ((own <= edge) & (rates < 0)).sum(axis=1)
         rank = (table.below[mode] + due) * len(table.functions) + due
         better = obeyed & (rank < least)
@@ -120,11 +123,13 @@ def modes_of(definition: Definition, table: Tables, features: Floats, phase: Flo
     return found
 
 
-def velocities(table: Tables, mode: int, features: Floats) -> Floats:
-    """The rates of the features in a mode, in its time unit, shape (M, N)."""
+def velocities(table: Tables, mode: int, features: Floats, phase: Floats) -> Floats:
+    """The rates of the features at phases (M,) in a mode, in its time unit, shape (M, N)."""
     n, turn = table.first.shape[1] - 1, table.rate * table.steps[mode]
     rates = np.zeros(features.shape)
-    for i in range(n):
+    if table.taylor[mode]:
+        rates[:, :n] = rates_at(table, mode, features[:, : table.own], phase) * table.steps[mode]
+    for i in range(0 if table.taylor[mode] else n):
         row = slice(table.first[mode, i], table.first[mode, i + 1])
         rates[:, i] = features[:, table.columns[row]] @ table.values[row]
     m = np.arange(1, (features.shape[1] - n - 1) // 2 + 1)

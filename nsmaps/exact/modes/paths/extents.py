@@ -7,6 +7,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.paths.path import sample
 from nsmaps.exact.modes.paths.tracks import Event, events_of
 from nsmaps.exact.modes.tables.memory import memory
@@ -44,12 +45,7 @@ def fastest_of(definition: Definition, table: Tables, starts: Floats, between: b
 
 def rates_of(table: Tables, mode: int, phases: Floats, states: Floats) -> Floats:
     """The rates of change of all functions along the flow of a mode, at phases (K,) and states (K, n): shape (K, S)."""
-    n, width = states.shape[1], table.resets.shape[2]
-    features = np.column_stack([states, np.ones(len(states)), np.empty((len(states), width - n - 1))])
-    for m in range(1, (width - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        features[:, c], features[:, c + 1] = np.cos(m * phases), np.sin(m * phases)
-    return np.asarray(features @ flow_of(table, mode).T @ np.transpose(table.functions))
+    return velocities(table, mode, features_of(table, states, phases), phases) @ table.functions.T / table.steps[mode]
 
 
 def flow_of(table: Tables, mode: int) -> Floats:

@@ -3,12 +3,14 @@
 import math
 
 from nsmaps.exact.engine.jit import inner, long_entry
+from nsmaps.exact.modes.flights.motion import begun_piece, flown, state_at
+from nsmaps.exact.modes.flights.states import features
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, within_turn
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import bounded
-from nsmaps.exact.modes.march.section import picked, starting
-from nsmaps.exact.modes.tables.taylor import features, moved_on, propagated
+from nsmaps.exact.modes.march.section import picked
+from nsmaps.exact.modes.march.starting import starting
 
 NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
 
@@ -32,8 +34,9 @@ def begin(p, row, before, w):
 
 
 @long_entry
-def begin_in(p, mode, w):
-    """Prepare a motion that begins in a mode, its features in `w.z`: the mode, `LEFT` where it cannot continue."""
+def begin_in(p, mode, phi, w):
+    """Prepare a motion that begins in a mode at states in `w.z` and a phase: the mode, `LEFT` where it cannot continue."""
+    features(p, phi, w)
     return mode if begins(p, mode, w) == GOES_ON else LEFT
 
 
@@ -46,7 +49,7 @@ def follow(p, mode, phi, before, w):
         before[i] = w.z[i]
     if which == NO_FUNCTION or not bounded(w):
         return NONE, LEFT, flight, phi, doubtful
-    k, unsure = picked(p, which, w.z)
+    k, unsure = picked(p, which, w.z, w)
     if k < 0 or p.target[k] < 0:
         return k, LEFT, flight, phi, doubtful or unsure
     return k, followed_by(p, k, True, phi, w), flight, phi, doubtful or unsure
@@ -55,19 +58,14 @@ def follow(p, mode, phi, before, w):
 @long_entry
 def sample(p, mode, phi, z, times, states, w):
     """Write the states of a flight from the states z at times since its start, which grow."""
-    n, width, done, step = len(z), len(w.z), 0.0, p.steps[mode]
-    for i in range(n):
+    done = 0.0
+    for i in range(len(z)):
         w.z[i] = z[i]
-    features(phi, w.z, n)
+    features(p, phi, w)
+    unit = begun_piece(p, mode, math.inf, w)
     for k in range(len(times)):
-        while times[k] - done > step:
-            propagated(p, mode, 1.0, w)
-            moved_on(w)
-            done += step
-            phi, _ = within_turn(phi + p.rate * step)
-            features(phi, w.z, n)
-        propagated(p, mode, (times[k] - done) / step, w)
-        for i in range(n):
-            states[k, i] = w.z[i]
-            for j in range(width):
-                states[k, i] += w.flow[i * width + j] * w.z[j]
+        while times[k] - done > unit > 0.0:
+            phi, _ = flown(p, mode, 1.0, unit, phi, w)
+            done += unit
+            unit = begun_piece(p, mode, math.inf, w)
+        state_at(p, mode, times[k] - done, w, states[k])

@@ -8,6 +8,7 @@ from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
+from nsmaps.exact.modes.tables.nonlinear import start_states
 from nsmaps.exact.modes.tables.tables import Tables
 
 OFF = 1e-6  #: of the sizes of its terms and of its change in time: how far a function is from zero at most on its surface
@@ -20,7 +21,7 @@ def surfaces_of(definition: Definition, table: Tables) -> Surfaces:
     """The functions that are zero at the events of a section, where not all coordinates are free."""
     if not all(start.zeros for start in definition.starts):
         return ()
-    width, n, found = table.functions.shape[1], len(definition.states), []
+    width, n, found = table.functions.shape[1], table.first.shape[1] - 1, []
     for start in definition.starts:
         found.append(Numbers(start.surface, definition.symbols, (width - n - 1) // 2).floats(table.parameters.tolist()))
     return tuple(found)
@@ -46,7 +47,7 @@ def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Float
         change = (surfaces[k][:, :n] @ table.states[k])[:, places[states]]
         units = np.abs(rows[i, states])
         units[units == 0] = units.max(initial=0.0) or 1.0
-        values = surfaces[k] @ _features(table, k, rows[i : i + 1])[0]
+        values = surfaces[k] @ _features(table, k, rows[i : i + 1])[0][0]
         moved[i, states] -= units * np.linalg.lstsq(change * units, values, rcond=1e-12)[0]
     return moved
 
@@ -54,7 +55,7 @@ def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Float
 def why_off(definition: Definition, table: Tables, surfaces: Surfaces, row: Floats) -> str:
     """On which surface a row does not lie, and a row that does."""
     k = int(_distances(table, surfaces, row[None])[:, 0].argmin())
-    values = surfaces[k] @ _features(table, k, row[None])[0]
+    values = surfaces[k] @ _features(table, k, row[None])[0][0]
     event, side = definition.transitions[definition.starts[k].transition].name, "just after" if definition.after else "at"
     return (
         f"{_in_words(definition, row)} is not on the section: a function that is zero {side} {event!r} is "
@@ -67,15 +68,15 @@ def _in_words(definition: Definition, row: Floats) -> str:
     return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.coordinates, row.tolist(), strict=True))
 
 
-def _features(table: Tables, k: int, rows: Floats) -> Floats:
-    """The features of rows at one start, shape (M, N)."""
-    n, places = table.resets.shape[1], table.places
-    given, phase = np.zeros((len(rows), n)), np.full(len(rows), table.phase)
+def _features(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats]:
+    """The features of rows at one start, shape (M, N), and their phases (M,)."""
+    own, places = table.own, table.places
+    given, phase = np.zeros((len(rows), own)), np.full(len(rows), table.phase)
     given[:, places[places >= 0]] = rows[:, places >= 0]
     if (places < 0).any():
         phase = rows[:, np.flatnonzero(places < 0)[0]]
-    features = features_of(table, given, np.where(np.abs(phase) <= MOST_PHASE, phase, 0.0) % TWO_PI)
-    return np.concatenate([features @ table.states[k].T, features[:, n:]], axis=1)
+    phase = np.where(np.abs(phase) <= MOST_PHASE, phase, 0.0) % TWO_PI
+    return features_of(table, start_states(table, k, given, features_of(table, given, phase), phase), phase), phase
 
 
 def _distances(table: Tables, surfaces: Surfaces, rows: Floats) -> Floats:
@@ -84,8 +85,8 @@ def _distances(table: Tables, surfaces: Surfaces, rows: Floats) -> Floats:
     for k, functions in enumerate(surfaces):
         transition = int(table.starts[k])
         mode = int(table.target[transition] if table.after else table.mode[transition])
-        features = _features(table, k, rows)
-        sizes = np.abs(features) @ np.abs(functions).T + np.abs(velocities(table, mode, features) @ functions.T)
+        features, phase = _features(table, k, rows)
+        sizes = np.abs(features) @ np.abs(functions).T + np.abs(velocities(table, mode, features, phase) @ functions.T)
         values = np.abs(features @ functions.T)
         with np.errstate(invalid="ignore", divide="ignore"):
             found.append(np.where(values == 0, 0.0, values / sizes).max(axis=1, initial=0.0))

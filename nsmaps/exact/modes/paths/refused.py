@@ -10,6 +10,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
+from nsmaps.exact.modes.tables.nonlinear import start_states
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
@@ -32,23 +33,24 @@ def not_a_start(definition: Definition, table: Tables, row: Floats) -> str:
     for place, value in zip(places, row.tolist(), strict=True):
         if place >= 0:
             given[0, place] = value
-    features = features_of(table, given, np.array([phase % TWO_PI]))[0]
+    phases = np.array([phase % TWO_PI])
+    features = features_of(table, given, phases)
     reasons: dict[str, str] = {}
-    for states, k in zip(table.states, table.starts.tolist(), strict=True):
-        features_there = np.concatenate([states @ features, features[n:]])
-        name, (kept, why) = definition.transitions[k].name, _at(definition, table, k, features_there)
+    for start, k in enumerate(table.starts.tolist()):
+        features_there = features_of(table, start_states(table, start, given, features, phases), phases)[0]
+        name, (kept, why) = definition.transitions[k].name, _at(definition, table, k, features_there, phases)
         if name not in reasons or kept:
             reasons[name] = f"{name!r} {why} at {states_of(definition, features_there)}"
     return f"No event of the section takes place: {'; '.join(reasons.values())}."
 
 
-def _at(definition: Definition, table: Tables, k: int, features: Floats) -> tuple[bool, str]:
+def _at(definition: Definition, table: Tables, k: int, features: Floats, phase: Floats) -> tuple[bool, str]:
     """Whether the conditions of a transition hold at a state, and why it does not take place there."""
     conditions = table.where[table.conditions[k] : table.conditions[k + 1]] @ features
     if len(conditions) and conditions.min() < 0:
         return False, f"has a condition that is {conditions.min():.6g}, and expected not to be negative,"
     mode = int(table.mode[k])
-    rate = float(table.functions[table.function[k]] @ velocities(table, mode, features[None])[0] / table.steps[mode])
+    rate = float(table.functions[table.function[k]] @ velocities(table, mode, features[None], phase)[0] / table.steps[mode])
     return True, f"has a function that rises, at the rate {rate:.6g} in the mode {definition.modes[mode]!r},"
 
 

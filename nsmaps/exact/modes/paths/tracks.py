@@ -12,7 +12,6 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.resting import INSTANT
-from nsmaps.exact.modes.paths.arriving import features_of
 from nsmaps.exact.modes.paths.path import begin, begin_in, follow, sample
 from nsmaps.exact.modes.tables.memory import Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
@@ -52,8 +51,8 @@ def events_from(definition: Definition, table: Tables, state: Floats, mode: int)
     """The events of the motion from a state, with the phase where there is forcing, in a mode, until none follows."""
     n, w = len(definition.states), memory(table, 0)
     phi = float(state[n]) % (2 * np.pi) if table.rate > 0 else 0.0
-    w.z[:] = features_of(table, state[None, :n], np.array([phi]))[0]
-    yield from _following(definition, table, begin_in(table, mode, w), phi, w)
+    w.z[:n] = state[:n]
+    yield from _following(definition, table, begin_in(table, mode, phi, w), phi, w)
 
 
 def _following(definition: Definition, table: Tables, mode: int, phi: float, w: Memory) -> Iterator[Event]:

@@ -20,7 +20,7 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
     Raises:
         SystemDefinitionError: it does so never in a period, or more than once.
     """
-    waves = function[len(definition.states) :]
+    waves = function[len(definition.states) + len(definition.derived) :]
     value, slope = at_phase(waves, 0.0)
     if abs(value) <= ZERO * abs(waves).sum() and slope < 0:
         value = 0.0

@@ -5,7 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.chatter import SUMMED_SPEED
-from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
+from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
+
+INTERVALS = 8  #: of a step of a Taylor flight, between the instants at which its series is compared with the rates
 
 
 class Moved(NamedTuple):
@@ -19,6 +21,31 @@ class Moved(NamedTuple):
     functions: Any  #: shape (S, N)
     resets: Any  #: shape (T, n, N)
     states: Any  #: shape (number of starts, n, N)
+
+
+class Piece(NamedTuple):
+    """A piece of a Taylor flight: one step of heyoka, of degree DEGREE, n states of which the first are own; all rows in time.
+
+    V is the number of rows of the variational program: own states, then of each its derivatives by own states, phase, parameters.
+    """
+
+    phase: Any  #: shape (1,), of the state in memory
+    length: Any  #: shape (1,), of the last step that was chosen
+    time: Any  #: shape (1,), zero: heyoka's time at the start of a step
+    halt: Any  #: shape (1,), zero: how far heyoka moves the state
+    state: Any  #: shape (n,), at the start
+    varied: Any  #: shape (V,), own states there and the unit matrix
+    settings: Any  #: shape (2 P + 2,), phase, parameters, their rates along a direction, zero
+    series: Any  #: shape (n, DEGREE + 1)
+    variations: Any  #: shape (V, DEGREE + 1)
+    local: Any  #: shape (N, TERMS), of the features, in units of the step
+    spans: Any  #: shape (N,), sums of the sizes of these terms
+    tails: Any  #: shape (N,), of the last two of them
+    flow: Any  #: shape (own, own + 2), how states at a time of the step change with the start, the phase and along the direction
+    rates: Any  #: shape (L,), what the law of the rates writes: see `nsmaps.exact.modes.flights.states`
+    inside: Any  #: shape (INTERVALS + 1, L), the same at instants of the step
+    misfits: Any  #: shape (INTERVALS + 1, own), how far the rates there are from those of the series
+    derived: Any  #: shape (n - own, own + P + 3), what the law of the derived states writes
 
 
 class Memory(NamedTuple):
@@ -49,7 +76,7 @@ class Memory(NamedTuple):
     spent: Any  #: shape (1,), pieces of flights so far
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
-    curved: Any  #: shape (n, 1 + n + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
+    curved: Any  #: shape (n, 1 + own + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
     moved: Moved
     near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
     units: Any  #: shape (S,), of values and rates of each function there
@@ -57,6 +84,7 @@ class Memory(NamedTuple):
     row: Any  #: shape (3,), letter of the last events in a row, word and place of the next letter behind the first of them
     minima: Any  #: shape (S,), of the flight under way
     chatter: float  #: see `nsmaps.exact.chatter`
+    piece: Piece
 
 
 class Record(NamedTuple):
@@ -87,9 +115,38 @@ def still(p: Any) -> Moved:
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
+def piece(p: Any, directions: int, moved: Moved) -> Piece:
+    """Memory for Taylor flights: next to none in a system without them."""
+    n, own, width, count = p.first.shape[1] - 1, p.own, p.resets.shape[2], len(p.parameters)
+    nonlinear = p.taylor.any()
+    rows = own * (own + 3) if nonlinear and directions else 0
+    law = own * (own + 3) + p.kinds.shape[1] * (own + 1) if nonlinear else 0
+    varied = np.zeros(rows)
+    varied[own:].reshape(-1, own + 2)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
+    return Piece(
+        phase=np.zeros(1),
+        length=np.zeros(1),
+        time=np.zeros(1),
+        halt=np.zeros(1),
+        state=np.zeros(n),
+        varied=varied,
+        settings=np.concatenate([np.zeros(1), p.parameters, moved.parameters if moved.here else np.zeros(count), np.zeros(1)]),
+        series=np.zeros((n, DEGREE + 1)),
+        variations=np.zeros((rows, DEGREE + 1)),
+        local=np.zeros((width, TERMS)),
+        spans=np.zeros(width),
+        tails=np.zeros(width),
+        flow=np.zeros((own, own + 2)),
+        rates=np.zeros(law),
+        inside=np.zeros((INTERVALS + 1, law)),
+        misfits=np.zeros((INTERVALS + 1, own)),
+        derived=np.zeros((n - own, own + count + 3)),
+    )
+
+
 def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None, chatter: float = SUMMED_SPEED) -> Memory:
     """Memory for the returns of one thread, with margins if their units are given, one for each function, shape (S,)."""
-    n, width, functions = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions)
+    n, width, functions, moved = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions), moved or still(p)
     return Memory(
         z=np.zeros(width),
         dz=np.zeros((width, directions)),
@@ -115,12 +172,13 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         spent=np.zeros(1, np.int64),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
-        curved=np.zeros((n, 2 + n + len(p.parameters))),
-        moved=moved or still(p),
+        curved=np.zeros((n, 2 + p.own + len(p.parameters))),
+        moved=moved,
         near=np.array([np.nan if units is None else np.inf, np.inf, 0.0]),
         units=np.ones(functions) if units is None else units,
         held=np.zeros(2),
         row=np.zeros(3, np.int64),
         minima=np.zeros(functions, np.int64),
         chatter=float(chatter),
+        piece=piece(p, directions, moved),
     )

@@ -6,6 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.tables.nonlinear import recomputed
 
 
 @dataclass(frozen=True)
@@ -23,14 +24,19 @@ class Rows:
 
 
 def rows_of(definition: Definition, given: Floats) -> Rows:
-    """The rows of a definition, given in the order of `Definition.rows`, shape (R, N)."""
+    """The rows of a definition, given in the order of `Definition.rows`, shape (R, N).
+
+    Derived states that no event changes are their own after resets.
+    """
     waiting = iter(given)
-    n, width = len(definition.states), given.shape[1]
+    n, width = len(definition.states) + len(definition.derived), given.shape[1]
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
     functions, resets, where, begins, held = [], [], [], [], []
     for one in definition.transitions:
         functions.append(next(waiting))
-        resets.append([next(waiting) for _ in one.reset])
+        resets.append(np.array([next(waiting) for _ in one.reset]))
+        for d in set(range(len(definition.states), n)) - set(recomputed(definition, one)):
+            resets[-1][d] = np.eye(n, width)[d]
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
         begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
         held.append(np.array([next(waiting) for _ in one.held]).reshape(-1, width))

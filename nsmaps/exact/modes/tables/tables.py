@@ -12,8 +12,10 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
+from nsmaps.exact.modes.tables.nonlinear import taylor_of
 from nsmaps.exact.modes.tables.polynomials import polynomials_of
 from nsmaps.exact.modes.tables.rows import Rows, rows_of
 from nsmaps.exact.modes.tables.taylor import TERMS
@@ -30,7 +32,13 @@ class Tables(NamedTuple):
 
     rate: float  #: radians of phase a unit of time
     horizon: float  #: longest flight
-    steps: Any  #: shape (M,), longest step
+    taylor: Any  #: shape (M,), address of heyoka's step for a mode with Taylor flights, 0 for one with affine rates
+    variations: Any  #: shape (M,), the same for derivatives, 0 until they are asked for
+    rates: Any  #: shape (M,), address of the law of the rates of a mode with Taylor flights
+    derived: int  #: address of the law of the derived states, 0 if there are none
+    own: int  #: states that are not derived; they come first
+    kinds: Any  #: shape (M, K), of functions with flat parts in the rates of a mode, `NO_KIND` behind them
+    steps: Any  #: shape (M,), longest step, of a mode with Taylor flights only the unit of time
     first: Any  #: shape (M, n + 1), where the coefficients of each state's rate begin
     columns: Any  #: the features of these coefficients
     values: Any  #: and the coefficients, times the mode's longest step
@@ -87,6 +95,8 @@ class Tables(NamedTuple):
     phase: float  #: at which the section is, where no coordinate is a phase
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
+    start_laws: Any  #: shape (number of starts,), address of the law of the other states, 0 for none
+    start_curved: Any  #: shape (number of starts, own), whether that law gives the state
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
 
 
@@ -100,6 +110,7 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
     tables = Tables(
         rate=rate,
         horizon=horizon,
+        **taylor_of(definition),
         **flows,
         **functions,
         **transitions_of(definition, rows),
@@ -108,6 +119,8 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
         phase=0.0 if definition.clock < 0 else phase_of_fall(definition, rows.functions[definition.clock], values),
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
+        start_laws=np.array([law_address(definition, start) for start in definition.starts]),
+        start_curved=np.array([[k in dict(start.curved) for k in range(len(definition.states))] for start in definition.starts]),
         places=np.array(places),
     )
     return Tables(*map(_in_rows, tables))

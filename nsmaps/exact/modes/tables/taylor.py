@@ -7,11 +7,12 @@ from nsmaps.exact.engine.jit import inner
 DOUBLINGS = 5
 ORDER = 2**DOUBLINGS - 2  # of the series
 TERMS = ORDER + 2  # of arrays that hold it: full vectors of a processor
+DEGREE = 20  # of a step of heyoka at its tolerance zero
 ROUNDING = 1e-15  # a few units in the last place
 
 
 @inner
-def features(phi, z, n):
+def waves(phi, z, n):
     """Write 1 and the waves of the phase behind the states."""
     z[n] = 1.0
     for m in range(1, (len(z) - n - 1) // 2 + 1):

@@ -21,12 +21,12 @@ def plain_of(definition: Definition) -> list[bool]:
 def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
     """The fields of a table that describe its transitions."""
     n, width = rows.resets.shape[1:]
-    fixed = stated(definition)
+    fixed, own = stated(definition), len(definition.states)
     jumps = (rows.resets != np.eye(n, width)).any(axis=2)
     return {
         **fixed,
         "resets": rows.resets,
-        "moves": (fixed["curved"] | jumps).any(axis=1),
+        "moves": (fixed["curved"] | jumps[:, :own]).any(axis=1),
         "jumps": jumps,
         "where": np.concatenate([np.empty((0, width)), *rows.where]),
         "begins": rows.begins,

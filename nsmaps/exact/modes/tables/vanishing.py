@@ -4,6 +4,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.tables.nonlinear import recomputed
 from nsmaps.exact.modes.tables.rows import Rows
 from nsmaps.exact.modes.tables.taylor import TERMS
 
@@ -14,17 +15,18 @@ def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Ints
     """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
 
     They are then sums of what is zero just before it, the function of the event and what its mode holds at zero, as seen through
-    the reset. Terms that a reset by another formula changes are not. All `TERMS` are zero of a function that stays zero.
+    the reset. Terms that a reset by another formula changes are not. All `TERMS` are zero of a function that stays zero. In a
+    nonlinear system at most the first one counts.
     """
     n, width = rows.resets.shape[1:]
     result = np.zeros((len(rows.functions), len(functions)), np.int64)
     for k, one in enumerate(definition.transitions):
-        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [state for state, _ in one.curved]
+        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [*dict(one.curved), *recomputed(definition, one)]
         zeros = independent(np.vstack([rows.functions[k], rows.held[k]]))
         for i, (function, mode) in enumerate(zip(functions, modes, strict=True)):
             if mode == one.target:
                 result[k, i] = flat_terms(function, flows[mode], through, given, zeros)
-    return result
+    return np.minimum(result, 1) if definition.smooth else result
 
 
 def independent(rows: Floats) -> list[tuple[int, Floats]]:

@@ -1,0 +1,183 @@
+"""Pieces of a Taylor flight: one step of heyoka each, at whose start the series of all features are known to rounding."""
+
+from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.law import step_by
+from nsmaps.exact.modes.flights.resolution import resolved
+from nsmaps.exact.modes.tables.taylor import DEGREE, TERMS
+
+UNIT = 2.0**-53
+LEADING = 5  # first terms of a series with whose sizes the last ones are compared
+FAINT = 1e-13  # of its leading terms: what the last ones of a derivative may be
+TURNED = 1.3  # radians over which the series of a wave is exact to rounding, (UNIT 20!)^(1/20)
+MOST_HALVINGS = 60  # of a step whose series is not the flight
+
+
+@inner
+def expand(p, mode, w):
+    """Write the series of own and derived states in time, from the features in memory."""
+    q = w.piece
+    for j in range(len(q.state)):
+        q.state[j] = w.z[j]
+    q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
+    step_by(
+        p.taylor[mode], q.state.ctypes.data, q.settings.ctypes.data, q.time.ctypes.data, q.halt.ctypes.data, q.series.ctypes.data
+    )
+
+
+@inner
+def vary(p, mode, w):
+    """Write the series of the derivatives of own states by their start, the phase and the parameters along a direction."""
+    q = w.piece
+    for j in range(p.own):
+        q.varied[j] = w.z[j]
+    q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
+    step_by(
+        p.variations[mode],
+        q.varied.ctypes.data,
+        q.settings.ctypes.data,
+        q.time.ctypes.data,
+        q.halt.ctypes.data,
+        q.variations.ctypes.data,
+    )
+
+
+@inner
+def exact_length(series, first, share, max_length):
+    """The longest step, at most `max_length`, over which series (rows, DEGREE + 1), from a row on, are exact but for a share.
+
+    The last two terms of each are at most that share of the largest of its first terms, whatever the units and the origin.
+    """
+    h = max_length
+    for i in range(first, len(series)):
+        for m in range(DEGREE - 1, DEGREE + 1):
+            tail = abs(series[i, m])
+            if tail > 0.0:
+                size, power = 0.0, 1.0
+                for j in range(LEADING):
+                    size, power = max(size, abs(series[i, j]) * power), power * h
+                if not tail * h**m <= share * size:
+                    h = min(h, length_by(series[i], m, tail, share))
+    return h
+
+
+@inner
+def length_by(row, m, tail, share):
+    """The longest step at which the term m of a series, of this size, is a share of the largest of its first terms."""
+    best = 0.0
+    for j in range(LEADING):
+        best = max(best, (share * abs(row[j]) / tail) ** (1.0 / (m - j)))
+    if best == 0.0:
+        for j in range(LEADING, DEGREE - 1):
+            best = max(best, (share * abs(row[j]) / tail) ** (1.0 / (m - j)))
+    return best
+
+
+@inner
+def localize(p, h, w):
+    """Write the series of all features in units of a step."""
+    q, n = w.piece, len(w.piece.state)
+    for j in range(n):
+        power = 1.0
+        for k in range(DEGREE + 1):
+            q.local[j, k], power = q.series[j, k] * power, power * h
+    q.local[n, 0] = 1.0
+    for m in range(1, (len(w.z) - n - 1) // 2 + 1):
+        c, turn = n + 2 * m - 1, m * p.rate * h
+        q.local[c, 0], q.local[c + 1, 0] = w.z[c], w.z[c + 1]
+        for k in range(DEGREE):
+            share = turn / (k + 1)
+            q.local[c, k + 1], q.local[c + 1, k + 1] = -share * q.local[c + 1, k], share * q.local[c, k]
+    for j in range(len(w.z)):
+        span = 0.0
+        for k in range(DEGREE + 1):
+            span += abs(q.local[j, k])
+        q.spans[j], q.tails[j] = span, abs(q.local[j, DEGREE]) + abs(q.local[j, DEGREE - 1])
+    for r in range(len(q.derived)):
+        q.spans[p.own + r] = max(q.spans[p.own + r], q.derived[r, q.derived.shape[1] - 1])
+
+
+@inner
+def taken(p, mode, max_length, w):
+    """Begin a piece of a Taylor flight at the features in memory: its length; zero where no Taylor series is the flight."""
+    expand(p, mode, w)
+    waves = (len(w.z) - len(w.piece.state) - 1) // 2
+    h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
+    h = exact_length(w.piece.series, 0, UNIT, h)
+    if w.dz.shape[1] > 0:
+        vary(p, mode, w)
+        h = exact_length(w.piece.variations, p.own, FAINT, h)
+    for _ in range(MOST_HALVINGS):
+        if not h > 0.0:
+            break
+        localize(p, h, w)
+        if resolved(p, mode, h, w):
+            w.piece.length[0] = h
+            return h
+        h *= 0.5
+    return 0.0
+
+
+@inner
+def at(row, tau):
+    """A series at a share of a step."""
+    total = row[DEGREE]
+    for k in range(DEGREE - 1, -1, -1):
+        total = total * tau + row[k]
+    return total
+
+
+@inner
+def spread(p, s, w):
+    """Write how own states a time s after the start of the piece change with the start."""
+    q, width = w.piece, p.own + 2
+    for i in range(p.own):
+        for c in range(width):
+            q.flow[i, c] = at(q.variations[p.own + i * width + c], s)
+
+
+@inner
+def slope(p, i, c, w):
+    """The derivative of an own state along a direction, where `spread` has written how it changes with the start of the piece."""
+    q, own = w.piece, p.own
+    total = q.flow[i, own] * w.dphi[c] + (q.flow[i, own + 1] if w.moved.here else 0.0)
+    for j in range(own):
+        total += q.flow[i, j] * w.dz[j, c]
+    return total
+
+
+@inner
+def moved_along(p, tau, w):
+    """Change own states, and their derivatives, to those at a share of the piece."""
+    if w.dz.shape[1] > 0:
+        spread(p, tau * w.piece.length[0], w)
+        for i in range(p.own):
+            for c in range(w.dz.shape[1]):
+                w.slopes[i, c] = slope(p, i, c, w)
+    for i in range(p.own):
+        w.z[i] = at(w.piece.local[i], tau)
+        for c in range(w.dz.shape[1]):
+            w.dz[i, c] = w.slopes[i, c]
+
+
+@inner
+def combined(p, f, w):
+    """Write the series of a function over the piece: the sizes of its terms, and a bound on what is left out."""
+    row, size, left = p.functions[f], 0.0, 0.0
+    for k in range(TERMS):
+        w.a[k] = 0.0
+    for j in range(len(w.z)):
+        if row[j] != 0.0:
+            for k in range(DEGREE + 1):
+                w.a[k] += row[j] * w.piece.local[j, k]
+            size += abs(row[j]) * w.piece.spans[j]
+            left += abs(row[j]) * w.piece.tails[j]
+    return size, left
+
+
+@inner
+def bent(a):
+    """A bound on the second derivative of a series over the piece."""
+    total = 0.0
+    for k in range(2, DEGREE + 1):
+        total += k * (k - 1.0) * abs(a[k])
+    return total

@@ -1,0 +1,139 @@
+"""Whether the Taylor series of a step is the flight: its rates against the equations of motion.
+
+They are compared at the end of the step. A series at one place shows all of a polynomial, a sine or a cosine, but nothing of a
+steep part that is flat there, as tanh(v/eps), sqrt(v**2 + eps**2) or the well exp(-(x/eps)**2). With such functions the
+comparison is made at instants of the step, and between them the arguments may change by no more than the length over which a
+function changes.
+"""
+
+import math
+
+from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.modes.tables.memory import INTERVALS
+from nsmaps.exact.modes.tables.taylor import DEGREE
+from nsmaps.exact.taylor.kinds import ARCS, EDGE, EDGES, ERF, EXP, NO_KIND, ORIGIN, TANH
+
+RESIDUAL = 1e-12  # of a rate's terms that a series may leave, and of what its truncation leaves
+TRUNCATION = 1e-13  # of a state, a step
+ROUNDING = 32 * 2.0**-53  # of states and phase, by which a rate may change
+NEGLIGIBLE = 1e-15  # of a rate's terms
+
+
+@inner
+def change_of(kind, low, high):
+    """How much a function changes while its argument passes from low to high, if it may be flat."""
+    if kind == EXP:
+        return math.exp(high) - math.exp(low)
+    if kind == TANH:
+        return math.tanh(high) - math.tanh(low)
+    if kind == ERF:
+        return math.erf(high) - math.erf(low)
+    return math.inf
+
+
+@inner
+def scale_between(kind, low, high):
+    """The length of an argument between low and high over which a function of this kind changes: to its nearest singularity."""
+    nearest = 0.0 if low <= 0.0 <= high else min(abs(low), abs(high))
+    if kind == ORIGIN:
+        return nearest
+    if kind == ARCS:
+        return math.sqrt(1.0 + nearest * nearest)
+    if kind == EDGES:
+        return 1.0 - max(abs(low), abs(high))
+    if kind == EDGE:
+        return low - 1.0
+    return 1.0
+
+
+@inner
+def look(p, mode, h, i, w):
+    """Write what the law of the rates gives at an instant of a step, and how far it is from the rates of the series."""
+    q, own, tau = w.piece, p.own, i / INTERVALS
+    phase = q.phase[0] + p.rate * h * tau
+    for j in range(own):
+        value, rate = q.local[j, DEGREE], 0.0
+        for k in range(DEGREE - 1, -1, -1):
+            rate = rate * tau + value
+            value = value * tau + q.local[j, k]
+        q.state[j], q.misfits[i, j] = value, rate / h
+    reset_by(p.rates[mode], phase, q.state.ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
+    for j in range(own):
+        q.misfits[i, j] = abs(q.inside[i, j * (own + 3)] - q.misfits[i, j])
+
+
+@inner
+def derived_fit(p, h, w):
+    """Whether the series of the derived states agree with their formulas at the end of the step, whose own states are written."""
+    q, own = w.piece, p.own
+    if p.derived == 0:
+        return True
+    reset_by(p.derived, q.phase[0] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    fit = True
+    for r in range(len(q.derived)):
+        value, noise = 0.0, abs(q.derived[r, own + 1]) * (abs(q.phase[0]) + p.rate * h)
+        for k in range(DEGREE, -1, -1):
+            value += q.local[own + r, k]
+        for j in range(own):
+            noise += abs(q.derived[r, 1 + j]) * q.spans[j]
+        size = q.derived[r, q.derived.shape[1] - 1] + q.spans[own + r]
+        fit = fit and abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise
+    reset_by(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    return fit
+
+
+@inner
+def known(p, a, first, h, w):
+    """Whether the rate of an own state is that of its series, at the instants of the step from a number on."""
+    q, own = w.piece, p.own
+    c, size, truncation = a * (own + 3), 0.0, TRUNCATION * q.spans[a] / h
+    for i in range(first, INTERVALS + 1):
+        size = max(size, q.inside[i, c + 1])
+    for i in range(first, INTERVALS + 1):
+        noise = abs(q.inside[i, c + own + 2]) * (abs(q.phase[0]) + p.rate * h)
+        for j in range(own):
+            noise += abs(q.inside[i, c + 2 + j]) * q.spans[j]
+        if not q.misfits[i, a] <= RESIDUAL * size + truncation + ROUNDING * noise:
+            return False
+    return True
+
+
+@inner
+def seen(p, kind, c, h, w):
+    """Whether a function whose argument is in column c changes between instants of the step by no more than it shows there."""
+    q, own = w.piece, p.own
+    u = q.inside
+    for i in range(INTERVALS):
+        before, after = max(i - 1, 0), min(i + 2, INTERVALS)
+        bend = abs(u[before, c] - 2.0 * u[before + 1, c] + u[before + 2, c])
+        bend = max(bend, abs(u[after - 2, c] - 2.0 * u[after - 1, c] + u[after, c])) / 8.0
+        low, high = min(u[i, c], u[i + 1, c]) - bend, max(u[i, c], u[i + 1, c]) + bend
+        if not high - low <= scale_between(kind, low, high):
+            change = change_of(kind, low, high)
+            for a in range(own):
+                weight = max(abs(u[i, c + 1 + a]), abs(u[i + 1, c + 1 + a]))
+                size = max(u[i, a * (own + 3) + 1], u[i + 1, a * (own + 3) + 1]) + q.spans[a] / h
+                if weight > 0.0 and not weight * change <= NEGLIGIBLE * size:
+                    return False
+    return True
+
+
+@inner
+def resolved(p, mode, h, w):
+    """Whether the series of a piece is the flight over its step h."""
+    own, steep = p.own, 0
+    while steep < p.kinds.shape[1] and p.kinds[mode, steep] != NO_KIND:
+        steep += 1
+    first = 0 if steep > 0 else INTERVALS
+    for i in range(first, INTERVALS + 1):
+        look(p, mode, h, i, w)
+    if not derived_fit(p, h, w):
+        return False
+    for a in range(own):
+        if not known(p, a, first, h, w):
+            return False
+    known_parts = True
+    for k in range(steep):
+        known_parts = known_parts and seen(p, p.kinds[mode, k], own * (own + 3) + k * (own + 1), h, w)
+    return known_parts

@@ -1,0 +1,110 @@
+"""The features of a state and their rates: own states, derived states, 1, and the waves of the phase.
+
+Derived states and rates that are not affine come from compiled laws, at addresses of the table. The law of the derived states
+writes for each its value, its derivatives by the own states, by the phase and by the parameters, and the size of its terms; that
+of a mode's rates for each own state its rate, the size of its terms, and its derivatives by the own states and by the phase.
+"""
+
+from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.modes.tables.taylor import waves
+
+
+@inner
+def dot(row, z):
+    """The value of a row, and the sum of the sizes of its terms."""
+    total, size = 0.0, 0.0
+    for j in range(len(z)):
+        term = row[j] * z[j]
+        total += term
+        size += abs(term)
+    return total, size
+
+
+@inner
+def valued(p, row, z, w):
+    """As `dot`; derived states, of which memory has what their law wrote last, count as large as the terms of their formulas."""
+    total, size = dot(row, z)
+    if p.derived != 0:
+        for r in range(len(w.piece.derived)):
+            size += abs(row[p.own + r]) * w.piece.derived[r, w.piece.derived.shape[1] - 1]
+    return total, size
+
+
+@inner
+def derive(p, z, w):
+    """Write the derived states of own states z at the phase in memory."""
+    if p.derived != 0:
+        reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
+        for r in range(len(w.piece.derived)):
+            z[p.own + r] = w.piece.derived[r, 0]
+
+
+@inner
+def features(p, phi, w):
+    """Write the features of the own states in memory at a phase."""
+    waves(phi, w.z, p.first.shape[1] - 1)
+    w.piece.phase[0] = phi
+    derive(p, w.z, w)
+
+
+@inner
+def shift(p, w):
+    """Write the derivatives of the waves of the phase and of the derived states by the directions."""
+    n = p.first.shape[1] - 1
+    for m in range(1, (len(w.z) - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        for k in range(w.dz.shape[1]):
+            w.dz[c, k], w.dz[c + 1, k] = -m * w.z[c + 1] * w.dphi[k], m * w.z[c] * w.dphi[k]
+    if p.derived != 0 and w.dz.shape[1] > 0:
+        shift_derived(p, w)
+
+
+@inner
+def shift_derived(p, w):
+    """Write the derivatives of the derived states by the directions."""
+    derive(p, w.z, w)
+    own, slopes = p.own, w.piece.derived
+    for r in range(len(slopes)):
+        for c in range(w.dz.shape[1]):
+            total = slopes[r, own + 1] * w.dphi[c]
+            for j in range(own):
+                total += slopes[r, 1 + j] * w.dz[j, c]
+            if w.moved.here:
+                for k in range(len(p.parameters)):
+                    total += slopes[r, own + 2 + k] * w.moved.parameters[k]
+            w.dz[own + r, c] = total
+
+
+@inner
+def velocity(p, mode, z, field, w):
+    """Write dz/dt in the time unit of the mode."""
+    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
+    if p.taylor[mode] != 0:
+        velocity_by_law(p, mode, z, field, w)
+    else:
+        for i in range(n):
+            total = 0.0
+            for j in range(p.first[mode, i], p.first[mode, i + 1]):
+                total += p.values[j] * z[p.columns[j]]
+            field[i] = total
+    field[n] = 0.0
+    for m in range(1, (len(z) - n - 1) // 2 + 1):
+        c = n + 2 * m - 1
+        field[c], field[c + 1] = -m * turn * z[c + 1], m * turn * z[c]
+
+
+@inner
+def velocity_by_law(p, mode, z, field, w):
+    """Write the rates of own and derived states in the time unit of the mode."""
+    own, step, rates, slopes = p.own, p.steps[mode], w.piece.rates, w.piece.derived
+    reset_by(p.rates[mode], w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
+    for i in range(own):
+        field[i] = rates[i * (own + 3)] * step
+    if p.derived != 0:
+        reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
+        for r in range(len(slopes)):
+            total = slopes[r, own + 1] * p.rate * step
+            for j in range(own):
+                total += slopes[r, 1 + j] * field[j]
+            field[own + r] = total

@@ -1,0 +1,88 @@
+"""The fields of a table that describe Taylor flights: the compiled programs and laws of a nonlinear system."""
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import Floats, Ints
+from nsmaps.exact.modes.definitions.definition import Definition, Transition
+from nsmaps.exact.taylor.kinds import NO_KIND
+
+POINTER = ctypes.c_void_p
+LAW = ctypes.CFUNCTYPE(None, ctypes.c_double, POINTER, POINTER, POINTER)  #: phase; addresses of states, parameters and table
+
+
+def taylor_of(definition: Definition) -> dict[str, Any]:
+    """The fields of a table, zero of a system whose modes are all affine. Raises as `nsmaps.exact.taylor.programs.steps_of`."""
+    modes, own = len(definition.modes), len(definition.states)
+    if not definition.smooth:
+        none = {name: np.zeros(modes, np.int64) for name in ("taylor", "variations", "rates")}
+        return {**none, "derived": 0, "own": own, "kinds": np.empty((modes, 0), np.int64)}
+    from nsmaps.exact.taylor.laws import derived_law, flat_kinds, rate_law
+    from nsmaps.exact.taylor.programs import steps_of
+
+    kinds = flat_kinds(definition)
+    table = np.full((modes, max(map(len, kinds))), NO_KIND)
+    for row, given in zip(table, kinds, strict=True):
+        row[: len(given)] = given
+    return {
+        "taylor": np.array(steps_of(definition, False)),
+        "variations": np.zeros(modes, np.int64),
+        "rates": np.array(rate_law(definition)),
+        "derived": derived_law(definition),
+        "own": own,
+        "kinds": table,
+    }
+
+
+def varied(definition: Definition, variations: Ints) -> None:
+    """Write the programs of derivatives of flights, which are made when they are first asked for."""
+    if definition.smooth and not variations.any():
+        from nsmaps.exact.taylor.programs import steps_of
+
+        variations[:] = steps_of(definition, True)
+
+
+def derived_at(table: Any, states: Floats, phase: Floats) -> Floats:
+    """What the law of the derived states writes at own states (M, own) and phases (M,), shape (M, R, own + P + 3)."""
+    own, count = table.own, len(table.parameters)
+    return _written(table, table.derived, states, phase, (table.first.shape[1] - 1 - own, own + count + 3))
+
+
+def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Floats) -> Floats:
+    """Own states (M, own) at a start, by own states with the coordinates among them, their features, and phases (M,)."""
+    own, count = table.own, len(table.parameters)
+    states = features @ table.states[k, :own].T
+    curved = _written(table, table.start_laws[k], given, phase, (own, own + count + 2))[..., 0]
+    return np.where(table.start_curved[k], curved, states)
+
+
+def rates_at(table: Any, mode: int, states: Floats, phase: Floats) -> Floats:
+    """The rates of own and derived states in a mode with Taylor flights, shape (M, n), as `derived_at`."""
+    own, flat = table.own, table.kinds.shape[1]
+    written = _written(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 1),))
+    rates, derived = written[:, : own * (own + 3) : own + 3], derived_at(table, states, phase)
+    more = np.einsum("mri,mi->mr", derived[..., 1 : own + 1], rates) + table.rate * derived[..., own + 1]
+    return np.concatenate([rates, more], axis=1)
+
+
+def _written(table: Any, address: int, states: Floats, phase: Floats, shape: tuple[int, ...]) -> Floats:
+    """What a law writes at states and phases, one after the other."""
+    rows, out = np.ascontiguousarray(states), np.zeros((len(states), *shape))
+    if address:
+        law = LAW(int(address))
+        for state, phi, place in zip(rows, phase.tolist(), out, strict=True):
+            law(phi, state.ctypes.data, table.parameters.ctypes.data, place.ctypes.data)
+    return out
+
+
+def recomputed(definition: Definition, one: Transition) -> list[int]:
+    """The positions of the derived states that a transition may change: those of own states that its reset changes."""
+    own = len(definition.states)
+    moving = {
+        variable
+        for k, (variable, row) in enumerate(zip(definition.variables, one.reset[:own], strict=True))
+        if k in dict(one.curved) or row.remainder != 0 or [*row.coefficients[:own]] != [int(j == k) for j in range(own)]
+    }
+    return [own + r for r, formula in enumerate(definition.derived) if formula.free_symbols & moving]
