@@ -150,3 +150,28 @@ def test_all_functions_of_returns_have_the_rule(system):
     assert seen[1].outcome == Outcome.stuck
     with pytest.raises(StateError, match=r"chatter is -1; expected: a share >= 0"):
         system.first_return(start, chatter=-1)
+
+
+class Bare(Ball):
+    """The same without a contact that may last."""
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v})}
+
+
+@pytest.mark.parametrize(
+    ("kind", "sign", "ended"), [(BouncingBall, 1, Outcome.rests), (Ball, -1, Outcome.rests), (Bare, -1, Outcome.accumulates)]
+)
+def test_chatter_that_ends_below_rounding_is_no_attractor(kind, sign, ended):
+    """On a table that never throws the ball off: by basins, diagrams and the limits of orbits, however few impacts are left."""
+    rng = np.random.default_rng(1)
+    rows = np.column_stack([sign * 10 ** rng.uniform(-13, 0, 24), rng.uniform(0, 6.28, 24)])
+    basins = nsmaps.basins(kind(Gamma=0.5, r=0.6), rows, returns=150)
+    assert not basins.attractors
+    assert set(basins.outcome.tolist()) == {ended}
+    diagram = nsmaps.bifurcation(lambda gamma: kind(Gamma=gamma, r=0.6), np.linspace(0.4, 0.6, 3), rows[:3], direction="down")
+    assert not diagram.held.any()
+    run = kind(Gamma=0.5, r=0.6).orbits(rows[:1], 100)
+    n = int(np.argmax(run.outcome == ended))
+    (reason,) = kind(Gamma=0.5, r=0.6).reasons(run.start[n : n + 1])
+    assert ("declare `rests=` in the guard" in reason) == (kind is Bare)

@@ -4,6 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from nsmaps_recoil_pair import RecoilPair
+from nsmaps_vi_pair import VIPair
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding, orbit, periodic_orbit
@@ -562,3 +564,36 @@ def test_a_coordinate_that_passes_zero_on_the_surface():
     assert (returns.outcome[-1], abs(rows[-1, 0])) == (Outcome.returned, 3e-17)
     assert returns.image[:, 1] == pytest.approx(free.image[:, 0], abs=1e-13, nan_ok=True)
     assert (Carried().first_return(rows + np.array([1e-3, 0])).outcome == Outcome.invalid).all()
+
+
+class EitherWall(RecoilPair):
+    """The pair seen just before an impact with either wall, which the sign of the relative speed distinguishes."""
+
+    def section(self, t, y):
+        return Section(("B", "T"), ("v", "X", "V", "phi"))
+
+
+class EitherPlace(RecoilPair):
+    """The same, where the place distinguishes the walls."""
+
+    def section(self, t, y):
+        return Section(("B", "T"), ("x", "v", "X", "V", "phi"))
+
+
+@pytest.mark.parametrize("kind", [EitherWall, EitherPlace])
+def test_a_section_at_two_walls_begins_at_the_one_on_which_a_start_lies(kind):
+    """Every impact of the vibro-impact pair, on both walls, whose numbers those of a light ball are."""
+    values = {"d": 0.35, "g_bar": 0.2113, "r": 0.5}
+    impacts = VIPair(**values).impacts([0.83, 0.36], 12)
+    pair = kind(eta=0, kappa=0, Lambda=0, **values)
+    start = [0.83, 0.19, -0.67, 0.36] if kind is EitherWall else [0.175, 0.83, 0.19, -0.67, 0.36]
+    orbit = pair.orbits([start], 11)
+    towards = np.where(impacts.wall == 0, 1, -1)[1:]
+    assert set(impacts.wall.tolist()) == {0, 1}
+    assert orbit.words.tolist() == ["BT" if wall else "TB" for wall in impacts.wall[1:]]
+    assert orbit.image[:, -4] == pytest.approx(towards * impacts.speed[1:], abs=1e-11)
+    assert orbit.image[:, -1] == pytest.approx(impacts.phase[1:], abs=1e-11)
+    if kind is not EitherWall:
+        assert orbit.image[:, 0] == pytest.approx(0.175 * towards, abs=1e-15)
+        assert pair.first_return([[0.1, *start[1:]]]).outcome.tolist() == [Outcome.invalid]
+        assert "is not on the section" in pair.reasons([[0.1, *start[1:]]])[0]
