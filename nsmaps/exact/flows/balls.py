@@ -21,6 +21,7 @@ from nsmaps.errors import SystemDefinitionError
 
 DIGITS = 60  #: of these computations
 SPARE = 10  #: digits that mpmath may lose in a function that python-flint does not have
+FLOATS = 1e-13  #: relative error of floats in formulas, after arithmetic in sympy
 KEPT = 8  #: programs of one function, of as many courses that it took
 ONE_AT_A_TIME = RLock()  #: python-flint and mpmath have one precision for all threads
 ZERO, ONE = 0, 1  #: places of these constants in every program
@@ -110,13 +111,13 @@ class Program:
     What numbers decide is noted with its outcome.
     """
 
-    def __init__(self, symbols: Sequence[sp.Symbol], values: Sequence[float]) -> None:
+    def __init__(self, symbols: Sequence[sp.Symbol], values: Sequence[float], blurred: bool = False) -> None:
         self.values = [acb(0), acb(1), *map(acb, values)]  #: in all places, at the values of the parameters given here
         self.constant = [True, True, *[False] * len(values)]
         self.steps: list[Step] = []
         self.others: list[tuple[Callable[..., Any], int]] = []  #: functions of mpmath of all parameters
         self.checks: dict[tuple[Callable[..., Any], tuple[int, ...]], Any] = {}
-        self.symbols, self.given = tuple(symbols), list(values)
+        self.symbols, self.given, self.blurred = tuple(symbols), list(values), blurred
         self.known: dict[Any, int] = {symbol: k for k, symbol in enumerate((sp.S.Zero, sp.S.One, *symbols))}
 
     def at(self, values: Sequence[float]) -> list[acb] | None:
@@ -165,7 +166,8 @@ class Program:
     def _placed(self, expr: sp.Expr) -> int:
         if expr.is_Rational or expr.is_Float:
             exact = sp.Rational(expr)
-            return self._new(acb(fmpq(int(exact.p), int(exact.q))), True)
+            number = acb(fmpq(int(exact.p), int(exact.q)))
+            return self._new(number * acb(arb(1, FLOATS)) if self.blurred and expr.is_Float else number, True)
         if expr in CONSTANTS:
             return self._new(acb(CONSTANTS[expr]()), True)
         if expr.is_Add or expr.is_Mul:
@@ -222,6 +224,7 @@ class Recorded:
 
     symbols: Sequence[sp.Symbol]
     build: Callable[[Program], tuple[list[Number], Any]]
+    blurred: bool = False  #: whether floats in formulas are balls of the relative error `FLOATS`
     recordings: list[Recording] = field(default_factory=list)
 
     def at(self, values: Sequence[float]) -> tuple[list[acb], Any]:
@@ -244,7 +247,7 @@ class Recorded:
             if found is not None:
                 check_finite([found[k] for k in recording.changed], values)
                 return recording, found
-        program = Program(self.symbols, values)
+        program = Program(self.symbols, values, self.blurred)
         results, form = self.build(program)
         places = [x.place for x in results]
         check_finite([program.values[k] for k in places], values)

@@ -76,6 +76,7 @@ class Definition:
     derived: tuple[sp.Expr, ...] = ()  #: further states behind the own ones, as formulas of these, of the phase and of parameters
     smooth: tuple[tuple[sp.Expr, ...], ...] = ()  #: of each mode the rates of the own states in a nonlinear system, else ()
     derivatives: dict[tuple[int, int], Numbers] = field(default_factory=dict)
+    blurred: dict[int, Numbers] = field(default_factory=dict)  #: see `facts`
 
     @property
     def columns(self) -> tuple[sp.Expr, ...]:
@@ -114,6 +115,12 @@ class Definition:
     def expansions(self) -> Numbers:
         """What computes the rows, at values of the parameters."""
         return Numbers(tuple(self.rows), self.symbols)
+
+    def facts(self, harmonics: int) -> Numbers:
+        """What computes the rows to decide what is zero in them: with floats in formulas as balls, if there are any."""
+        if not any(expr.has(sp.Float) for row in self.rows for expr in (*row.coefficients, row.remainder)):
+            return self.expansions
+        return self.blurred.setdefault(harmonics, Numbers(tuple(self.rows), self.symbols, harmonics, blurred=True))
 
     @cached_property
     def scalars(self) -> Numbers:

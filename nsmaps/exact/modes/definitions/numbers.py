@@ -19,9 +19,11 @@ BallRow = list[arb]  #: over the features, in many digits
 class Numbers:
     """Rows, prepared for values of the parameters, with so many multiples of the phase, or with all that they have."""
 
-    def __init__(self, rows: "Sequence[Row]", symbols: Sequence[sp.Symbol], harmonics: int | None = None) -> None:
+    def __init__(
+        self, rows: "Sequence[Row]", symbols: Sequence[sp.Symbol], harmonics: int | None = None, blurred: bool = False
+    ) -> None:
         self.rows, self.harmonics = list(rows), harmonics
-        self.recorded = Recorded(symbols, self._build)
+        self.recorded = Recorded(symbols, self._build, blurred)
 
     def at(self, values: Sequence[float]) -> list[BallRow]:
         """The rows at these values, in many digits."""

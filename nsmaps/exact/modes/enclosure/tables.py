@@ -14,9 +14,10 @@ from flint import arb, arb_mat, ctx
 from nsmaps.arrays import Floats
 from nsmaps.exact.flows.balls import many_digits, rounded
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.numbers import BallRow
-from nsmaps.exact.modes.enclosure.zeros import mode_of, zeros_of
+from nsmaps.exact.modes.enclosure.zeros import facts_of, mode_of
+from nsmaps.exact.modes.tables.rows import rows_of
 from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.vanishing import flow_of
 
 REACH = 1.0  #: a cell times the spectral radius of |Y|
 POWERS = 20  #: of the series of a flow within a cell
@@ -69,29 +70,18 @@ class BallTables(NamedTuple):
 def ball_tables(definition: Definition, values: Sequence[float], table: Tables) -> BallTables:
     """The table for enclosures of a system whose other table is given."""
     with many_digits():
-        rows = definition.expansions.at(values)
+        rows = rows_of(definition, np.array(definition.expansions.at(values), dtype=object))
         rate = definition.scalars.at(values)[0][0]
-        n, modes = len(definition.states), len(definition.modes)
-        flows = [flow_of(rows[k * n : (k + 1) * n], rate) for k in range(modes)]
+        flows = [flow_of(mode, rate) for mode in rows.rates]
         cells = [cell_of(flow, table.horizon) for flow in flows]
         units = [flow * arb(cell) for flow, cell in zip(flows, cells, strict=True)]
         series = [series_of(unit) for unit in units]
-        functions = derived_of(functions_of(definition, rows[n * modes :], table), table, units)
+        fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in series[0]}
+        fields |= derived_of([rows.functions[k] for k in table.chosen[table.choices[:-1]]], table, units)
+        fields |= facts_of(definition, values, table).fields
         turns = np.array([rounded(rate * cell) for cell in cells])
-    fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in series[0]} | functions
-    fields |= zeros_of(table, fields["flows"], functions["functions"])
     fields |= {"cell": np.array(cells), "turn": turns, "last": table.horizon / np.array(cells)}
     return BallTables(**{name: fields[name] if name in fields else getattr(table, name) for name in BallTables._fields})
-
-
-def flow_of(rates: list[BallRow], rate: arb) -> arb_mat:
-    """The matrix Y of a mode in many digits, shape (N, N)."""
-    n, width = len(rates), len(rates[0])
-    flow = arb_mat(rates + [[arb(0)] * width for _ in range(width - n)])
-    for m in range(1, (width - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        flow[c, c + 1], flow[c + 1, c] = -m * rate, m * rate
-    return flow
 
 
 def floats(matrix: arb_mat) -> Floats:
@@ -154,20 +144,11 @@ def floats_of(matrices: list[arb_mat]) -> Floats:
     return np.array(list(map(floats, matrices)))
 
 
-def functions_of(definition: Definition, rows: list[BallRow], table: Tables) -> list[BallRow]:
-    """The rows of the functions watched, in many digits."""
-    found, at = [], 0
-    for one in definition.transitions:
-        found.append(rows[at])
-        at += 1 + len(one.reset) + len(one.where) + len(one.begins) + len(one.held)
-    return [found[k] for k in table.chosen[table.choices[:-1]]]
-
-
-def derived_of(functions: list[BallRow], table: Tables, units: list[arb_mat]) -> dict[str, Floats]:
+def derived_of(functions: list[Any], table: Tables, units: list[arb_mat]) -> dict[str, Floats]:
     """The functions watched and their first derivatives as rows, and bounds on the next."""
     rows, bounds = [], []
     for f, function in enumerate(functions):
-        unit, own = units[mode_of(table, f)], [arb_mat([function])]
+        unit, own = units[mode_of(table, f)], [arb_mat([list(function)])]
         while len(own) <= RATES:
             own.append(own[-1] * unit)
         rows.append(np.concatenate([floats(row) for row in own[:-1]]))

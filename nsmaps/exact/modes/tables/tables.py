@@ -106,7 +106,7 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
     rate, horizon, _ = definition.scalars.floats(values)[0].tolist()
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, min(horizon, max_step))
-    functions = functions_of(definition, rows, rate, flows)
+    functions = functions_of(definition, values, rows, rate, flows)
     tables = Tables(
         rate=rate,
         horizon=horizon,
@@ -156,7 +156,9 @@ def flow_matrices(rows: Rows, rate: float) -> Floats:
     return np.array([flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates])
 
 
-def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[str, Any]) -> dict[str, Any]:
+def functions_of(
+    definition: Definition, values: Sequence[float], rows: Rows, rate: float, flows: dict[str, Any]
+) -> dict[str, Any]:
     """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
     groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
     sets = [group for mode in groups for group in mode]
@@ -165,7 +167,7 @@ def functions_of(definition: Definition, rows: Rows, rate: float, flows: dict[st
     modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows, rate)
     bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
     which = {k: function for function, group in enumerate(sets) for k in group}
-    on = vanishing(definition, rows, functions, modes, matrices)
+    on = vanishing(definition, values, leads, functions.shape[1])
     bounces = [bounced(definition, functions, modes, on, k, which.get(k, 0)) for k in range(len(definition.transitions))]
     return {
         "watched": np.cumsum([0, *map(len, groups)]),

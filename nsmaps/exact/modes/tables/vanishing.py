@@ -1,63 +1,99 @@
-"""Which terms of the series of the functions that are watched are zero just after an event, whatever the state."""
+"""Which terms of the series of the functions that are watched are zero just after an event, whatever the state.
+
+This is decided in balls of many digits, of the numbers that the formulas are at the parameters, here for all that rests on it.
+"""
+
+from collections.abc import Sequence
 
 import numpy as np
+from flint import arb, arb_mat
 
-from nsmaps.arrays import Floats, Ints
+from nsmaps.arrays import Ints
+from nsmaps.exact.flows.balls import many_digits
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.numbers import BallRow
 from nsmaps.exact.modes.tables.nonlinear import recomputed
-from nsmaps.exact.modes.tables.rows import Rows
+from nsmaps.exact.modes.tables.rows import Rows, rows_of
 from nsmaps.exact.modes.tables.taylor import TERMS
 
-SAME = 1e-13  #: to which a function is in proportion to another, relative to its largest coefficient
+Basis = list[tuple[int, BallRow]]  #: rows, each with the place of a one where all others are zero
 
 
-def vanishing(definition: Definition, rows: Rows, functions: Floats, modes: Ints, flows: Floats) -> Ints:
-    """How many of the first terms of each function are zero just after each event, whatever the state, shape (T, S).
+def ball_rows(definition: Definition, values: Sequence[float], width: int) -> Rows:
+    """All rows over so many features in many digits: arrays of balls."""
+    harmonics = (width - len(definition.columns) - 1) // 2
+    return rows_of(definition, np.array(definition.facts(harmonics).at(values), dtype=object))
+
+
+def flow_of(rates: Sequence[Sequence[arb]], rate: arb) -> arb_mat:
+    """The matrix Y of a mode in many digits, shape (N, N), by its rows of rates and the rate of the phase: z' = Y z."""
+    n, width = len(rates), len(rates[0])
+    flow = arb_mat([list(row) for row in rates] + [[arb(0)] * width for _ in range(width - n)])
+    for m in range(1, (width - n - 1) // 2 + 1):
+        cosine = n + 2 * m - 1
+        flow[cosine, cosine + 1], flow[cosine + 1, cosine] = -m * rate, m * rate
+    return flow
+
+
+def through(states: Sequence[Sequence[arb]]) -> arb_mat:
+    """The matrix of the features by those before a reset, shape (N, N), from the rows of the states."""
+    n, width = len(states), len(states[0])
+    return arb_mat([list(row) for row in states] + np.eye(width)[n:].tolist())
+
+
+def vanishing(definition: Definition, values: Sequence[float], leads: Sequence[int], width: int) -> Ints:
+    """How many of the first terms of the functions of some transitions are zero just after each event, shape (T, S).
 
     They are then sums of what is zero just before it, the function of the event and what its mode holds at zero, as seen through
     the reset. Terms that a reset by another formula changes are not. All `TERMS` are zero of a function that stays zero. In a
     nonlinear system at most the first one counts.
     """
-    n, width = rows.resets.shape[1:]
-    result = np.zeros((len(rows.functions), len(functions)), np.int64)
-    for k, one in enumerate(definition.transitions):
-        through, given = np.vstack([rows.resets[k], np.eye(width)[n:]]), [*dict(one.curved), *recomputed(definition, one)]
-        zeros = independent(np.vstack([rows.functions[k], rows.held[k]]))
-        for i, (function, mode) in enumerate(zip(functions, modes, strict=True)):
-            if mode == one.target:
-                result[k, i] = flat_terms(function, flows[mode], through, given, zeros)
+    result = np.zeros((len(definition.transitions), len(leads)), np.int64)
+    with many_digits():
+        rows, rate = ball_rows(definition, values, width), definition.scalars.at(values)[0][0]
+        flows, functions = [flow_of(mode, rate) for mode in rows.rates], [arb_mat([list(row)]) for row in rows.functions]
+        for k, one in enumerate(definition.transitions):
+            reset, given = through(rows.resets[k]), [*dict(one.curved), *recomputed(definition, one)]
+            zeros = independent([rows.functions[k], *rows.held[k]])
+            for i, lead in enumerate(leads):
+                if definition.transitions[lead].mode == one.target:
+                    result[k, i] = flat_terms(functions[lead], flows[one.target], reset, given, zeros)
     return np.minimum(result, 1) if definition.smooth else result
 
 
-def independent(rows: Floats) -> list[tuple[int, Floats]]:
-    """Rows that span the same space, each with the place of a one where all others are zero."""
-    found: list[tuple[int, Floats]] = []
-    for row in rows:
-        size = np.abs(row)
-        for lead, one in found:
-            row, size = row - row[lead] * one, size + abs(row[lead]) * np.abs(one)
-        row = np.where(np.abs(row) <= SAME * size, 0.0, row)
-        if row.any():
-            k = int(np.argmax(np.abs(row)))
-            row = row / row[k]
-            found = [(lead, one - one[k] * row) for lead, one in found] + [(k, row)]
-    return found
-
-
-def flat_terms(function: Floats, flow: Floats, through: Floats, given: list[int], zeros: list[tuple[int, Floats]]) -> int:
+def flat_terms(function: arb_mat, flow: arb_mat, reset: arb_mat, given: list[int], zeros: Basis) -> int:
     """How many of the first terms of a function's series are zero where others are, seen through a reset."""
-    term, size, sizes = function, np.abs(function), np.abs(flow)
-    for k in range(len(function)):
-        if term[given].any() or not combined(term @ through, zeros, size @ np.abs(through)):
+    term = function
+    for k in range(term.ncols()):
+        if not all(term[0, state].contains(0) for state in given) or not combined(term * reset, zeros):
             return k
-        term, size = term @ flow, size @ sizes
+        term = term * flow
     return TERMS  # by Cayley and Hamilton
 
 
-def combined(row: Floats, others: list[tuple[int, Floats]], size: Floats) -> bool:
-    """Whether a row is a sum of multiples of others, but for rounding of the terms of this size that add up to it."""
-    row = np.where(np.abs(row) <= SAME * size, 0.0, row)
-    left, size = row, size + np.abs(row)
-    for lead, one in others:
-        left, size = left - row[lead] * one, size + np.abs(row[lead] * one)
-    return bool((np.abs(left) <= SAME * size).all())
+def independent(rows: Sequence[Sequence[arb]]) -> Basis:
+    """Rows that span the same space."""
+    found: Basis = []
+    for given in rows:
+        row = reduced(given, found)
+        sizes = [0.0 if x.contains(0) else abs(float(x)) for x in row]
+        if any(sizes):
+            lead = int(np.argmax(sizes))
+            row = [x / row[lead] for x in row]
+            found = [(k, reduced(one, [(lead, row)])) for k, one in found] + [(lead, row)]
+    return found
+
+
+def reduced(row: Sequence[arb], basis: Basis) -> BallRow:
+    """What a row is less multiples of others, zero at their places."""
+    remaining = list(row)
+    for lead, one in basis:
+        if not row[lead].contains(0):
+            remaining = [x - row[lead] * y for x, y in zip(remaining, one, strict=True)]
+            remaining[lead] = arb(0)
+    return remaining
+
+
+def combined(row: arb_mat, basis: Basis) -> bool:
+    """Whether a row, shape (1, N), is a sum of multiples of others."""
+    return all(x.contains(0) for x in reduced(row.entries(), basis))
