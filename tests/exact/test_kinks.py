@@ -138,6 +138,28 @@ def test_a_piecewise_linear_spring_returns_as_with_a_mode_for_each_piece() -> No
     assert one.derivative == pytest.approx(other.derivative, rel=1e-9)
 
 
+def test_drag_of_a_speed_times_its_size_is_that_of_the_closed_form() -> None:
+    pytest.importorskip("heyoka")
+
+    class Ball(Plate):
+        """On a plate that stands still."""
+
+        def period(self) -> Any:
+            return None
+
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+            return {"I": Guard("flight", y.x, reset={"v": -y.v})}
+
+        def section(self, t: Any, y: SimpleNamespace) -> Section:
+            return Section("I", ("v",))
+
+    ball, u = Ball(), np.array([1e-4, 0.9, 3.0])
+    returns = ball.first_return(-u[:, None], derivative=True)
+    assert returns.words.tolist() == ["II"] * 3
+    assert returns.image[:, 0] == pytest.approx(-u / np.sqrt(1 + ball.drag * u**2), rel=4e-15)
+    assert returns.derivative[:, 0, 0] == pytest.approx((1 + ball.drag * u**2) ** -1.5, rel=4e-15)
+
+
 def test_an_invariant_guard_leaves_one_part_and_a_guard_with_a_kink_has_a_function_in_each() -> None:
     class Box(Plate):
         """A wall on each side, in one formula."""

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy as sp
 
@@ -223,6 +224,33 @@ def test_noise_in_nonlinear_flights_is_refused_by_name() -> None:
         SystemDefinitionError, match=r"Shaken has rates or guards that are not affine .* noise on the images of its"
     ):
         driven_kernel(Shaken(), 0.1)
+
+
+class Ring(HybridSystem):
+    """Two fields that lead to the unit circle, radially at the rate of the distance and around it at 3/2 and 1/2."""
+
+    states = ("x", "y")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        turn, pull = {"x": -y.y, "y": y.x}, {"x": -y.x, "y": -y.y}
+        return {
+            "out": {name: 3 * turn[name] / 2 + pull[name] for name in turn},
+            "in": {name: turn[name] / 2 - pull[name] for name in turn},
+        }
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"ring": Sliding("out", "in", y.x**2 + y.y**2 - 1), "S": Guard(("out", "in", "ring"), y.y)}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("S", ("x",))
+
+
+def test_motions_slide_along_a_curved_surface() -> None:
+    pytest.importorskip("heyoka")
+    returns = Ring().first_return([[-2.0], [-0.01]])
+    assert returns.words.tolist() == ["SrS"] * 2
+    assert returns.image[:, 0] == pytest.approx(-1, rel=1e-14)
+    assert returns.time == pytest.approx([2 * np.pi - np.log(2) / 2, 2 * np.pi + np.log(100) / 2], rel=1e-14)
 
 
 class Curved(Hopper):

@@ -95,7 +95,8 @@ def _started(one: Start, variables: Sequence[sp.Symbol]) -> Start:
     """A start whose states are affine in the coordinates but for its formulas."""
     formulas = _formulas(one.states, variables)
     rows = [zero_row(len(variables)) if k in dict(formulas) else row for k, row in enumerate(one.states)]
-    return replace(one, states=tuple(rows), curved=formulas) if formulas else one
+    affine = tuple(row for row in one.zeros if not row.variables)  # others are at some events of a section alone
+    return replace(one, states=tuple(rows), curved=formulas, zeros=affine)
 
 
 def _formulas(rows: Sequence[Row], variables: Sequence[sp.Symbol]) -> Formulas:

@@ -44,21 +44,33 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
     check_names(f"{reader.name}.section is at", names, tuple(dict.fromkeys(one.name for one in transitions if one.name)))
     check_names(f"{reader.name}.section gives the state", section.states, tuple(reader.states))
     events = ((k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
-    return tuple(_start(reader, section, k, one) for k, one in events)
+    starts = tuple(_start(reader, section, k, one) for k, one in events)
+    _check_bound(reader, section, transitions, starts)
+    return starts
 
 
 def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
     states = _states(reader, section, transition)
     surface = tuple(zeros_at(section, transition))
-    zeros = tuple(row for row in (row.at(states) for row in surface) if any(row.coefficients) or row.remainder != 0)
-    curved = [expr for row in zeros if row.variables and not vanishes(expr := row.of(row.variables))]
-    if curved:
-        raise SystemDefinitionError(
-            f"{reader.name}.section at {transition.name!r} has coordinates and `states` that lie on a surface only where "
-            f"{shown(curved[0])} is zero, which is not affine; expected: one coordinate less, and the formula of that state in "
-            "`states`"
-        )
-    return Start(number, states, zeros=tuple(row for row in zeros if not row.variables), surface=surface)
+    zeros = (row.at(states) for row in surface)
+    bound = tuple(row for row in zeros if any(row.coefficients) or not (row.remainder == 0 or _identity(row)))
+    return Start(number, states, zeros=bound, surface=surface)
+
+
+def _identity(row: Row) -> bool:
+    """Whether a nonlinear row is zero whatever the states."""
+    return bool(row.variables) and vanishes(row.of(row.variables))
+
+
+def _check_bound(reader: Reader, section: Section, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
+    """Refuse coordinates of which some determine others, at each event, by a function that is not affine."""
+    for start in starts if all(start.zeros for start in starts) else ():
+        for row in (row for row in start.zeros if row.variables):
+            raise SystemDefinitionError(
+                f"{reader.name}.section at {transitions[start.transition].name!r} has coordinates and `states` that lie on a "
+                f"surface only where {shown(row.of(row.variables))} is zero, which is not affine; expected: one coordinate less, "
+                "and the formula of that state in `states`"
+            )
 
 
 def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
