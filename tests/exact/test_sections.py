@@ -580,18 +580,25 @@ class EitherPlace(RecoilPair):
         return Section(("B", "T"), ("x", "v", "X", "V", "phi"))
 
 
-@pytest.mark.parametrize("kind", [EitherWall, EitherPlace])
+class EitherAfter(RecoilPair):
+    """The same, just after the impacts."""
+
+    def section(self, t, y):
+        return Section(("B", "T"), ("x", "v", "X", "V", "phi"), side="after")
+
+
+@pytest.mark.parametrize("kind", [EitherWall, EitherPlace, EitherAfter])
 def test_a_section_at_two_walls_begins_at_the_one_on_which_a_start_lies(kind):
     """Every impact of the vibro-impact pair, on both walls, whose numbers those of a light ball are."""
     values = {"d": 0.35, "g_bar": 0.2113, "r": 0.5}
     impacts = VIPair(**values).impacts([0.83, 0.36], 12)
-    pair = kind(eta=0, kappa=0, Lambda=0, **values)
-    start = [0.83, 0.19, -0.67, 0.36] if kind is EitherWall else [0.175, 0.83, 0.19, -0.67, 0.36]
+    pair, share = kind(eta=0, kappa=0, Lambda=0, **values), -0.5 if kind is EitherAfter else 1.0
+    start = [share * 0.83, 0.19, -0.67, 0.36] if kind is EitherWall else [0.175, share * 0.83, 0.19, -0.67, 0.36]
     orbit = pair.orbits([start], 11)
     towards = np.where(impacts.wall == 0, 1, -1)[1:]
     assert set(impacts.wall.tolist()) == {0, 1}
     assert orbit.words.tolist() == ["BT" if wall else "TB" for wall in impacts.wall[1:]]
-    assert orbit.image[:, -4] == pytest.approx(towards * impacts.speed[1:], abs=1e-11)
+    assert orbit.image[:, -4] == pytest.approx(share * towards * impacts.speed[1:], abs=1e-11)
     assert orbit.image[:, -1] == pytest.approx(impacts.phase[1:], abs=1e-11)
     if kind is not EitherWall:
         assert orbit.image[:, 0] == pytest.approx(0.175 * towards, abs=1e-15)

@@ -197,8 +197,6 @@ def check_starts(
     Raises:
         SystemDefinitionError: says which events or states, and what is expected.
     """
-    if after and len({transitions[start.transition].name for start in starts}) > 1:
-        raise SystemDefinitionError(f"{reader.name}.section has several events; expected: one, or side='before'")
     for start in starts:
         one = transitions[start.transition]
         for zero in start.zeros:
@@ -208,8 +206,9 @@ def check_starts(
                     f"zero there is {sp.N(zero.remainder, 6)}; expected: other `states`, or those that the guard gives left out"
                 )
     for first, second in combinations(starts, 2):
-        if not all(map(equal, first.states, second.states)) and not _distinct(reader, transitions, flows, first, second):
-            names = [transitions[start.transition].name for start in (first, second)]
+        names = [transitions[start.transition].name for start in (first, second)]
+        known = not (after and names[0] != names[1]) and _distinct(reader, transitions, flows, first, second)
+        if not all(map(equal, first.states, second.states)) and not known:
             pairs = zip(reader.states, first.states, second.states, strict=True)
             left = [state for state, a, b in pairs if not equal(a, b)]
             raise SystemDefinitionError(

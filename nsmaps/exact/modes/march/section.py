@@ -32,14 +32,19 @@ def picked(p, function, z, w):
 
 
 @inner
-def away(p, transition, w):
-    """How far a state is from one at which a transition takes place: its function is zero there, no other one is below it.
+def away(p, start, w):
+    """How far a state is from one at which the transition of a start takes place: its function is zero there, no other is below.
 
-    Just after it none is below zero in the mode that follows. The largest violation of this, as a share of the sizes of the
-    function's terms and of its change within a longest step.
+    Just after it none is below zero in the mode that follows, and of several events those of the start's surface are zero. The
+    largest violation of this, as a share of the sizes of the function's terms and of its change within a longest step.
     """
+    transition = p.starts[start]
     far, mode = 0.0, p.target[transition] if p.after else p.mode[transition]
     velocity(p, mode, w.z, w.field, w)
+    for i in range(p.landings.shape[1]):
+        value, size = dot(p.landings[start, i], w.z)
+        size += abs(dot(p.landings[start, i], w.field)[0])
+        far = max(far, abs(value) / size if size > 0.0 else 0.0)
     for f in range(p.watched[mode], p.watched[mode + 1]):
         value, size = valued(p, p.functions[f], w.z, w)
         size += abs(dot(p.functions[f], w.field)[0])

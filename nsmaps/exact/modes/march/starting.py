@@ -41,7 +41,7 @@ def begun(p, row, phi, w):
             started_by_law(p, k, phi, w.z, w)
         derive(p, w.z, w)
         holds, _ = allowed(p, p.starts[k], w.z, w)
-        far = away(p, p.starts[k], w) if len(p.starts) > 1 else 0.0
+        far = away(p, k, w) if len(p.starts) > 1 else 0.0
         j = contact_of(p, p.mode[p.starts[k]])
         if j >= 0:
             far = max(far, lifted(p, j, w.z))

@@ -12,6 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
@@ -95,6 +96,9 @@ class Tables(NamedTuple):
     phase: float  #: at which the section is, where no coordinate is a phase
     starts: Any  #: shape (number of starts,), the transition of each
     states: Any  #: shape (number of starts, n, N), the state by that which the coordinates are
+    landings: (
+        Any  #: shape (number of starts, K, N), what is zero just after each of several events, with rows of zeros; K = 0 of one
+    )
     start_laws: Any  #: shape (number of starts,), address of the law of the other states, 0 for none
     start_curved: Any  #: shape (number of starts, own), whether that law gives the state
     places: Any  #: shape (number of coordinates,), the state that each is, -1 for the phase
@@ -119,11 +123,23 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
         phase=0.0 if definition.clock < 0 else phase_of_fall(definition, rows.functions[definition.clock], values),
         starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
+        landings=landings_of(definition, rows, values),
         start_laws=np.array([law_address(definition, start) for start in definition.starts]),
         start_curved=np.array([[k in dict(start.curved) for k in range(len(definition.states))] for start in definition.starts]),
         places=np.array(places),
     )
     return Tables(*map(_in_rows, tables))
+
+
+def landings_of(definition: Definition, rows: Rows, values: Sequence[float]) -> Floats:
+    """The field `landings` of a table."""
+    n, width = rows.resets.shape[1:]
+    names = {definition.transitions[start.transition].name for start in definition.starts}
+    count = max(len(start.surface) for start in definition.starts) if definition.after and len(names) > 1 else 0
+    found = np.zeros((len(definition.starts), count, width))
+    for k, start in enumerate(definition.starts if count else ()):
+        found[k, : len(start.surface)] = Numbers(start.surface, definition.symbols, (width - n - 1) // 2).floats(values)
+    return found
 
 
 def _in_rows(value: Any) -> Any:
