@@ -3,6 +3,7 @@
 import ctypes
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -10,8 +11,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
+import nsmaps
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.modes.kernel import kernel_of
+from nsmaps.exact.taylor import linking, programs
 from nsmaps.exact.taylor.expressions import expression, heyoka
 from nsmaps.exact.taylor.laws import EXP, ORIGIN, TANH, derived_law, flat_kinds, rate_law
 from nsmaps.exact.taylor.linking import SIGNATURE, called, linked, step_of
@@ -87,6 +91,33 @@ def test_a_step_that_cannot_be_linked_is_made_through_python(monkeypatch):
     other = step_of(program)
     assert isinstance(other.owner, ctypes._CFuncPtr)
     assert np.array_equal(expand(other.address, *given), machine)
+
+
+def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
+    class Swing(nsmaps.HybridSystem):
+        """A pendulum between two stops."""
+
+        a: float = 0.5
+        states = ("x", "v")
+
+        def modes(self, t, y):
+            return {"m": {"x": y.v, "v": -sp.sin(y.x)}}
+
+        def guards(self, t, y):
+            return {"R": nsmaps.Guard("m", self.a - y.x, reset={"v": -y.v}), "L": nsmaps.Guard("m", y.x + 1, reset={"v": -y.v})}
+
+        def section(self, t, y):
+            return nsmaps.Section("R", ("v",))
+
+    starts = np.linspace(0.2, 3, 50)[:, None]
+    machine = Swing(a=0.5).first_return(starts)
+    monkeypatch.setattr(linking, "linked", None)
+    monkeypatch.setattr(programs, "_step", cache(programs._step.__wrapped__))
+    kernel_of.cache_clear()
+    python = Swing(a=0.5).first_return(starts)
+    kernel_of.cache_clear()
+    assert set(machine.words.tolist()) == {"RR", "RLR"}
+    assert np.array_equal(machine.image, python.image)
 
 
 @pytest.mark.parametrize("way", [linked, called])
