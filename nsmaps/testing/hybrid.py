@@ -44,18 +44,18 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
             "positive before it, and in the right modes?",
             stacklevel=3,
         )
-    tried = later if states is None and later.certified.any() else returns  # no motion may come to a random state
+    tried = later if states is None and later.decided.any() else returns  # no motion may come to a random state
     check_derivatives(system, tried.select(tried.outcome == Outcome.returned), _bound(system))
-    _check_flights(system, tried.select(tried.certified))
+    _check_flights(system, tried.select(tried.decided))
     both = Returns.concatenated([returns, later])
-    good = both.select(both.certified)
+    good = both.select(both.decided)
     check_influence(system, good)
 
 
 def _continued(system: HybridSystem, returns: Returns) -> Returns:
     """The returns from the images of others, which must be starts."""
     later = system.first_return(returns.image, derivative=True)
-    lost = np.flatnonzero(np.isin(later.outcome, [Outcome.invalid, Outcome.blocked]) & returns.certified)
+    lost = np.flatnonzero(np.isin(later.outcome, [Outcome.invalid, Outcome.blocked]) & returns.decided)
     if lost.size:
         (why,) = system.reasons(returns.image[lost[:1]])
         raise CheckError(

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from pydantic import Field
 
 from nsmaps import Guard, HybridSystem, Section, Sliding
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.events.kinks import Kinks
 from nsmaps.exact.modes.definitions.reading import definition_of
+from nsmaps.testing import check_system
 
 X, V, P = sp.symbols("x v p", real=True)
 PLACES = np.random.default_rng(3).normal(size=(20, 2)).round(3)
@@ -158,6 +160,29 @@ def test_drag_of_a_speed_times_its_size_is_that_of_the_closed_form() -> None:
     assert returns.words.tolist() == ["II"] * 3
     assert returns.image[:, 0] == pytest.approx(-u / np.sqrt(1 + ball.drag * u**2), rel=4e-15)
     assert returns.derivative[:, 0, 0] == pytest.approx((1 + ball.drag * u**2) ** -1.5, rel=4e-15)
+
+
+class Dish(HybridSystem):
+    """A ball that bounces in a parabolic dish, with a drag k u |u| along the ground."""
+
+    k: float = Field(0.1, description="drag")
+    states = ("x", "y", "u", "v")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"flight": {"x": y.u, "y": y.v, "u": -self.k * y.u * sp.Abs(y.u), "v": -1}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        across = (y.v - y.x * y.u) / (1 + y.x**2)
+        return {"W": Guard("flight", y.y - y.x**2 / 2, reset={"u": y.u + 2 * across * y.x, "v": y.v - 2 * across})}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("W", ("x", "u", "v"))
+
+
+def test_a_curved_wall_with_a_curved_reset_is_that_of_an_integrator() -> None:
+    pytest.importorskip("heyoka")
+    rng = np.random.default_rng(0)
+    check_system(Dish(), states=rng.uniform((-1, -0.5, -1.5), (1, 0.5, -0.5), (20, 3)))
 
 
 def test_an_invariant_guard_leaves_one_part_and_a_guard_with_a_kink_has_a_function_in_each() -> None:
