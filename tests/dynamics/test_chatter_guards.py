@@ -9,7 +9,7 @@ from nsmaps_buck_converter import BuckConverter
 from nsmaps_two_masses import TwoMasses
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, Outcome, Section, continue_branch
+from nsmaps import CompleteChatter, Guard, HybridSystem, Outcome, Section, chatter_cascade, continue_branch
 from nsmaps.errors import NsmapsError
 
 VALUES = {"Gamma": 1.3, "r": 0.5}
@@ -100,6 +100,9 @@ def test_a_branch_ends_where_that_of_the_impact_system_ends():
     (end,) = branch.events
     assert (cycle.words, end.kind) == (("B~B",), "end of complete chatter")
     assert end.parameter == pytest.approx(1.59734883, abs=2e-8)
+    (first,) = chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), end, (1, end.parameter + 2e-6), 1)
+    assert (first.impacts, first.near.ended, first.far.ended) == (19, "grazing", "period doubling")
+    assert first.near.events[-1].parameter == pytest.approx(1.5973498688241232, abs=1e-13)  # of the impact system
 
 
 @pytest.mark.parametrize(("name", "by"), [("Gamma", (1, 0)), ("r", (0, 1))])

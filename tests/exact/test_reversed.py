@@ -16,6 +16,14 @@ from nsmaps import Guard, HybridSystem, Section
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.systems.reversed import inverse_map, of_reversed, reversed_system, to_reversed
 
+
+class Either(RecoilPair):
+    """The pair seen before an impact on either wall."""
+
+    def section(self, t, y):
+        return Section(("B", "T"), ("x", "v", "X", "V", "phi"))
+
+
 CASES = [
     (RecoilPair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5), [0.05, -0.3, -0.3], [1, 0.3, 0.3]),
     (RecoilPair(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5, contact=True), [0.4, -0.1, -0.1], [1, 0.1, 0.1]),
@@ -48,6 +56,15 @@ def test_states_and_words_are_those_of_the_system():
     back = reversed_system(system).first_return(to_reversed(system, there.image))
     assert of_reversed(system, to_reversed(system, state)) == pytest.approx(state)
     assert back.words.tolist() == [there.words[0][::-1]]
+
+
+def test_a_section_at_two_walls_leads_back_too():
+    pair = Either(eta=0.3, kappa=0.4, Lambda=0.1, d=0.35, g_bar=0.2, r=0.5)
+    states = pair.orbits([[0.175, 0.8, 0.1, 0.2, 1.0]], 30).start
+    there = pair.first_return(states)
+    back = inverse_map(pair).first_return(there.image)
+    assert set(there.words.tolist()) >= {"BT", "TB"}
+    assert np.abs(pair.coordinates.difference(back.image, states)).max() < 1e-12
 
 
 class Ball(HybridSystem):
