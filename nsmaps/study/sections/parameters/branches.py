@@ -44,7 +44,7 @@ class BranchSection(BaseModel):
     start: dict[str, Number]
     at: Number | None = None  #: value of the parameter at the start; that of the study if omitted
     period: int = Field(1, ge=1)  #: in returns
-    chatter: bool = False  #: True: complete chatter on the base wall is one event of the map
+    chatter: bool = False  #: True: complete chatter at the section is one event of the map
     direction: Literal["up", "down", "both"] = "both"
     doublings: int = Field(0, ge=0, le=12)
     step: Number = Field(0.02, gt=1e-8, le=1)
