@@ -281,6 +281,19 @@ class Resting(Hopper):
         return {"A": Guard("flight", y.x**2 + y.y, reset={"v": -y.v}, rests="stick")}
 
 
+class Clocked(Moving):
+    """A section at a clock whose function has infinitely many harmonics, beside such a force."""
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"m": {"x": y.v, "v": sp.exp(sp.cos(t)) - y.x}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"S": Guard("m", -sp.sin(t) * sp.exp(sp.sin(t)))}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("S", ("x", "v"))
+
+
 class Stepping(Hopper):
     """A force in steps."""
 
@@ -299,6 +312,7 @@ def test_a_section_on_a_curved_surface_takes_the_formula_that_is_given() -> None
     [
         (Curved(), r"leaves x open, and the guard 'L' is not linear in x, of which several values .* as states=\{'x': \.\.\.\}"),
         (Wrong(), r"lie on a surface only where .* is zero, which is not affine; expected: one coordinate less"),
+        (Clocked(), r"the function of 'S', -exp\(sin\(phi\)\)\*sin\(phi\), is not a sum of harmonics; expected: .* -sin\(w t\)"),
         (Resting(), r"rests='stick' has the function y\.x\*\*2 \+ y\.y, .* not affine in the states; expected: .* no `rests`"),
         (Stepping(), r"rate of u is floor\(y\.x\), and floor has no Taylor series that can be followed; expected: powers"),
     ],

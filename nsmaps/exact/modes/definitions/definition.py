@@ -94,10 +94,14 @@ class Definition:
         begins = [self.transitions[start.transition] for start in self.starts]
         section = tuple(dict.fromkeys(one.letter for one in begins))
         others = [one for one in self.transitions if one.letter not in section]
-        moved = {one.letter for one in others if any(one.function.coefficients)}
+        moved = {one.letter for one in others if self.moves(one.function)}
         clocks = tuple(letter for letter in self.letters if letter not in (*section, *moved))
-        strobe = not self.coordinates.angles.any() and not any(any(one.function.coefficients) for one in begins)
+        strobe = not self.coordinates.angles.any() and not any(self.moves(one.function) for one in begins)
         return Alphabet(section, clocks, int(strobe))
+
+    def moves(self, row: Row) -> bool:
+        """Whether a row depends on the states, not on the time alone."""
+        return row.of(self.columns).has(*self.variables)
 
     @property
     def rows(self) -> Iterator[Row]:

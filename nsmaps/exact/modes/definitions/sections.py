@@ -65,7 +65,7 @@ def _identity(row: Row) -> bool:
 def _check_bound(reader: Reader, section: Section, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
     """Refuse coordinates of which some determine others, at each event, by a function that is not affine."""
     for start in starts if all(start.zeros for start in starts) else ():
-        for row in (row for row in start.zeros if row.variables):
+        for row in (row for row in start.zeros if row.variables and not row.timed):
             raise SystemDefinitionError(
                 f"{reader.name}.section at {transitions[start.transition].name!r} has coordinates and `states` that lie on a "
                 f"surface only where {shown(row.of(row.variables))} is zero, which is not affine; expected: one coordinate less, "
@@ -249,6 +249,11 @@ def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence
     """
     ones = [transitions[start.transition] for start in starts]
     clocks = [one.function.timed and one.function.remainder.has(PHI) for one in ones]
+    for one in (one for one, clock in zip(ones, clocks, strict=True) if clock and one.function.variables):
+        raise SystemDefinitionError(
+            f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r}, "
+            f"{shown(one.function.remainder)}, is not a sum of harmonics; expected: one with the same zero, such as -sin(w t)"
+        )
     if all(clocks) and all(equal(one.function, ones[0].function) for one in ones):
         return starts[0].transition
     for start, one in zip(starts, ones, strict=True):

@@ -44,9 +44,10 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
         )
     rows = []
     for one, other in zip(above, below, strict=True):
-        difference = (one + other.scaled(sp.S.NegativeOne)).of(variables)
-        step = sp.cancel(sp.expand(difference) / across) if difference.is_polynomial(*variables) else difference / across
-        rows.append(row_of(sp.expand(one.of(variables) - rise.of(variables) * step), variables))
+        difference = sp.expand((one + other.scaled(sp.S.NegativeOne)).of(variables))
+        step = sp.cancel(difference / across) if difference.is_polynomial(*variables) else difference / across
+        rate = one.of(variables) - rise.of(variables) * step
+        rows.append(row_of(rate if one.variables or rise.variables else sp.expand(rate), variables))
     return tuple(rows)
 
 
