@@ -143,18 +143,19 @@ def _of_system(system: System, format: str, name: str | None = None) -> dict[str
         expected = "latex, or a formula of known functions" if isinstance(system, PiecewiseMap) else expected
         expected = expected if isinstance(system, FlowSystem | PiecewiseMap) else FlowSystem.wanted
         raise NsmapsError(f"{type(system).__name__} as {format!r}: {why}; expected: {expected}")
-    if isinstance(system, HybridSystem):
-        return mode_files(system, name)
     if isinstance(system, PiecewiseMap):
         from nsmaps.exports.equations.pieces import piece_files
 
         return piece_files(system, format, _writer(format), name)
-    assert isinstance(system, ImpactSystem)
+    assert isinstance(system, ImpactSystem | HybridSystem)
     if format == "latex":
-        return system_files(system, name)
-    from nsmaps.exports.engine.program import first_return_files
+        return system_files(system, name) if isinstance(system, ImpactSystem) else mode_files(system, name)
+    from nsmaps.exports.programs.displacement import displacement_return
+    from nsmaps.exports.programs.modes import modes_return
+    from nsmaps.exports.programs.program import program_files
 
-    return first_return_files(system, format, name or identifiers([type(system).__name__.lower()])[0])
+    what = displacement_return(system) if isinstance(system, ImpactSystem) else modes_return(system)
+    return program_files(what, format, name or identifiers([type(system).__name__.lower()])[0])
 
 
 def _unwritten(system: System, format: str) -> str:
@@ -167,9 +168,9 @@ def _unwritten(system: System, format: str) -> str:
         return ""
     if format not in PROGRAMS:
         return "its map is implicit"
-    if not isinstance(system, ImpactSystem):
-        return "it has modes, which have an engine of their own"
-    return "its flights are integrated" if system.flight() == "acceleration" else ""
+    if isinstance(system, HybridSystem):
+        return "its flights are nonlinear, and followed by code of heyoka" if system._definition().smooth else ""
+    return "its flights are integrated" if isinstance(system, ImpactSystem) and system.flight() == "acceleration" else ""
 
 
 def _without_text(system: PiecewiseMap) -> str:

@@ -1,6 +1,5 @@
 """The exact first return as a program: C is compiled and run, Julia run where it is, and as Python everywhere."""
 
-import ctypes
 import re
 import shutil
 import subprocess
@@ -11,50 +10,17 @@ import numpy as np
 import pytest
 import sympy as sp
 import toys
+from run_c import Program
 
 import nsmaps
 import nsmaps.plugins
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.flows.formulas import V
 from nsmaps.exact.words import encode
-from nsmaps.exports.engine.laws import law_texts
+from nsmaps.exports.programs.laws import law_texts
 
-STRICT = ["-O3", "-march=native", "-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"]
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
 pytestmark = gcc
-
-
-class Return(ctypes.Structure):
-    _fields_ = (
-        ("outcome", ctypes.c_int),
-        ("image", ctypes.c_double * 2),
-        ("turns", ctypes.c_int64),
-        ("time", ctypes.c_double),
-        ("code", ctypes.c_int64),
-        ("derivative", ctypes.c_double * 4),
-    )
-
-
-def compiled(system, folder, name="exact"):
-    """The program of a system as a library."""
-    nsmaps.export(system, "c", folder, name=name)
-    subprocess.run(["gcc", *STRICT, "-shared", "-fPIC", f"{name}.c", "-o", f"{name}.so", "-lm"], cwd=folder, check=True)
-    library = ctypes.CDLL(str(folder / f"{name}.so"))
-    getattr(library, f"{name}_of").restype = Return
-    getattr(library, f"{name}_outcome").restype = ctypes.c_char_p
-    return library
-
-
-def pointer(array):
-    return ctypes.c_void_p(array.ctypes.data)
-
-
-def batch(library, states, name="exact"):
-    """Images, outcomes and codes of states."""
-    n = len(states)
-    images, outcomes, codes = np.empty((n, 2)), np.empty(n, np.intc), np.empty(n, np.int64)
-    library[f"{name}_batch"](ctypes.c_size_t(n), pointer(states), pointer(images), pointer(outcomes), pointer(codes))
-    return images, outcomes, codes
 
 
 def states_of(speed, n, slow=0.2):
@@ -90,7 +56,7 @@ def library(tmp_path_factory):
 
     def of(name):
         if name not in known:
-            known[name] = compiled(SYSTEMS[name][0](), tmp_path_factory.mktemp("exact"))
+            known[name] = Program(SYSTEMS[name][0](), tmp_path_factory.mktemp("exact"))
         return known[name]
 
     return of
@@ -101,17 +67,14 @@ def test_c_is_the_compiled_map(name, library):
     """Every image to the last two bits, every outcome and every word."""
     make, speed, n, expected = SYSTEMS[name]
     states = np.concatenate([states_of(speed, n), [[-1, 0], [np.nan, 0], [1, 1e11], [0, 0], [0, 4], [1e-310, 2]]])
-    images, outcomes, codes = batch(library(name), states)
+    images, outcomes, codes = library(name).batch(states)
     own = make().first_return(states)
     assert outcomes.tolist() == own.outcome.tolist()
     assert codes.tolist() == own.codes.tolist()
     np.testing.assert_allclose(images, own.image, rtol=4e-16, atol=0)
-    assert expected <= {library(name).exact_outcome(int(each)).decode() for each in set(outcomes)}
+    assert expected <= {library(name).outcome(each) for each in set(outcomes)}
     for code in set(codes.tolist()):
-        text = ctypes.create_string_buffer(40)
-        length = library(name).exact_word(ctypes.c_int64(code), text, ctypes.c_size_t(40))
-        assert text.value.decode() == own.words[codes.tolist().index(code)]
-        assert length == len(text.value)
+        assert library(name).word(code) == own.words[codes.tolist().index(code)]
 
 
 @pytest.mark.parametrize("chatter", [0.0, np.inf])
@@ -121,7 +84,7 @@ def test_c_sums_chatter_where_it_is_asked_to_and_gives_derivatives(chatter, libr
     own = system.first_return(states, derivative=True, chatter=chatter)
     assert ("B~" in own.words) == (chatter > 0)
     for k, state in enumerate(states):
-        got = library("bouncing_ball").exact_of(pointer(state.copy()), ctypes.c_double(chatter), ctypes.c_bool(True))
+        got = library("bouncing_ball").of(state, chatter)
         assert [got.outcome, got.code, got.turns] == [own.outcome[k], own.codes[k], own.turns[k, 1]]
         np.testing.assert_allclose([*got.image, got.time], [*own.image[k], own.time[k]], rtol=4e-16)
         np.testing.assert_allclose(got.derivative, own.derivative[k].ravel(), rtol=4e-16)
@@ -133,7 +96,7 @@ def test_c_against_50_digits(pair, reference, tmp_path):
     for d in (0.26, 0.35):
         own = [row for row in rows if row["d"] == d]
         states = np.array([[row["v"], row["phi"]] for row in own])
-        images, _, codes = batch(compiled(pair(d), tmp_path, f"pair{round(100 * d)}"), states, f"pair{round(100 * d)}")
+        images, _, codes = Program(pair(d), tmp_path, f"pair{round(100 * d)}").batch(states)
         assert codes.tolist() == [encode(row["word"], ("B", "T")) for row in own]
         error = np.abs(images - [[float(row["v1"]), float(row["phi1"])] for row in own])
         assert np.median(error) < 1e-15
@@ -149,7 +112,7 @@ def test_julia_as_python(name):
     system, states = make(), states_of(speed, 60, 0.5)
     names = as_python.run(nsmaps.export(system, "julia", name="exact"))
     own = system.first_return(states)
-    got = [names["first_return"](names["Flow"](names["NUMBERS"], [0.0] * 99), *state, 1e-12, False) for state in states.tolist()]
+    got = [names["first_return"](names["flow"](0), *state, 1e-12, False) for state in states.tolist()]
     assert [each[0] for each in got] == own.outcome.tolist()
     assert [each[5] for each in got] == own.codes.tolist()
     np.testing.assert_allclose([each[1:3] for each in got], own.image, rtol=4e-16)
@@ -176,11 +139,10 @@ def test_julia(tmp_path):
 
 @pytest.mark.parametrize("format", ["c", "julia"])
 def test_what_cannot_be_written_is_refused_by_name(format):
-    ones = {name: dict.fromkeys(nsmaps.plugins.system_class(name).parameter_names(), 0.5) for name in ("soft_impact", "duffing")}
-    with pytest.raises(NsmapsError, match=f"SoftImpact as '{format}': it has modes, .*; expected: latex, or c and julia of"):
-        nsmaps.export(nsmaps.load_system("soft_impact", **ones["soft_impact"]), format)
     with pytest.raises(NsmapsError, match=f"DuffingStop as '{format}': its flights are integrated"):
-        nsmaps.export(nsmaps.load_system("duffing", **ones["duffing"]), format)
+        nsmaps.export(
+            nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)), format
+        )
     with pytest.raises(NsmapsError, match="the name 'flight', by which the program would have flight twice"):
         nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="flight")
 

@@ -10,7 +10,6 @@ import sympy as sp
 from hybrid import Friction
 
 import nsmaps
-from nsmaps.errors import NsmapsError
 
 BELT = {"zeta": 0.02, "vb": 0.3, "mu_k": 0.4, "mu_s": 0.6, "w": 0.9, "A": 0.25}
 PAIR = {"eta": 0.1, "kappa": 0.04, "Lambda": 0.2, "d": 0.35, "r": 0.5, "g_bar": 0.2113}
@@ -94,13 +93,6 @@ def test_derived_modes_events_and_section_are_stated():
     assert re.findall(r"Mode (\w+):", friction) == ["slower", "faster", "stick"]
     assert "slides along it in the mode stick" in friction
     assert "The forcing has the period $P = 2 \\pi$." in friction
-
-
-def test_other_languages_and_results():
-    with pytest.raises(
-        NsmapsError, match=r"Belt as 'c': it has modes, .*; expected: latex, or c and julia of flights in closed form"
-    ):
-        nsmaps.export(SYSTEMS["belt"], "c")
 
 
 def test_noise_stands_where_it_acts():

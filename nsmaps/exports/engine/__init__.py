@@ -1,1 +1,1 @@
-"""The compiled engine of impact systems in other languages: its own functions, translated from their source."""
+"""Compiled functions in other languages, translated from their source with the numbers of one system put in."""

@@ -1,32 +1,71 @@
 """The engine as C99: tuples are structures, complex numbers too, and variables are declared on top of a function."""
 
 import ast
+import re
 from collections.abc import Iterable, Sequence
 from textwrap import fill
 from typing import Any
 
-from nsmaps.exports.engine.kinds import ARRAYS, BOOL, COMPLEX, FLOAT, FLOW, INT, Function, Kind
-from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer
-from nsmaps.exports.engine.source import about
+import numpy as np
 
-TYPES = {FLOAT: "double ", INT: "int64_t ", BOOL: "bool ", COMPLEX: "complex_number ", FLOW: "const flow *"}
-TYPES |= {"table": "const double *", "flight": "double *"}
+from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, INT, OPEN, Array, Fields, Function, Kind, Record, array_of, passed
+from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer, about, range_of
+from nsmaps.exports.engine.pruning import indices
+
+TYPES = {FLOAT: "double ", INT: "int64_t ", BOOL: "bool ", COMPLEX: "complex_number "}
 LETTERS = {FLOAT: "d", INT: "i", BOOL: "b", COMPLEX: "c"}
-LIBRARY = {"min": "smaller", "max": "larger", "int": "(int64_t)", "hypot": "hypot"}
+LIBRARY = {"int": "(int64_t)"}
+HELPERS = {("min", FLOAT): "smaller", ("max", FLOAT): "larger", ("min", INT): "smaller_whole", ("max", INT): "larger_whole"}
+DIRECTIONS = "directions"  #: how many directions of derivatives there are
 
 
 class CPrinter(Printer):
     """C99."""
 
-    stop = ";"
+    stop, arrow = ";", "->"
 
-    def __init__(self, own: dict[str, Kind]) -> None:
+    def __init__(self, own: dict[str, Kind], max_directions: int = 0) -> None:
+        """With room for at most so many directions of derivatives."""
         super().__init__(own)
         self.structures: dict[str, Kind] = {}
+        self.max_directions = max_directions
 
     def type_of(self, kind: Kind) -> str:
         """The type of a kind, to be followed by a name."""
         return f"{self.structure(kind)} " if isinstance(kind, tuple) else TYPES[kind] if kind else "void "
+
+    def variable(self, kind: Kind, name: str) -> str:
+        """The declaration of a variable or an argument; arrays are pointers."""
+        if isinstance(kind, Record):
+            return f"{kind.name} *{name}"
+        if not isinstance(kind, Array):
+            return self.type_of(kind) + name
+        pointer = f"(*{name}){self.extents(kind.shape[1:])}" if len(kind.shape) > 1 else f"*{name}"
+        return f"{'const ' * kind.fixed}{TYPES[kind.of]}{pointer}"
+
+    def extents(self, shape: Sequence[int]) -> str:
+        """A shape behind the name of an array."""
+        return "".join(f"[{size or self.max_directions}]" for size in shape)
+
+    def member(self, kind: Kind, name: str) -> str:
+        """The declaration of a number or an array that holds its entries."""
+        if isinstance(kind, Array):
+            return f"{TYPES[kind.of]}{name}{self.extents(kind.shape)}"
+        return self.type_of(kind) + name
+
+    def constant(self, name: str, value: Any) -> str:
+        """The definition of a constant."""
+        if not isinstance(value, np.ndarray):
+            return f"#define {name} {self.literal(value)}"
+        return f"static const {self.member(array_of(value, True), name)} = {self.entries(value)};"
+
+    def entries(self, value: Any) -> str:
+        """A number or an array as initial value."""
+        if not isinstance(value, np.ndarray):
+            return value.hex() if isinstance(value, float) else self.literal(value)
+        if value.ndim > 1:
+            return "{\n" + ",\n".join(map(self.entries, value)) + "\n}"
+        return fill("{" + ", ".join(map(self.entries, value.tolist())) + "}", 126, break_on_hyphens=False)
 
     def structure(self, kind: Sequence[Kind]) -> str:
         """The name of the structure of a tuple, whose members are m0, m1, ...; those within it are kept before it."""
@@ -44,31 +83,29 @@ class CPrinter(Printer):
         return "\n".join(rows)
 
     def whole(self, function: Function) -> str:
-        taken = ", ".join(self.type_of(kind) + name for name, kind in function.arguments.items())
-        head = f"static {self.type_of(function.returns)}{function.name}({taken})"
-        kinds = {name: self.type_of(function.variables[name]) for name in self.above}
-        sorts = {kind: [name for name in kinds if kinds[name] == kind] for kind in kinds.values()}
-        own = [f"    {kind}{', '.join(names)};" for kind, names in sorts.items()]
-        read = {each.called for each in ast.walk(function.tree) if hasattr(each, "called")}
-        unused = [f"    (void){name};" for name in function.arguments if name not in read]
+        kept = [(name, kind) for name, kind in function.arguments.items() if passed(kind)]
+        taken = [self.variable(kind, name) for name, kind in kept] + [f"int64_t {DIRECTIONS}"] * open_shapes(function)
+        head = f"static {self.type_of(function.returns)}{function.name}({', '.join(taken)})"
+        own = [f"    {self.variable(function.variables[name], name)};" for name in self.above]
+        body = "\n".join(self.lines)
+        unused = [f"    (void){name};" for name, _ in kept if not re.search(rf"\b{name}\b", body)]
         comment = fill(about(function).replace("*/", "* /"), 116, subsequent_indent="   ")
-        return "\n".join([f"/* {comment} */", head, "{", *own, *unused, *self.lines, "}", ""])
+        return "\n".join([f"/* {comment} */", head, "{", *own, *unused, body, "}", ""])
 
     def given(self, target: Node, text: str) -> None:
         """An assignment; a variable is declared by its first one, or on top of the function if that is in a block."""
         name = self.first(target)
-        self.put(f"{self.type_of(self.function.variables[name]) if name else ''}{self.value(target)} = {text};")
+        self.put(f"{self.variable(self.function.variables[name], name) if name else self.value(target)} = {text};")
 
     def _Expr(self, node: Node) -> None:
         if not isinstance(node.value, ast.Constant):
             self.put(f"{self.value(node.value)};")
 
     def _Return(self, node: Node) -> None:
-        assert node.value is not None
-        self.put(f"return {self.value(node.value, self.function.returns)};")
+        self.put(f"return {self.value(node.value, self.function.returns)};" if node.value else "return;")
 
     def _If(self, node: Node, first: str = "if") -> None:
-        self.put(f"{first} ({self.value(node.test)}) {{")
+        self.put(f"{first} ({self.test(node.test)}) {{")
         self.block(node.body)
         if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
             return self._If(node.orelse[0], "} else if")
@@ -78,9 +115,16 @@ class CPrinter(Printer):
         self.put("}")
 
     def _For(self, node: Node) -> None:
-        low, high = (["0"] + [self.value(each) for each in node.iter.args])[-2:]
+        low, high, by = range_of(node)
         name = getattr(node.target, "called", "count")
-        self.put(f"for (int64_t {name} = {low}; {name} < {high}; ++{name}) {{")
+        start = f"int64_t {name} = {self.value(low) if low else 0}"
+        step = f"++{name}" if by == 1 else f"{name} += {by}" if by > 0 else f"{name} -= {-by}"
+        self.put(f"for ({start}; {name} {'<' if by > 0 else '>'} {self.value(high, None, 5)}; {step}) {{")
+        self.block(node.body)
+        self.put("}")
+
+    def _While(self, node: Node) -> None:
+        self.put(f"while ({self.test(node.test)}) {{")
         self.block(node.body)
         self.put("}")
 
@@ -109,7 +153,7 @@ class CPrinter(Printer):
     def kind_of(self, target: Node) -> Kind:
         """The kind of what is assigned to, None for a value that is not kept."""
         if not isinstance(target, ast.Name):
-            return FLOAT
+            return target.kind
         called = getattr(target, "called", None)
         return ({**self.function.arguments, **self.function.variables})[called] if called else None
 
@@ -136,20 +180,35 @@ class CPrinter(Printer):
                 found.append(self.value(each, next(kinds)))
         return found
 
-    def _Tuple(self, node: Node, kind: Kind) -> tuple[str, int]:
-        return f"({self.structure(kind)}){{{', '.join(self.handed(node.elts, kind))}}}", WHOLE
+    def tuple_of(self, nodes: list[Node], kind: Kind) -> tuple[str, int]:
+        return f"({self.structure(kind)}){{{', '.join(self.handed(nodes, kind))}}}", WHOLE
 
     def _Attribute(self, node: Node, kind: Kind) -> tuple[str, int]:
         if node.attr in ("inf", "nan"):
             return {"inf": "INFINITY", "nan": "NAN"}[node.attr], WHOLE
-        inside = self.value(node.value, None, WHOLE)
-        return (f"{inside}->{node.attr}" if node.value.kind == FLOW else f"{inside}.{node.attr[:2]}"), WHOLE
+        if (field := self.field(node)) is not None:
+            return field, WHOLE
+        part = f"m{node.value.kind.names.index(node.attr)}" if isinstance(node.value.kind, Fields) else node.attr[:2]
+        return f"{self.value(node.value, None, WHOLE)}.{part}", WHOLE
 
     def _Subscript(self, node: Node, kind: Kind) -> tuple[str, int]:
-        inside, at = self.value(node.value), self.value(node.slice)
-        return (f"{inside}[{at}]" if node.value.kind in ARRAYS else f"{inside}.m{at}"), WHOLE
+        if getattr(node.value, "attr", "") == "shape":
+            return self.length(node.value.value, node.slice.value), WHOLE
+        inside = self.value(node.value, None, WHOLE)
+        if not isinstance(node.value.kind, Array):
+            return f"{inside}.m{self.value(node.slice)}", WHOLE
+        return inside + "".join(f"[{self.value(each)}]" for each in indices(node.slice)), WHOLE
+
+    def directions(self, node: Node, axis: int) -> str:
+        records = [name for name, kind in self.function.arguments.items() if isinstance(kind, Record) and not kind.fixed]
+        return f"{records[0]}->{DIRECTIONS}" if records else DIRECTIONS
+
+    def given_to(self, function: Function, nodes: list[Node]) -> list[str]:
+        return [*super().given_to(function, nodes), *[self.directions(nodes[0], 0)] * open_shapes(function)]
 
     def literal(self, value: Any) -> str:
+        if isinstance(value, float) and not np.isfinite(value):
+            return "NAN" if value != value else "INFINITY" if value > 0 else "-INFINITY"
         if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 2**31:
             return f"INT64_C({value})"
         return super().literal(value)
@@ -159,7 +218,8 @@ class CPrinter(Printer):
 
     def of_complex(self, sign: ast.operator, left: Node, right: Node) -> tuple[str, int]:
         name = {"+": "sum", "-": "difference", "*": "product", "/": "quotient"}[SIGNS[type(sign)][0]]
-        return f"complex_{name}({self.value(left, COMPLEX)}, {self.value(right, COMPLEX)})", WHOLE
+        called = self.helper(f"complex_{name}")
+        return f"{called}({self.value(left, COMPLEX)}, {self.value(right, COMPLEX)})", WHOLE
 
     def quotient(self, left: str, right: str) -> str:
         return f"{left} / {right}"
@@ -167,10 +227,19 @@ class CPrinter(Printer):
     def counted(self, text: str) -> str:
         return f"(double){text}"
 
-    def library(self, name: str, kind: Kind) -> str:
+    def library(self, name: str, node: Node) -> str:
         if name == "abs":
-            return "complex_size" if kind == COMPLEX else "fabs"
-        return LIBRARY.get(name, name)
+            return self.helper("complex_size") if node.args[0].kind == COMPLEX else "fabs"
+        if name in ("min", "max"):
+            return self.helper(HELPERS[name, node.kind])
+        return f"({TYPES[INT].strip()}){name}" if (name, node.kind) == ("floor", INT) else LIBRARY.get(name, name)
+
+
+def open_shapes(function: Function) -> bool:
+    """Whether a function takes arrays by directions of derivatives, and no memory that says how many there are."""
+    kinds = function.arguments.values()
+    memory = any(isinstance(kind, Record) and not kind.fixed for kind in kinds)
+    return not memory and any(isinstance(kind, Array) and not kind.fixed and OPEN in kind.shape for kind in kinds)
 
 
 def _stands_in(text: str, other: str) -> bool:

@@ -5,20 +5,36 @@ from collections.abc import Iterable, Sequence
 from textwrap import fill
 from typing import Any
 
-from nsmaps.exports.engine.kinds import COMPLEX, FLOW, Function, Kind
-from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer
-from nsmaps.exports.engine.source import about
+import numpy as np
+
+from nsmaps.exports.engine.kinds import COMPLEX, INT, Array, Fields, Function, Kind, passed
+from nsmaps.exports.engine.printer import SIGNS, WHOLE, Node, Printer, about, range_of
+from nsmaps.exports.engine.pruning import indices
 
 LIBRARY = {"min": "smaller", "max": "larger", "int": "whole_part", "sqrt": "square_root"}
+TYPES = {"f": "Float64", "i": "Int64", "b": "Bool"}
 
 
 class JuliaPrinter(Printer):
     """Julia."""
 
-    stop = ""
+    stop, arrow = "", "."
+
+    def constant(self, name: str, value: Any) -> str:
+        """The definition of a constant."""
+        return f"const {name} = {self.entries(value)}"
+
+    def entries(self, value: Any) -> str:
+        """A number, or an array whose last axis comes first, as the entries of one follow one another in memory."""
+        if not isinstance(value, np.ndarray):
+            return self.literal(value)
+        numbers = ", ".join(map(self.literal, value.ravel().tolist()))
+        text = fill(f"{TYPES[value.dtype.kind]}[{numbers}]", 126, break_on_hyphens=False)
+        return f"reshape({text}, {', '.join(map(str, reversed(value.shape)))})" if value.ndim > 1 else text
 
     def whole(self, function: Function) -> str:
-        head = f"function {function.name}({', '.join(function.arguments)})"
+        taken = [name for name, kind in function.arguments.items() if passed(kind)]
+        head = f"function {function.name}({', '.join(taken)})"
         own = [f"    local {', '.join(self.above)}"] if self.above else []
         text = about(function).replace("\\", "\\\\").replace('"', '\\"').replace("$", "\\$")
         return "\n".join([fill(f'"{text}"', 120), head, *own, *self.lines, "end", ""])
@@ -28,11 +44,10 @@ class JuliaPrinter(Printer):
             self.put(self.value(node.value))
 
     def _Return(self, node: Node) -> None:
-        assert node.value is not None
-        self.put(f"return {self.value(node.value, self.function.returns)}")
+        self.put(f"return {self.value(node.value, self.function.returns)}" if node.value else "return")
 
     def _If(self, node: Node, first: str = "if") -> None:
-        self.put(f"{first} {self.value(node.test)}")
+        self.put(f"{first} {self.test(node.test)}")
         self.block(node.body)
         if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
             return self._If(node.orelse[0], "elseif")
@@ -42,9 +57,14 @@ class JuliaPrinter(Printer):
         self.put("end")
 
     def _For(self, node: Node) -> None:
-        *low, high = node.iter.args
-        name = getattr(node.target, "called", "_")
-        self.put(f"for {name} in {self.value(low[0]) if low else '0'}:{self.shifted(high, -1)}")
+        low, high, by = range_of(node)
+        name, step = getattr(node.target, "called", "_"), "" if by == 1 else f"{by}:"
+        self.put(f"for {name} in {self.value(low, None, 1) if low else 0}:{step}{self.shifted(high, -1 if by > 0 else 1)}")
+        self.block(node.body)
+        self.put("end")
+
+    def _While(self, node: Node) -> None:
+        self.put(f"while {self.test(node.test)}")
         self.block(node.body)
         self.put("end")
 
@@ -67,22 +87,34 @@ class JuliaPrinter(Printer):
             return f"{int(node.value) + by}"  # type: ignore[arg-type]
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add) and isinstance(node.right, ast.Constant):
             return f"{self.value(node.left)}{_signed(int(node.right.value) + by)}"  # type: ignore[arg-type]
-        return f"{self.value(node)}{_signed(by)}"
+        return f"{self.value(node, None, 5)}{_signed(by)}"
 
-    def _Tuple(self, node: Node, kind: Kind) -> tuple[str, int]:
-        return f"({', '.join(self.handed(node.elts, kind))})", WHOLE
+    def tuple_of(self, nodes: list[Node], kind: Kind) -> tuple[str, int]:
+        return f"({', '.join(self.handed(nodes, kind))})", WHOLE
 
     def _Attribute(self, node: Node, kind: Kind) -> tuple[str, int]:
         if node.attr in ("inf", "nan"):
             return {"inf": "Inf", "nan": "NaN"}[node.attr], WHOLE
+        if (field := self.field(node)) is not None:
+            return field, WHOLE
         inside = self.value(node.value, None, WHOLE)
-        return f"{inside}.{node.attr if node.value.kind == FLOW else node.attr[:2]}", WHOLE
+        if isinstance(node.value.kind, Fields):
+            return f"{inside}[{node.value.kind.names.index(node.attr) + 1}]", WHOLE
+        return f"{inside}.{node.attr[:2]}", WHOLE
 
     def _Subscript(self, node: Node, kind: Kind) -> tuple[str, int]:
-        return f"{self.value(node.value, None, WHOLE)}[{self.shifted(node.slice, 1)}]", WHOLE
+        if getattr(node.value, "attr", "") == "shape":
+            return self.length(node.value.value, node.slice.value), WHOLE
+        inside, at = self.value(node.value, None, WHOLE), [self.shifted(each, 1) for each in reversed(indices(node.slice))]
+        if isinstance(node.kind, Array):
+            return f"view({inside}, {', '.join([':'] * len(node.kind.shape) + at)})", WHOLE
+        return f"{inside}[{', '.join(at)}]", WHOLE
+
+    def directions(self, node: Node, axis: int) -> str:
+        return f"Base.size({self.value(node)}, {len(node.kind.shape) - axis})"
 
     def literal(self, value: Any) -> str:
-        return super().literal(value).replace("e+", "e")
+        return super().literal(value).replace("e+", "e").replace("inf", "Inf").replace("nan", "NaN")
 
     def complex(self, real: str, imaginary: str) -> str:
         return f"complex({real}, {imaginary})"
@@ -90,7 +122,7 @@ class JuliaPrinter(Printer):
     def of_complex(self, sign: ast.operator, left: Node, right: Node) -> tuple[str, int]:
         text, own = SIGNS[type(sign)]
         if text == "/":
-            return f"complex_quotient({self.value(left, COMPLEX)}, {self.value(right, COMPLEX)})", WHOLE
+            return f"{self.helper('complex_quotient')}({self.value(left, COMPLEX)}, {self.value(right, COMPLEX)})", WHOLE
         return f"{self.value(left, COMPLEX, own)} {text} {self.value(right, COMPLEX, own + 1)}", own
 
     def quotient(self, left: str, right: str) -> str:
@@ -99,8 +131,8 @@ class JuliaPrinter(Printer):
     def counted(self, text: str) -> str:
         return f"Float64({text})"
 
-    def library(self, name: str, kind: Kind) -> str:
-        return LIBRARY.get(name, name)
+    def library(self, name: str, node: Node) -> str:
+        return "whole_floor" if (name, node.kind) == ("floor", INT) else LIBRARY.get(name, name)
 
 
 def _signed(value: int) -> str:

@@ -1,12 +1,18 @@
 """The engine as text of another language: what C and Julia have in common."""
 
 import ast
-from collections.abc import Iterable
+import inspect
+import textwrap
+from collections.abc import Iterable, Iterator
+from copy import deepcopy
+from itertools import count
 from typing import Any
 
-from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, Function, Inference, Kind
-from nsmaps.exports.engine.names import spelt
-from nsmaps.exports.engine.source import function_of
+import numpy as np
+
+from nsmaps.exports.engine.folding import Folding
+from nsmaps.exports.engine.inference import Inference
+from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, INT, Array, Bound, Fields, Function, Kind, Record, passed, spelt
 
 Node = Any  #: of a syntax tree, which has the kind that was inferred
 SIGNS: dict[type, tuple[str, int]] = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6)}
@@ -20,25 +26,43 @@ class Printer:
     """The functions that some entries of the engine reach, callees first, and their text."""
 
     stop: str  #: the end of a statement
+    arrow: str  #: between a record and its field
 
     def __init__(self, own: dict[str, Kind]) -> None:
         """`own` is what those functions return that the program has in place of the engine's."""
-        self.own, self.functions, self.constants = own, dict[str, Function](), dict[str, Any]()
+        self.own, self.functions, self.constants = own, dict[Any, Function](), dict[str, Any]()
+        self.folded, self.fields = dict[Any, Folding](), dict[str, dict[str, Kind]]()
+        self.helpers = dict[str, None]()  #: functions of the program that the text calls, in order
         self.function: Function
         self.lines, self.above, self.declared = list[str](), list[str](), set[str]()
         self.depth, self.count = 0, 0
 
-    def reach(self, name: str, compiled: Any, kinds: list[Kind]) -> Kind:
-        """What a function returns; it and all that it calls are kept."""
-        if name in self.own:
-            return self.own[name]
-        if name not in self.functions:
-            function = function_of(compiled, kinds)
+    def reach(self, node: Any, compiled: Any, kinds: list[Kind]) -> Kind:
+        """What the function of a name returns; it and all that it calls are kept."""
+        if node.id in self.own:
+            return self.own[node.id]
+        key = compiled.py_func, *kinds
+        if key not in self.functions:
+            tree, known = deepcopy(self.fold(compiled, kinds).tree), compiled.py_func.__globals__
+            names = [spelt(each.arg) for each in tree.args.args]
+            function = Function("", tree, known, dict(zip(names, kinds, strict=True)), {})
             Inference(function, self.reach)
-            self.functions[name] = function
-        known = self.functions[name]
-        assert list(known.arguments.values()) == kinds, f"{name}: {kinds}"
-        return known.returns
+            taken = [each.name for each in self.functions.values()]
+            function.name = next(name for name in _numbered(spelt(tree.name)) if name not in taken)
+            self.functions[key] = function
+        node.called = self.functions[key].name
+        return self.functions[key].returns
+
+    def fold(self, compiled: Any, kinds: list[Kind]) -> Folding:
+        """The tree of a function that numba compiles, without the parts that its arrays and records do not need."""
+        names = compiled.py_func.__code__.co_varnames
+        given = {name: kind for name, kind in zip(names, kinds, strict=False) if isinstance(kind, Array | Record | Bound)}
+        key = compiled.py_func, *given.items()
+        if key not in self.folded:
+            tree = ast.parse(textwrap.dedent(inspect.getsource(compiled.py_func))).body[0]
+            assert isinstance(tree, ast.FunctionDef)
+            self.folded[key] = Folding(tree, compiled.py_func.__globals__, given, lambda *call: self.fold(*call).result)
+        return self.folded[key]
 
     def texts(self) -> list[str]:
         """All functions, each after those that it calls."""
@@ -79,6 +103,9 @@ class Printer:
     def _Break(self, node: Node) -> None:
         self.put(f"break{self.stop}")
 
+    def _Continue(self, node: Node) -> None:
+        self.put(f"continue{self.stop}")
+
     def _AugAssign(self, node: Node) -> None:
         target = self.value(node.target)
         sign = "|" if isinstance(node.op, ast.BitOr) else SIGNS[type(node.op)][0]
@@ -102,22 +129,55 @@ class Printer:
         if hasattr(node, "called"):
             return node.called, WHOLE
         value = self.function.known[node.id]
-        assert self.constants.setdefault(node.id, value) == value, node.id
-        return node.id, WHOLE
+        for name in _numbered(node.id):
+            if np.array_equal(self.constants.setdefault(name, value), value):
+                return name, WHOLE
+        raise AssertionError(node.id)
+
+    def field(self, node: Node) -> str | None:
+        """What a field of a record is called, or the array whose address is taken; None of an attribute of anything else."""
+        record = node.value.kind
+        if isinstance(record, Array):
+            return self.value(node.value)
+        if not isinstance(record, Record):
+            return None
+        if not isinstance(node.kind, Record):
+            self.fields.setdefault(record.name, {})[node.attr] = node.kind
+        if not record.fixed and node.attr in record.constant:
+            return f"{record.name}_{spelt(node.attr)}"
+        inside = record.name if record.fixed else self.value(node.value, None, WHOLE)
+        return f"{inside}{'.' if record.fixed else self.arrow}{spelt(node.attr)}"
+
+    def test(self, node: Node, binds: int = 0) -> str:
+        """An expression as a truth value."""
+        text = self.value(node, None, RELATION + 1 if node.kind == INT else binds)
+        return f"{text} != 0" if node.kind == INT else text
 
     def _BinOp(self, node: Node, kind: Kind) -> tuple[str, int]:
         if node.kind == COMPLEX:
             return self.of_complex(node.op, node.left, node.right)
         if isinstance(node.op, ast.Pow):
-            assert isinstance(node.right, ast.Constant)
-            power, base = node.right.value, self.value(node.left, None, UNARY)
-            assert power in (2, 3)
-            return base + " * " + (base if power == 2 else f"({base} * {base})"), 6
+            return self.power(node)
         if isinstance(node.op, ast.FloorDiv):
             return self.quotient(self.value(node.left, None, 6), self.value(node.right, None, 7)), 6
         sign, own = SIGNS[type(node.op)]
         inner = FLOAT if isinstance(node.op, ast.Div) else None
+        if inner and node.left.kind == node.right.kind == INT:
+            return f"{self.counted(self.value(node.left, None, UNARY))} / {self.number(node.right, inner, own + 1)}", own
         return f"{self.number(node.left, inner, own)} {sign} {self.number(node.right, inner, own + 1)}", own
+
+    def power(self, node: Node) -> tuple[str, int]:
+        """A whole power as products, in the order of numba."""
+        base = self.value(node.left, None, UNARY)
+        if isinstance(node.right, ast.Constant) and node.right.value in (2, 3):
+            return base + " * " + (base if node.right.value == 2 else f"({base} * {base})"), 6
+        assert node.right.kind == INT
+        return f"{self.helper('whole_power')}({self.value(node.left)}, {self.value(node.right)})", WHOLE
+
+    def helper(self, name: str) -> str:
+        """A function that the program has besides those of the engine."""
+        self.helpers[name] = None
+        return name
 
     def number(self, node: Node, kind: Kind, binds: int) -> str:
         """A term or factor: a truth value counts as one or zero."""
@@ -138,19 +198,51 @@ class Printer:
         return f"{self.value(node.left, None, 5)} {RELATIONS[type(sign)]} {self.value(right, None, 5)}", RELATION
 
     def _IfExp(self, node: Node, kind: Kind) -> tuple[str, int]:
-        parts = (self.value(node.test, None, 1), self.value(node.body, kind, 1), self.value(node.orelse, kind, 1))
+        parts = (self.test(node.test, 1), self.value(node.body, kind, 1), self.value(node.orelse, kind, 1))
         return "{} ? {} : {}".format(*parts), CHOICE
 
     def _Call(self, node: Node, kind: Kind) -> tuple[str, int]:
         name = node.func.attr if isinstance(node.func, ast.Attribute) else node.func.id
         if name == "complex":
             return self.complex(*map(self.value, node.args)), WHOLE
-        if name in self.functions or name in self.own:
-            expected = list(self.functions[name].arguments.values()) if name in self.functions else [None] * len(node.args)
-            return f"{spelt(name)}({', '.join(self.handed(node.args, expected))})", WHOLE
-        taken = ", ".join(self.value(each, None) for each in node.args)
-        called = self.library(name, node.args[0].kind)
-        return f"{called}({taken})", WHOLE
+        if name == "len":
+            return self.length(node.args[0], 0), WHOLE
+        if isinstance(node.kind, Fields) and not hasattr(node.func, "called"):
+            return self.tuple_of(node.args, kind)
+        if hasattr(node.func, "called"):
+            function = next(each for each in self.functions.values() if each.name == node.func.called)
+            return f"{function.name}({', '.join(self.given_to(function, node.args))})", WHOLE
+        if name in self.own:
+            taken = [self.value(each) for each in node.args if not isinstance(each.kind, Record)]
+            return f"{spelt(name)}({', '.join(taken)})", WHOLE
+        called, taken = self.library(name, node), list(map(self.value, node.args))
+        while name in ("min", "max") and len(taken) > 2:
+            taken[:2] = [f"{called}({taken[0]}, {taken[1]})"]
+        return f"{called}({', '.join(taken)})", WHOLE
+
+    def given_to(self, function: Function, nodes: list[Node]) -> list[str]:
+        """The arguments of a call."""
+        kinds = list(function.arguments.values())
+        if any(isinstance(each, ast.Starred) for each in nodes):
+            return self.handed(nodes, kinds)
+        pairs = [(node, kind) for node, kind in zip(nodes, kinds, strict=True) if passed(kind)]
+        return self.handed([node for node, _ in pairs], [kind for _, kind in pairs])
+
+    def tuple_of(self, nodes: list[Node], kind: Kind) -> tuple[str, int]:
+        """Expressions as a tuple of this kind."""
+        raise NotImplementedError
+
+    def _Tuple(self, node: Node, kind: Kind) -> tuple[str, int]:
+        return self.tuple_of(node.elts, kind)
+
+    def length(self, node: Node, axis: int) -> str:
+        """How long an array is along an axis."""
+        size = node.kind.shape[axis]
+        return str(size) if size or node.kind.fixed else self.directions(node, axis)
+
+    def directions(self, node: Node, axis: int) -> str:
+        """The same, of an axis that is as long as there are directions."""
+        raise NotImplementedError
 
     def handed(self, nodes: list[Node], kinds: Iterable[Kind]) -> list[str]:
         """Expressions as values of these kinds, those of starred tuples too."""
@@ -172,6 +264,25 @@ class Printer:
         """One for a truth value that holds, otherwise zero."""
         raise NotImplementedError
 
-    def library(self, name: str, kind: Kind) -> str:
-        """What a function of `math`, `numpy` or Python is called."""
+    def library(self, name: str, node: Node) -> str:
+        """What a function of `math`, `numpy` or Python is called in a call."""
         raise NotImplementedError
+
+
+def _numbered(name: str) -> Iterator[str]:
+    """A name, then the same with numbers behind it."""
+    yield name
+    yield from (f"{name}_{k}" for k in count(2))
+
+
+def about(function: Function) -> str:
+    """The docstring of a function, on one line."""
+    return " ".join((ast.get_docstring(function.tree) or "").split())
+
+
+def range_of(node: Node) -> tuple[Node | None, Node, int]:
+    """Where a loop over a range begins, None for zero, its end, and its step."""
+    args = node.iter.args
+    if len(args) == 1:
+        return None, args[0], 1
+    return args[0], args[1], ast.literal_eval(args[2]) if len(args) == 3 else 1

@@ -1,0 +1,280 @@
+"""Functions without the parts that a system does not need: what follows from the numbers of its table is decided beforehand.
+
+Conditions on constants, loops without a round, variables with one value, and calls of functions that only return a constant.
+"""
+
+import ast
+import math
+import operator
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from copy import deepcopy
+from itertools import takewhile
+from typing import Any
+
+import numpy as np
+
+from nsmaps.exports.engine.kinds import CONSTANTS, OPEN, Array, Bound, Kind, Record, array_of
+from nsmaps.exports.engine.pruning import Pruning, Result, assignment, calls, indices
+
+SIGNS: dict[type, Callable[..., Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv, ast.Pow: operator.pow, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
+    ast.GtE: operator.ge, ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Not: operator.not_, ast.USub: operator.neg,
+}  # fmt: skip
+PLAIN: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max, "int": int}
+
+
+class Unknown(Exception):
+    """An expression that is not a constant."""
+
+
+class Folding(ast.NodeTransformer):
+    """One function, of which arguments of these kinds are known; `called` answers what a call returns if that is a constant."""
+
+    def __init__(self, tree: ast.FunctionDef, known: dict[str, Any], given: dict[str, Kind], called: Callable[..., Any]) -> None:
+        self.tree, self.known, self.given, self.called = tree, known, given, called
+        self.constants, self.aliases = dict[str, Any](), dict[str, ast.expr]()
+        before = ""
+        while before != (now := ast.dump(tree)):
+            before = now
+            stored = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+            self.count = Counter([*stored, *(each.arg for each in tree.args.args)])
+            tree.body = self.block(tree.body)
+            self.read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
+            tree.body = Pruning(self.read).block(tree.body)
+
+    @property
+    def result(self) -> Any:
+        """What the function returns if it does nothing else, and that is a constant, None without a value. Raises Unknown."""
+        match [each for each in self.tree.body if not isinstance(each, ast.Expr) or not isinstance(each.value, ast.Constant)]:
+            case [] | [ast.Return(value=None)]:
+                return None
+            case [ast.Return(value=ast.expr() as value)]:
+                return self.value(value)
+        raise Unknown
+
+    def block(self, statements: Iterable[ast.stmt]) -> list[ast.stmt]:
+        """Statements in order, up to one that leaves the block."""
+        found: list[ast.stmt] = []
+        for statement in statements:
+            got: Result = self.visit(statement)
+            found += got if isinstance(got, list) else [got] if got else []
+            if found and isinstance(found[-1], ast.Return | ast.Break | ast.Continue):
+                break
+        return found
+
+    def kind(self, node: ast.expr) -> Kind:
+        """The kind of an array, a record or a function, None of anything else."""
+        match node:
+            case ast.Name(id=name) if name in self.given and self.count[name] == 1:
+                return self.given[name]
+            case ast.Name(id=name) if name not in self.count and isinstance(self.known.get(name), np.ndarray):
+                return array_of(self.known[name], fixed=True)
+            case ast.Name(id=name) if name not in self.count and hasattr(self.known.get(name), "py_func"):
+                return Bound(self.known[name])
+            case ast.Attribute(value=inner, attr=name) if isinstance(record := self.kind(inner), Record):
+                return record.kind(name)
+            case ast.Subscript(value=inner, slice=at) if isinstance(array := self.kind(inner), Array):
+                return array.at(len(indices(at)))
+        return None
+
+    def value(self, node: ast.expr) -> Any:
+        """The constant that an expression is. Raises Unknown."""
+        match node:
+            case ast.Constant(value=value):
+                return value
+            case ast.Name(id=name) if name in self.constants:
+                return self.constants[name]
+            case ast.Name(id=name) if name not in self.count and isinstance(self.known.get(name), CONSTANTS):
+                return self.known[name]
+            case ast.Attribute(value=ast.Name(id="math"), attr="inf" | "nan" as name):
+                return getattr(math, name)
+            case ast.Attribute(value=inner, attr=name):
+                record = self.kind(inner)
+                if isinstance(record, Record) and record.fixed and isinstance(record.kind(name), str):
+                    return getattr(record.value, name)
+            case ast.Subscript():
+                return self.entry(node)
+            case ast.Tuple(elts=parts):
+                return tuple(self.value(part) for part in parts)
+            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in SIGNS:
+                return SIGNS[type(sign)](self.value(left), self.value(right))
+            case ast.UnaryOp(op=sign, operand=inner):
+                return SIGNS[type(sign)](self.value(inner))
+            case ast.Compare(left=left, ops=[sign], comparators=[right]) if type(sign) in SIGNS:
+                return SIGNS[type(sign)](self.value(left), self.value(right))
+            case ast.Call():
+                return self.answer(node)
+        raise Unknown
+
+    def entry(self, node: ast.Subscript) -> Any:
+        """An entry of a shape, of a tuple, or of a fixed array, all of whose entries that it may be are the same."""
+        if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
+            return self.length(node.value.value, self.value(node.slice))
+        array = self.kind(node.value)
+        if array is None:
+            return self.value(node.value)[self.value(node.slice)]
+        if not isinstance(array, Array) or array.value is None or len(indices(node.slice)) < len(array.shape):
+            raise Unknown
+        found = np.unique(array.value[tuple(map(self.index, indices(node.slice)))])
+        if len(found) != 1:
+            raise Unknown
+        return found.item()
+
+    def index(self, node: ast.expr) -> Any:
+        """An index, or all where it is not known."""
+        try:
+            return self.value(node)
+        except Unknown:
+            return slice(None)
+
+    def length(self, node: ast.expr, axis: int) -> int:
+        """How long an array is along an axis."""
+        array = self.kind(node)
+        if not isinstance(array, Array) or (array.shape[axis] == OPEN and not array.fixed):
+            raise Unknown
+        return array.shape[axis]
+
+    def answer(self, node: ast.Call) -> Any:
+        """What a call returns."""
+        match node.func:
+            case ast.Name(id="len"):
+                return self.length(node.args[0], 0)
+            case ast.Name(id=name) if name in PLAIN:
+                return PLAIN[name](*map(self.value, node.args))
+            case ast.Attribute(value=ast.Name(id="math"), attr=name):
+                return getattr(math, name)(*map(self.value, node.args))
+            case ast.Name() as name if isinstance(function := self.kind(name), Bound):
+                plain = takewhile(lambda each: not isinstance(each, ast.Starred), node.args)
+                return self.called(function.compiled, list(map(self.kind, plain)))
+        raise Unknown
+
+    def visit(self, node: Any) -> Any:
+        """A node with what is known put in: truth values, whole numbers, and names of constants and of arrays."""
+        node = super().visit(node)
+        if not isinstance(node, ast.expr) or isinstance(node, ast.Constant | ast.Tuple):
+            return node
+        if isinstance(node, ast.Name):
+            if isinstance(node.ctx, ast.Store):
+                return node
+            if node.id in self.aliases:
+                return deepcopy(self.aliases[node.id])
+            known = node.id in self.constants and not numeral(self.constants[node.id])
+            return ast.Constant(self.constants[node.id]) if known else node
+        if isinstance(node, ast.BinOp) and not all(isinstance(each, ast.Constant) for each in (node.left, node.right)):
+            return node
+        try:
+            value = self.value(node)
+        except Unknown:
+            return node
+        whole = isinstance(value, bool | int) or (isinstance(node, ast.Call) and isinstance(value, float))
+        return ast.Constant(value) if whole and not isinstance(getattr(node, "ctx", None), ast.Store) else node
+
+    def visit_Expr(self, node: ast.Expr) -> Result:
+        """Nothing, of a call that does nothing."""
+        value = self.visit(node.value)
+        try:
+            self.value(value)
+        except Unknown:
+            return ast.Expr(value)
+        return node if isinstance(node.value, ast.Constant) else None  # a docstring is one
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        """One comparison, or those of a chain or with members of a tuple."""
+        left, parts, alone = node.left, list[ast.expr](), len(node.ops) == 1
+        for sign, right in zip(node.ops, node.comparators, strict=True):
+            if isinstance(sign, ast.In) and isinstance(right, ast.Tuple):
+                either = [ast.Compare(left, [ast.Eq()], [each]) for each in right.elts]
+                parts.append(ast.BoolOp(ast.Or(), list(either)))
+            else:
+                parts.append(ast.Compare(left, [sign], [right]))
+            left = right
+        if alone and isinstance(parts[0], ast.Compare):
+            return self.generic_visit(node)  # type: ignore[return-value]
+        return self.visit(parts[0] if alone else ast.BoolOp(ast.And(), parts))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        """Without operands that are known; those behind a call that may change something stay."""
+        decisive, found = isinstance(node.op, ast.Or), list[ast.expr]()
+        for each in map(self.visit, node.values):
+            if not isinstance(each, ast.Constant):
+                found.append(each)
+            elif each.value == decisive:
+                if not any(map(calls, found)):
+                    return ast.Constant(decisive)
+                found.append(each)
+                break
+        return ast.BoolOp(node.op, found) if len(found) > 1 else found[0] if found else ast.Constant(not decisive)
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        """The branch that is taken, if that is known."""
+        test = self.visit(node.test)
+        if isinstance(test, ast.Constant):
+            return self.visit(node.body if test.value else node.orelse)
+        parts = self.visit(node.body), self.visit(node.orelse)
+        same = ast.dump(parts[0]) == ast.dump(parts[1]) and not calls(test)
+        return parts[0] if same else ast.IfExp(test, *parts)
+
+    def visit_If(self, node: ast.If) -> Result:
+        """The branch that is taken, if that is known."""
+        test = self.visit(node.test)
+        if isinstance(test, ast.Constant):
+            return self.block(node.body if test.value else node.orelse)
+        return ast.If(test, self.block(node.body), self.block(node.orelse))
+
+    def visit_While(self, node: ast.While) -> Result:
+        """Nothing, if the condition never holds."""
+        test = self.visit(node.test)
+        if isinstance(test, ast.Constant) and not test.value:
+            return None
+        return ast.While(test, self.block(node.body), [])
+
+    def visit_For(self, node: ast.For) -> Result:
+        """Nothing, if there is no round."""
+        assert isinstance(node.iter, ast.Call)
+        bounds = [self.visit(each) for each in node.iter.args]
+        try:
+            if not range(*map(self.value, bounds)):
+                return None
+        except Unknown:
+            pass
+        return ast.For(node.target, ast.Call(node.iter.func, bounds, []), self.block(node.body), [])
+
+    def visit_Assign(self, node: ast.Assign) -> Result:
+        """What is assigned to variables that are not known now; all entries of an array one by one."""
+        (target,), value = map(self.visit, node.targets), self.visit(node.value)
+        if isinstance(target, ast.Subscript) and isinstance(target.slice, ast.Slice):
+            at = ast.Subscript(target.value, ast.Name("entry", ast.Load()), ast.Store())
+            rounds = ast.Call(ast.Name("range", ast.Load()), [ast.Constant(self.length(target.value, 0))], [])
+            return ast.For(ast.Name("entry", ast.Store()), rounds, [ast.Assign([at], value)], [])
+        targets = target.elts if isinstance(target, ast.Tuple) else [target]
+        values: Sequence[ast.expr] | None = [value] if len(targets) == 1 else getattr(value, "elts", None)
+        if values is None or len(values) != len(targets):
+            try:
+                values = [ast.Constant(each) for each in self.value(value)]
+            except Unknown:
+                return ast.Assign([target], value)
+        pairs = [(one, other) for one, other in zip(targets, values, strict=True) if not self.learnt(one, other)]
+        return [assignment(pairs)] if pairs else None
+
+    def learnt(self, target: ast.expr, value: ast.expr) -> bool:
+        """Whether a target is a variable with one value, which is kept in mind: a constant, or an array of a record."""
+        if not isinstance(target, ast.Name) or self.count[target.id] != 1:
+            return False
+        try:
+            constant = self.value(value)
+            if isinstance(constant, tuple):
+                return False
+            self.constants[target.id] = constant
+            return not numeral(constant)
+        except Unknown:
+            if not isinstance(value, ast.Attribute) or not isinstance(self.kind(value), Array):
+                return False
+            self.aliases[target.id] = value
+        return True
+
+
+def numeral(value: Any) -> bool:
+    """Whether a constant is better read by its name: a finite float."""
+    return isinstance(value, float) and math.isfinite(value)

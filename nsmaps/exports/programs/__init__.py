@@ -1,0 +1,1 @@
+"""Exact first returns as programs in C and Julia: around functions of the engine, the numbers of one system."""

@@ -1,0 +1,84 @@
+"""The first return of a system with modes, from `exact/modes`."""
+
+from string import Template
+from types import SimpleNamespace
+
+import numpy as np
+
+from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.modes.definitions.definition import Definition
+from nsmaps.exact.modes.kernel import kernel_of
+from nsmaps.exact.modes.march.returns import first_return
+from nsmaps.exact.modes.paths.placing import Surfaces
+from nsmaps.exact.modes.tables.memory import memory
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.words import CHATTER, REST
+from nsmaps.exports.engine.kinds import FLOAT, OPEN, Array, Record
+from nsmaps.exports.programs.laws import reset_text
+from nsmaps.exports.programs.program import FirstReturn
+from nsmaps.exports.programs.section import first_return_from_section
+from nsmaps.exports.programs.templates import MODES, Entry
+
+MARGINS, PARAMETERS = "near", "moved"  #: parts of memory that first returns alone do not use
+
+
+def modes_return(system: HybridSystem) -> FirstReturn:
+    """The first return of a system with modes at its parameters.
+
+    Raises:
+        NsmapsError: a reset has a function without a counterpart.
+    """
+    kernel = kernel_of(system)
+    definition, n = kernel.definition, len(kernel.coordinates)
+    resets = [one.curved for one in definition.transitions if one.curved]
+    laws = np.cumsum([bool(one.curved) for one in definition.transitions]) * [bool(one.curved) for one in definition.transitions]
+    table = Record("p", kernel.table._replace(laws=laws), fixed=True)
+    room = Record("memory", memory(kernel.table, OPEN), constant=(MARGINS, PARAMETERS))
+    names = [str(name) for name in kernel.coordinates]
+    known = (table, _surfaces(kernel.surfaces)) if kernel.surfaces else (table,)
+    return FirstReturn(
+        system=system,
+        n=n,
+        about=_about(definition, kernel.letters),
+        coordinates=f"{', '.join(names)}; phases in [0, 2 pi)",
+        letters=kernel.letters,
+        outcomes=range(len(Outcome)),
+        entry=first_return_from_section if kernel.surfaces else first_return,
+        kinds=[*known, Array(FLOAT, (n,), fixed=True), Array(FLOAT, (n,)), Array(FLOAT, (n, OPEN)), room],
+        memory=room,
+        fixed=(*known, Record(PARAMETERS, room.value.moved, fixed=True)),
+        own={"reset_by": ""},
+        directions=n,
+        texts=_entry(kernel.table.places.tolist()),
+        laws=lambda language: reset_text(resets, definition, language) if resets else "",
+    )
+
+
+def _surfaces(given: Surfaces) -> Record:
+    """The surfaces of starts, filled up with zeros to as many functions each."""
+    rows = np.zeros((len(given), max(map(len, given)), given[0].shape[1]))
+    for k, each in enumerate(given):
+        rows[k, : len(each)] = each
+    return Record("surfaces", SimpleNamespace(rows=rows), fixed=True)
+
+
+def _entry(places: list[int]) -> Entry:
+    """How a first return is called that has coordinates in these places, -1 for the phase."""
+    if -1 not in places:
+        return Entry(Template(MODES.c.safe_substitute(turns="0")), Template(MODES.julia.safe_substitute(turns="0")))
+    k, known = places.index(-1), Outcome.invalid.value
+    c = f"found.outcome == {known} ? 0 : got.m3 + (int64_t)floor(state[{k}] / {TWO_PI})"
+    julia = f"got[1] == {known} ? 0 : got[4] + floor(Int64, row[{k + 1}] / {TWO_PI})"
+    return Entry(Template(MODES.c.safe_substitute(turns=c)), Template(MODES.julia.safe_substitute(turns=julia)))
+
+
+def _about(definition: Definition, letters: tuple[str, ...]) -> list[str]:
+    """What coordinates and words are."""
+    events = " or ".join(dict.fromkeys(definition.transitions[start.transition].name for start in definition.starts))
+    side = "after" if definition.after else "before"
+    return [
+        f"State: {', '.join(map(str, definition.coordinates))} just {side} the event {events}, in the system's units; "
+        "phases in radians.",
+        f"Words: a letter for each event ({', '.join(letters)}), {CHATTER} for chatter, {REST} for rest on a surface.",
+    ]
