@@ -39,8 +39,8 @@ def export(
 
     Args:
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap, PiecewiseMap or StudyResult; for
-            latex also an ImpactSystem or a HybridSystem; for c and julia an ImpactSystem whose flights are in closed form: its
-            first return at its parameters.
+            latex also an ImpactSystem or a HybridSystem; for c and julia one whose flights are in closed form, or linear between
+            events: its first return at its parameters.
         format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too), "javascript"
             (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
@@ -52,8 +52,8 @@ def export(
 
     Raises:
         NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region or a map with a
-            function that formulas do not have, or a system whose exact map has no table: with modes, with flights that are
-            integrated, or with an impact law that C has no function for.
+            function that formulas do not have, or a system whose exact map has no table: with flights that are integrated or
+            nonlinear, or with an impact law or reset that C has no function for.
 
     Examples:
         >>> import nsmaps
