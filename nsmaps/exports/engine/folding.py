@@ -5,7 +5,6 @@ Conditions on constants, loops without a round, variables with one value, and ca
 
 import ast
 import math
-import operator
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
@@ -14,19 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.exports.engine.kinds import CONSTANTS, OPEN, Array, Bound, Kind, Record, array_of
+from nsmaps.exports.engine.evaluation import LEAVING, PLAIN, SIGNS, Unknown, numeral
+from nsmaps.exports.engine.kinds import CONSTANTS, OPEN, Array, Bound, Kind, Known, Record, array_of
 from nsmaps.exports.engine.pruning import Pruning, Result, assignment, calls, indices
-
-SIGNS: dict[type, Callable[..., Any]] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv, ast.Pow: operator.pow, ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt,
-    ast.GtE: operator.ge, ast.Eq: operator.eq, ast.NotEq: operator.ne, ast.Not: operator.not_, ast.USub: operator.neg,
-}  # fmt: skip
-PLAIN: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max, "int": int}
-
-
-class Unknown(Exception):
-    """An expression that is not a constant."""
 
 
 class Folding(ast.NodeTransformer):
@@ -34,12 +23,14 @@ class Folding(ast.NodeTransformer):
 
     def __init__(self, tree: ast.FunctionDef, known: dict[str, Any], given: dict[str, Kind], called: Callable[..., Any]) -> None:
         self.tree, self.known, self.given, self.called = tree, known, given, called
-        self.constants, self.aliases = dict[str, Any](), dict[str, ast.expr]()
+        self.constants, self.aliases, self.facts = dict[str, Any](), dict[str, ast.expr](), dict[str, bool]()
         before = ""
         while before != (now := ast.dump(tree)):
             before = now
             stored = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
             self.count = Counter([*stored, *(each.arg for each in tree.args.args)])
+            fixed = {name: kind.value for name, kind in given.items() if isinstance(kind, Known) and self.count[name] == 1}
+            self.constants |= fixed
             tree.body = self.block(tree.body)
             self.read = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)}
             tree.body = Pruning(self.read).block(tree.body)
@@ -56,13 +47,25 @@ class Folding(ast.NodeTransformer):
 
     def block(self, statements: Iterable[ast.stmt]) -> list[ast.stmt]:
         """Statements in order, up to one that leaves the block."""
-        found: list[ast.stmt] = []
+        found, before = list[ast.stmt](), dict(self.facts)
         for statement in statements:
             got: Result = self.visit(statement)
             found += got if isinstance(got, list) else [got] if got else []
-            if found and isinstance(found[-1], ast.Return | ast.Break | ast.Continue):
+            if not found:
+                continue
+            if isinstance(found[-1], LEAVING):
                 break
+            if isinstance(got, ast.If) and got.body and isinstance(got.body[-1], LEAVING):
+                self.learn(got.test, False)
+        self.facts = before
         return found
+
+    def learn(self, test: ast.expr, holds: bool) -> None:
+        """Keep in mind whether a condition on variables that do not change holds in the rest of a block."""
+        nodes = list(ast.walk(test))
+        plain = not any(isinstance(node, ast.Attribute | ast.Subscript | ast.Call) for node in nodes)
+        if plain and all(self.count[node.id] <= 1 for node in nodes if isinstance(node, ast.Name)):
+            self.facts[ast.dump(test)] = holds
 
     def kind(self, node: ast.expr) -> Kind:
         """The kind of an array, a record or a function, None of anything else."""
@@ -71,6 +74,8 @@ class Folding(ast.NodeTransformer):
                 return self.given[name]
             case ast.Name(id=name) if name not in self.count and isinstance(self.known.get(name), np.ndarray):
                 return array_of(self.known[name], fixed=True)
+            case ast.Constant(value=bool() as value):
+                return Known(value)
             case ast.Name(id=name) if name not in self.count and hasattr(self.known.get(name), "py_func"):
                 return Bound(self.known[name])
             case ast.Attribute(value=inner, attr=name) if isinstance(record := self.kind(inner), Record):
@@ -81,6 +86,8 @@ class Folding(ast.NodeTransformer):
 
     def value(self, node: ast.expr) -> Any:
         """The constant that an expression is. Raises Unknown."""
+        if self.facts and isinstance(node, ast.Compare) and (fact := self.facts.get(ast.dump(node))) is not None:
+            return fact
         match node:
             case ast.Constant(value=value):
                 return value
@@ -248,6 +255,8 @@ class Folding(ast.NodeTransformer):
             at = ast.Subscript(target.value, ast.Name("entry", ast.Load()), ast.Store())
             rounds = ast.Call(ast.Name("range", ast.Load()), [ast.Constant(self.length(target.value, 0))], [])
             return ast.For(ast.Name("entry", ast.Store()), rounds, [ast.Assign([at], value)], [])
+        if isinstance(target, ast.Subscript) and getattr(self.kind(target.value), "fixed", False):
+            return None  # what is never read
         targets = target.elts if isinstance(target, ast.Tuple) else [target]
         values: Sequence[ast.expr] | None = [value] if len(targets) == 1 else getattr(value, "elts", None)
         if values is None or len(values) != len(targets):
@@ -273,8 +282,3 @@ class Folding(ast.NodeTransformer):
                 return False
             self.aliases[target.id] = value
         return True
-
-
-def numeral(value: Any) -> bool:
-    """Whether a constant is better read by its name: a finite float."""
-    return isinstance(value, float) and math.isfinite(value)

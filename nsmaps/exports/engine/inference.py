@@ -22,6 +22,7 @@ from nsmaps.exports.engine.kinds import (
     Fields,
     Function,
     Kind,
+    Known,
     Record,
     array_of,
     holds,
@@ -218,4 +219,11 @@ class Inference:
             found = Fields(self.parts(node.args))
             found.names = known._fields  # type: ignore[attr-defined]
             return found
+        if not any(isinstance(each, ast.Starred) for each in node.args):
+            kinds = [Known(each.value) if is_truth(each) else kind for each, kind in zip(node.args, kinds, strict=True)]  # type: ignore[attr-defined]
         return self.called(node.func, known, kinds)
+
+
+def is_truth(node: ast.expr) -> bool:
+    """Whether an expression is True or False."""
+    return isinstance(node, ast.Constant) and isinstance(node.value, bool)

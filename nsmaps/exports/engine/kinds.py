@@ -43,18 +43,22 @@ class Array:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """Fields of a named tuple; those of a fixed one, and the `constant` ones, never change."""
+    """Fields of a named tuple; those of a fixed one, and the `constant` ones, never change; `unused` ones are never read."""
 
     name: str
     value: Any = field(compare=False)
     fixed: bool = False
     constant: tuple[str, ...] = ()
+    unused: tuple[str, ...] = ()
+    dropped: bool = False  #: whether the record itself is such a field
 
     def kind(self, name: str) -> Kind:
         """The kind of a field."""
         value, fixed = getattr(self.value, name), self.fixed or name in self.constant
         if isinstance(value, tuple):
-            return Record(name, value, fixed)
+            return Record(name, value, fixed, dropped=name in self.unused)
+        if self.dropped and isinstance(value, np.ndarray):
+            return Array(BY_LETTER[value.dtype.kind], value.shape, fixed=True)
         return array_of(value, fixed) if isinstance(value, np.ndarray) else type(value).__name__
 
 
@@ -63,6 +67,13 @@ class Bound:
     """A compiled function that is handed to another one."""
 
     compiled: Any
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A truth value that is the same in all calls of a version of a function."""
+
+    value: bool
 
 
 class Fields(tuple[Kind, ...]):
@@ -104,5 +115,5 @@ def holds(one: Kind, other: Kind) -> bool:
 
 
 def passed(kind: Kind) -> bool:
-    """Whether an argument is passed on: not a fixed record, which all functions know, nor a function, nor nothing."""
-    return not (isinstance(kind, Bound) or kind == () or (isinstance(kind, Record) and kind.fixed))
+    """Whether an argument is passed on: not a fixed record, which all functions know, nor a function, nor what is known."""
+    return not (isinstance(kind, Bound | Known) or kind == () or (isinstance(kind, Record) and kind.fixed))

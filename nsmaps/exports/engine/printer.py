@@ -1,18 +1,25 @@
 """The engine as text of another language: what C and Julia have in common."""
 
 import ast
-import inspect
-import textwrap
-from collections.abc import Iterable, Iterator
-from copy import deepcopy
-from itertools import count
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
-from nsmaps.exports.engine.folding import Folding
-from nsmaps.exports.engine.inference import Inference
-from nsmaps.exports.engine.kinds import BOOL, COMPLEX, FLOAT, INT, Array, Bound, Fields, Function, Kind, Record, passed, spelt
+from nsmaps.exports.engine.functions import Functions, numbered
+from nsmaps.exports.engine.kinds import (
+    BOOL,
+    COMPLEX,
+    FLOAT,
+    INT,
+    Array,
+    Fields,
+    Function,
+    Kind,
+    Record,
+    passed,
+    spelt,
+)
 
 Node = Any  #: of a syntax tree, which has the kind that was inferred
 SIGNS: dict[type, tuple[str, int]] = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6)}
@@ -22,7 +29,7 @@ RELATIONS: dict[type, str] = {
 CHOICE, EITHER, BOTH, RELATION, UNARY, WHOLE = 0, 1, 2, 4, 7, 9  #: how tightly operators bind, sums 5 and products 6
 
 
-class Printer:
+class Printer(Functions):
     """The functions that some entries of the engine reach, callees first, and their text."""
 
     stop: str  #: the end of a statement
@@ -30,39 +37,12 @@ class Printer:
 
     def __init__(self, own: dict[str, Kind]) -> None:
         """`own` is what those functions return that the program has in place of the engine's."""
-        self.own, self.functions, self.constants = own, dict[Any, Function](), dict[str, Any]()
-        self.folded, self.fields = dict[Any, Folding](), dict[str, dict[str, Kind]]()
+        super().__init__(own)
+        self.constants, self.fields = dict[str, Any](), dict[str, dict[str, Kind]]()
         self.helpers = dict[str, None]()  #: functions of the program that the text calls, in order
         self.function: Function
         self.lines, self.above, self.declared = list[str](), list[str](), set[str]()
         self.depth, self.count = 0, 0
-
-    def reach(self, node: Any, compiled: Any, kinds: list[Kind]) -> Kind:
-        """What the function of a name returns; it and all that it calls are kept."""
-        if node.id in self.own:
-            return self.own[node.id]
-        key = compiled.py_func, *kinds
-        if key not in self.functions:
-            tree, known = deepcopy(self.fold(compiled, kinds).tree), compiled.py_func.__globals__
-            names = [spelt(each.arg) for each in tree.args.args]
-            function = Function("", tree, known, dict(zip(names, kinds, strict=True)), {})
-            Inference(function, self.reach)
-            taken = [each.name for each in self.functions.values()]
-            function.name = next(name for name in _numbered(spelt(tree.name)) if name not in taken)
-            self.functions[key] = function
-        node.called = self.functions[key].name
-        return self.functions[key].returns
-
-    def fold(self, compiled: Any, kinds: list[Kind]) -> Folding:
-        """The tree of a function that numba compiles, without the parts that its arrays and records do not need."""
-        names = compiled.py_func.__code__.co_varnames
-        given = {name: kind for name, kind in zip(names, kinds, strict=False) if isinstance(kind, Array | Record | Bound)}
-        key = compiled.py_func, *given.items()
-        if key not in self.folded:
-            tree = ast.parse(textwrap.dedent(inspect.getsource(compiled.py_func))).body[0]
-            assert isinstance(tree, ast.FunctionDef)
-            self.folded[key] = Folding(tree, compiled.py_func.__globals__, given, lambda *call: self.fold(*call).result)
-        return self.folded[key]
 
     def texts(self) -> list[str]:
         """All functions, each after those that it calls."""
@@ -129,7 +109,7 @@ class Printer:
         if hasattr(node, "called"):
             return node.called, WHOLE
         value = self.function.known[node.id]
-        for name in _numbered(node.id):
+        for name in numbered(node.id):
             if np.array_equal(self.constants.setdefault(name, value), value):
                 return name, WHOLE
         raise AssertionError(node.id)
@@ -141,6 +121,7 @@ class Printer:
             return self.value(node.value)
         if not isinstance(record, Record):
             return None
+        assert not record.dropped, f"{record.name}.{node.attr} is read"
         if not isinstance(node.kind, Record):
             self.fields.setdefault(record.name, {})[node.attr] = node.kind
         if not record.fixed and node.attr in record.constant:
@@ -267,12 +248,6 @@ class Printer:
     def library(self, name: str, node: Node) -> str:
         """What a function of `math`, `numpy` or Python is called in a call."""
         raise NotImplementedError
-
-
-def _numbered(name: str) -> Iterator[str]:
-    """A name, then the same with numbers behind it."""
-    yield name
-    yield from (f"{name}_{k}" for k in count(2))
 
 
 def about(function: Function) -> str:

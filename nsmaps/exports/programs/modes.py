@@ -20,7 +20,7 @@ from nsmaps.exports.programs.program import FirstReturn
 from nsmaps.exports.programs.section import first_return_from_section
 from nsmaps.exports.programs.templates import MODES, Entry
 
-MARGINS, PARAMETERS = "near", "moved"  #: parts of memory that first returns alone do not use
+MARGINS, PARAMETERS, TAYLOR = "near", "moved", "piece"  #: parts of memory that first returns on affine flights do not use
 
 
 def modes_return(system: HybridSystem) -> FirstReturn:
@@ -31,10 +31,11 @@ def modes_return(system: HybridSystem) -> FirstReturn:
     """
     kernel = kernel_of(system)
     definition, n = kernel.definition, len(kernel.coordinates)
-    resets = [one.curved for one in definition.transitions if one.curved]
-    laws = np.cumsum([bool(one.curved) for one in definition.transitions]) * [bool(one.curved) for one in definition.transitions]
-    table = Record("p", kernel.table._replace(laws=laws), fixed=True)
-    room = Record("memory", memory(kernel.table, OPEN), constant=(MARGINS, PARAMETERS))
+    laws = [*(one.curved for one in definition.transitions), *(start.curved for start in definition.starts)]
+    curved = np.array([bool(law) for law in laws])
+    resets, starts = np.split(np.cumsum(curved) * curved, [len(definition.transitions)])
+    table = Record("p", kernel.table._replace(laws=resets, start_laws=starts), fixed=True)
+    room = Record("memory", memory(kernel.table, OPEN), constant=(MARGINS, PARAMETERS), unused=(TAYLOR,))
     names = [str(name) for name in kernel.coordinates]
     known = (table, _surfaces(kernel.surfaces)) if kernel.surfaces else (table,)
     return FirstReturn(
@@ -51,7 +52,7 @@ def modes_return(system: HybridSystem) -> FirstReturn:
         own={"reset_by": ""},
         directions=n,
         texts=_entry(kernel.table.places.tolist()),
-        laws=lambda language: reset_text(resets, definition, language) if resets else "",
+        laws=lambda language: reset_text([law for law in laws if law], definition, language) if any(laws) else "",
     )
 
 

@@ -4,21 +4,20 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import INVALID
-from nsmaps.exact.modes.march.flight import dot, velocity
+from nsmaps.exact.modes.flights.states import dot, features, velocity
 from nsmaps.exact.modes.march.returns import first_return
-from nsmaps.exact.modes.march.section import phase_of
+from nsmaps.exact.modes.march.starting import phase_of, started_by_law
 from nsmaps.exact.modes.paths.placing import OFF
-from nsmaps.exact.modes.tables.taylor import features
 
 
 @inner
-def distance(p, surfaces, k, z, field):
+def distance(p, surfaces, k, w):
     """How far features are from the surface of a start, as in `paths.placing`; `surfaces` has rows, shape (starts, K, N)."""
-    velocity(p, p.target[p.starts[k]] if p.after else p.mode[p.starts[k]], z, field)
+    velocity(p, p.target[p.starts[k]] if p.after else p.mode[p.starts[k]], w.z, w.field, w)
     far = 0.0
     for j in range(surfaces.rows.shape[1]):
-        value, size = dot(surfaces.rows[k, j], z)
-        size += abs(dot(surfaces.rows[k, j], field)[0])
+        value, size = dot(surfaces.rows[k, j], w.z)
+        size += abs(dot(surfaces.rows[k, j], w.field)[0])
         if value != 0.0:
             far = max(far, abs(value) / size)
     return far
@@ -27,21 +26,21 @@ def distance(p, surfaces, k, z, field):
 @inner
 def on_section(p, surfaces, row, w):
     """Whether coordinates lie on the surface of an event; those that are not finite count among them."""
-    phi = phase_of(p, row)
+    phi, n = phase_of(p, row), p.first.shape[1] - 1
     if math.isnan(phi):
         return True
-    n = p.first.shape[1] - 1
-    features(phi, w.other, n)
-    features(phi, w.z, n)
-    for i in range(n):
-        w.other[i] = 0.0
+    features(p, phi, w)
+    for j in range(len(w.z)):
+        w.other[j] = w.z[j] if j >= n else 0.0
     for c in range(len(p.places)):
         if p.places[c] >= 0:
             w.other[p.places[c]] = row[c]
     for k in range(len(p.starts)):
         for i in range(n):
             w.z[i] = dot(p.states[k, i], w.other)[0]
-        if distance(p, surfaces, k, w.z, w.field) <= OFF:
+        if p.start_laws[k] != 0:
+            started_by_law(p, k, phi, w.z, w)
+        if distance(p, surfaces, k, w) <= OFF:
             return True
     return False
 
