@@ -239,6 +239,10 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
     ("force", "said"),
     [
         (lambda y: -sp.sign(y.v), r"where y\.v is zero its own rate jumps, .* expected: a `Sliding` between two modes"),
+        (
+            lambda y: sp.Max(0, -y.x) ** sp.Rational(3, 2),
+            r"\(-y\.x\)\*\*\(3/2\) has no Taylor series where y\.x is zero, .* expected: a whole power",
+        ),
         (lambda y: sp.Piecewise((y.x, y.x > 0)), r"rate of v has a `Piecewise` without a last piece; expected: .*True"),
         (lambda y: sp.Piecewise((y.x, sp.Ne(y.x, 0)), (1, True)), r"`Piecewise` with the condition Ne.*; expected: inequalities"),
     ],

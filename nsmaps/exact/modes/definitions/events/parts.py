@@ -55,6 +55,7 @@ def _crossings(reader: Reader, events: Sequence[Transition], rates: Sequence[Rat
             if _ratio(function, [one.function for one in own if not one.begins and not one.releases]):
                 continue
             _check_jump(reader, function, sign, rows)
+            _check_power(reader, function, sign, rows)
             held = own[0].held if own else ()
             yield Transition("", "", mode, function, mode, same, held=held, crossing=True)
 
@@ -129,6 +130,24 @@ def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) ->
                 f"{reader.name}.modes: where {shown(argument)} is zero its own rate jumps, as by sign({shown(argument)}), and "
                 "the motion may stay there; expected: a `Sliding` between two modes with this function"
             )
+
+
+def _check_power(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) -> None:
+    """Refuse a root of what is zero where the argument of a kink is: it has no Taylor series there, and motions come there."""
+    variables = tuple(reader.states.values())
+    known = zip(variables, function.coefficients, strict=True)
+    y, c = next(((y, c) for y, c in known if c != 0 and not function.remainder.has(y)), (None, sp.S.Zero))
+    if y is None:
+        return
+    argument = function.of(variables)
+    there = {y: sp.expand(y - argument / c)}
+    for rate in (row.of(variables).subs(sign, side) for row in rates if row.variables for side in (1, -1)):
+        for power in (part for part in rate.atoms(sp.Pow) if not part.exp.is_integer and part.base.has(*variables)):
+            if sp.expand(power.base.subs(there)) == 0:
+                raise SystemDefinitionError(
+                    f"{reader.name}.modes: {shown(power)} has no Taylor series where {shown(argument)} is zero, and motions cross"
+                    " that; expected: a whole power, or with a small length, as u*(u**2 + eps**2)**(1/4) for u**(3/2)"
+                )
 
 
 def _zero_near(argument: sp.Expr, values: dict[sp.Symbol, sp.Expr], variables: Sequence[sp.Symbol]) -> dict[sp.Symbol, sp.Expr]:
