@@ -79,7 +79,6 @@ class Known:
 class Fields(tuple[Kind, ...]):
     """The kinds of a named tuple that a function returns."""
 
-    __slots__ = ()
     names: tuple[str, ...]
 
 
