@@ -124,6 +124,14 @@ def test_a_smooth_change_of_the_states_changes_nothing(starts: Floats) -> None:
     np.testing.assert_allclose(other.derivative, one.derivative, rtol=CLOSE, atol=CLOSE)
 
 
+def test_margins_are_those_in_other_states(starts: Floats) -> None:
+    one, other = Straight().itineraries(starts), Bent().itineraries(bent(starts))
+    assert np.isfinite(one.clearance).any()
+    np.testing.assert_array_equal(other.codes, one.codes)
+    np.testing.assert_allclose(other.clearance, one.clearance, rtol=CLOSE, atol=CLOSE)
+    np.testing.assert_allclose(other.slowest, one.slowest, rtol=CLOSE)
+
+
 def test_derivatives_by_parameters_are_those_in_other_states(starts: Floats) -> None:
     for name in ("r", "k", "f", "omega"):
         one, other = (system.sensitivity(rows, {name: 1.0}) for system, rows in ((Straight(), starts), (Bent(), bent(starts))))
@@ -152,6 +160,31 @@ def test_arrivals_and_motions_of_a_cubic_spring() -> None:
     energy = v**2 / 2 + x**4 / 4
     np.testing.assert_allclose(energy, np.repeat(energy[:, :1], 40, axis=1), rtol=1e-13)
     np.testing.assert_allclose(energy[:, 0], 2.0 * 0.81 ** np.arange(1, 3), rtol=1e-13)
+
+
+class Lift(HybridSystem):
+    """x'' = -(x - 1)**power from one maximum to the next, above a wall at x = 0."""
+
+    power: int = 3
+    states = ("x", "v")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"free": {"x": y.v, "v": -((y.x - 1) ** self.power)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"wall": Guard("free", y.x, reset={"v": -y.v}), "top": Guard("free", y.v, crossing=True)}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("top", ("x",))
+
+
+@pytest.mark.parametrize("power", [1, 3])
+def test_the_least_distance_is_met_where_the_function_of_the_section_rises(power: int) -> None:
+    """There the speed is zero but for rounding, on either side of the border of two parts of the mode."""
+    amplitudes = np.linspace(0.1, 0.99, 60)
+    found = Lift(power=power).itineraries(1 + amplitudes[:, None])
+    np.testing.assert_allclose(found.clearance, 1 - amplitudes, rtol=0, atol=1e-14)
+    assert (found.turns == 1).all()
 
 
 def cup(x: Any, u: Any, v: Any, r: Any, a: Any) -> list[Any]:

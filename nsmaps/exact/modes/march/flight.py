@@ -171,11 +171,16 @@ def saltation(p, mode, function, w):
 
 @inner
 def minima(a, end, b):
-    """The least value of a polynomial at its minima in (0, end), inf without one, and their number; b is memory."""
+    """The least value of a polynomial at its minima in (0, end], inf without one, and their number; b is memory.
+
+    A rate that is zero at either end but for rounding is zero: a minimum that is met at an event counts before it, once.
+    """
     for k in range(ORDER):
         b[k] = (k + 1) * a[k + 1]
     b[ORDER] = 0.0
-    x, least, number = 0.0, math.inf, 0
+    x, least, number, blur = 0.0, math.inf, 0, 4.0 * ROUNDING * size_of(b, end)
+    if abs(b[0]) <= blur:
+        b[0] = 0.0
     for _ in range(MOST_TURNS):
         falls = b[0] < 0.0 or (b[0] == 0.0 and b[1] < 0.0)
         if falls:
@@ -183,6 +188,9 @@ def minima(a, end, b):
                 b[k] = -b[k]
         found, step, _ = first_zero(b, end - x, 0.0, b[0] == 0.0)
         if not found:
+            rate, bend = value(b, end - x)
+            if falls and end > x and rate <= blur and bend < 0.0:
+                least, number = min(least, value(a, end)[0]), number + 1
             break
         x += step
         for i in range(ORDER):
