@@ -5,7 +5,7 @@ speed u after the impact, is the state (u, -phi) of the reversed one. The sectio
 the reset, so that its states are the same, at the phase -phi.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import SimpleNamespace
@@ -24,9 +24,12 @@ from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.system import ImpactSystem
 
 if TYPE_CHECKING:
-    from nsmaps.exact.modes.definitions.definition import Transition
+    import sympy as sp
 
-SAME = 1e-9  #: relative difference of rows that are proportional
+    from nsmaps.exact.modes.definitions.definition import Definition, Transition
+
+SAME = 1e-9  #: relative difference of rates that are proportional
+SAMPLES = 40  #: states at which they are compared
 Signs = tuple[tuple[str, int], ...]  #: of each guard, by name: whether its function is positive or negative just after its event
 
 
@@ -65,8 +68,8 @@ def reversed_system(system: FlowSystem) -> FlowSystem:
     every event and every flight has one past.
 
     Raises:
-        NsmapsError: flights are integrated or nonlinear, modes slide, an impact law or a reset cannot be inverted, or an event
-            does not determine the mode before it.
+        NsmapsError: modes slide, an impact law or a reset is not affine or cannot be inverted, or an event does not determine
+            the mode before it.
     """
     cls = type(system)
     if isinstance(system, HybridSystem):
@@ -78,13 +81,11 @@ def reversed_system(system: FlowSystem) -> FlowSystem:
 
 
 def _check_impacts(system: ImpactSystem) -> None:
-    """Refuse an impact system whose impacts or flights have no past."""
+    """Refuse an impact system whose impacts have no past."""
     from nsmaps.exact.flows.formulas import is_linear
     from nsmaps.exact.flows.tables import formulas_of
 
     name = type(system).__name__
-    if system.flight() == "acceleration":
-        raise NsmapsError(f"{name} in reversed time: its flights are integrated; expected: a displacement in closed form")
     if not all(is_linear(law) for law in formulas_of(system).laws):
         raise NsmapsError(f"{name} in reversed time: an impact law is not linear in the speed; expected: a restitution")
     if lost := [wall for wall in system.letters if not restitution(system, wall) > 0]:
@@ -124,7 +125,11 @@ def _class(cls: type[ImpactSystem]) -> type[ImpactSystem]:
     def rebound(self: Any, speed: Any, wall: str) -> Any:
         return speed / cls.rebound(self, 1, wall)
 
-    body = {"displacement": displacement, "rebound": rebound, "__module__": __name__, "__qualname__": f"Reversed{cls.__name__}"}
+    def acceleration(self: Any, t: Any, place: Any, velocity: Any) -> Any:
+        return cls.acceleration(self, -t, place, -velocity)
+
+    flights = {"displacement": displacement} if cls.flight() == "displacement" else {"acceleration": acceleration}
+    body = {**flights, "rebound": rebound, "__module__": __name__, "__qualname__": f"Reversed{cls.__name__}"}
     return type(f"Reversed{cls.__name__}", (cls,), body)
 
 
@@ -191,21 +196,19 @@ def signs_of(system: HybridSystem) -> Signs:
     Raises:
         NsmapsError: as `reversed_system`.
     """
-    what = f"{type(system).__name__} in reversed time"
-    kernel = system._kernel()
-    definition, p = kernel.definition, kernel.table
-    if definition.smooth:
-        raise NsmapsError(f"{what}: its modes are nonlinear; expected: rates that are affine in the states")
+    what, definition = f"{type(system).__name__} in reversed time", system._definition()
     if definition.surfaces:
         raise NsmapsError(f"{what}: all motions that slide along {definition.surfaces[0].name!r} have one future; expected: none")
     signs: dict[str, int] = {}
     passed: dict[tuple[str, ...], str] = {}
-    for number, one in _events(definition.transitions):
+    for one in definition.transitions:
+        if not one.name or one.target < 0 or one.releases:
+            continue
         before, after = definition.modes[one.mode], definition.modes[one.target]
-        sign, row = _after_event(what, p, number, one)
+        sign, values = _after_event(what, definition, one, tuple(system.parameters.values()))
         if signs.setdefault(one.name, sign) != sign:
             raise NsmapsError(f"{what}: the guard {one.name!r} is on either side of its surface after its event")
-        key = after, *(f"{x:.9e}" for x in row / np.abs(row).max())
+        key = after, *(f"{x:.9e}" for x in values / np.abs(values).max())
         if not one.where and passed.setdefault(key, before) != before:
             raise NsmapsError(
                 f"{what}: the guard {one.name!r} leads to the mode {after!r} from {before!r}, as another event does from "
@@ -214,36 +217,52 @@ def signs_of(system: HybridSystem) -> Signs:
     return tuple(signs.items())
 
 
-def _events(transitions: "tuple[Transition, ...]") -> "Iterator[tuple[int, Transition]]":
-    """The transitions of guards that lead on, with their numbers."""
-    for number, one in enumerate(transitions):
-        if one.name and one.target >= 0 and not one.releases:
-            yield number, one
+def _after_event(what: str, definition: "Definition", one: "Transition", known: tuple[float, ...]) -> tuple[int, Floats]:
+    """The sign of a function just after its event, and that function times it at states after the event, shape (SAMPLES,).
 
+    At states a after the event, b = R^-1(a) before it, the rates of g(R^-1(a)) and of g(b) are compared, with those in the modes
+    after and before: they are proportional but for multiples of the function, which is zero at the event.
+    """
+    import sympy as sp
 
-def _after_event(what: str, p: Any, number: int, one: "Transition") -> tuple[int, Floats]:
-    """The sign of a function just after its event, and that function of the states after it, times the sign."""
-    from nsmaps.exact.modes.paths.extents import flow_of
+    from nsmaps.exact.flows.formulas import PHI
 
-    n, width = p.resets.shape[1:]
-    reset = np.eye(width)
-    reset[:n] = p.resets[number]
-    if one.curved:
+    y, rng = definition.variables, np.random.default_rng(0)
+    after, phases = rng.normal(size=(len(y), SAMPLES)), rng.uniform(0, TWO_PI, SAMPLES)
+
+    def at(formulas: "Sequence[sp.Expr]", states: Floats) -> Floats:
+        """Formulas at states (n, SAMPLES), shape (number of formulas, SAMPLES)."""
+        given = sp.lambdify((*y, PHI, *definition.symbols), list(formulas), "numpy")
+        with np.errstate(all="ignore"):
+            return np.array([np.broadcast_to(value, SAMPLES) for value in given(*states, phases, *known)], float)
+
+    def rates(mode: int) -> "Sequence[sp.Expr]":
+        return definition.smooth[mode] if definition.smooth else [row.of(y) for row in definition.rates[mode]]
+
+    reset = sp.Matrix([row.of(definition.columns) for row in one.reset[: len(y)]])
+    if one.curved or reset.jacobian(y).has(*y, PHI):
         raise NsmapsError(f"{what}: the reset of the guard {one.name!r} is not affine in the states; expected: one that is")
-    if np.linalg.matrix_rank(reset) < width:
+    slopes = at(list(reset.jacobian(y)), after)[:, 0].reshape(len(y), len(y))
+    if np.linalg.matrix_rank(slopes) < len(y):
         raise NsmapsError(
             f"{what}: the reset of the guard {one.name!r} takes different states to one, as an impact that leaves no speed; "
             "expected: a reset that can be inverted"
         )
-    back, function = np.linalg.inv(reset), p.functions[p.function[number]]
-    later, rate = function @ back, function @ flow_of(p, one.mode) @ back
-    rate_after = later @ flow_of(p, one.target)
-    share = np.linalg.lstsq(np.array([rate, later]).T, rate_after, rcond=None)[0]
-    off = np.abs(rate_after - share @ np.array([rate, later])).max()
-    if share[0] == 0 or off > SAME * np.abs(rate_after).max():
+    at_zero = reset.subs(dict.fromkeys(y, 0))
+    before: Floats = np.asarray(np.linalg.solve(slopes, after - at(at_zero, after)), float)
+    function, turning = one.function.of(definition.columns), at([definition.phase_rate], after)[0]
+    gradient, drift = at([sp.diff(function, x) for x in y], before), at([sp.diff(function, PHI)], before)[0]
+    later = np.linalg.solve(slopes.T, gradient)
+    rate = (gradient * at(rates(one.mode), before)).sum(axis=0) + turning * drift
+    moved = at(rates(one.target), after) - turning * at(sp.diff(at_zero, PHI), after)
+    rate_after, values = (later * moved).sum(axis=0) + turning * drift, at([function], before)[0]
+    usual = np.isfinite(rate) & np.isfinite(rate_after) & np.isfinite(values)
+    share = np.linalg.lstsq(np.array([rate, values]).T[usual], rate_after[usual], rcond=None)[0]
+    off = np.abs(rate_after - share @ np.array([rate, values]))[usual].max(initial=0.0)
+    if share[0] == 0 or off > SAME * np.abs(rate_after[usual]).max(initial=0.0):
         raise NsmapsError(
             f"{what}: the function of the guard {one.name!r} may rise or fall after its event, or stay zero; expected: a rate "
             "that is a multiple of that before it"
         )
     sign = -1 if share[0] > 0 else 1
-    return sign, sign * later
+    return sign, sign * values

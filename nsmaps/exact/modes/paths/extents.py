@@ -11,7 +11,7 @@ from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.paths.path import sample
 from nsmaps.exact.modes.paths.tracks import Event, events_of
 from nsmaps.exact.modes.tables.memory import memory
-from nsmaps.exact.modes.tables.tables import Tables, flow_matrix
+from nsmaps.exact.modes.tables.tables import Tables
 
 MOST_EVENTS = 64  #: of a return, beyond which its motion is not looked at
 SAMPLES = 9  #: instants of a flight
@@ -46,15 +46,6 @@ def fastest_of(definition: Definition, table: Tables, starts: Floats, between: b
 def rates_of(table: Tables, mode: int, phases: Floats, states: Floats) -> Floats:
     """The rates of change of all functions along the flow of a mode, at phases (K,) and states (K, n): shape (K, S)."""
     return velocities(table, mode, features_of(table, states, phases), phases) @ table.functions.T / table.steps[mode]
-
-
-def flow_of(table: Tables, mode: int) -> Floats:
-    """The matrix of the rates of all features by the features in a mode, in units of time, shape (N, N)."""
-    n, width = table.resets.shape[1:]
-    rates, first = np.zeros((n, width)), table.first[mode]
-    for i in range(n):
-        rates[i, table.columns[first[i] : first[i + 1]]] = table.values[first[i] : first[i + 1]] / table.steps[mode]
-    return flow_matrix(rates, table.rate, (width - n - 1) // 2)
 
 
 def flights_of(definition: Definition, table: Tables, starts: Floats) -> Iterator[Flight]:
