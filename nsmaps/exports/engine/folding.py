@@ -194,6 +194,8 @@ class Folding(ast.NodeTransformer):
             if isinstance(sign, ast.In) and isinstance(right, ast.Tuple):
                 either = [ast.Compare(left, [ast.Eq()], [each]) for each in right.elts]
                 parts.append(ast.BoolOp(ast.Or(), list(either)))
+            elif isinstance(sign, ast.NotIn) and isinstance(right, ast.Tuple):
+                parts.append(ast.BoolOp(ast.And(), [ast.Compare(left, [ast.NotEq()], [each]) for each in right.elts]))
             else:
                 parts.append(ast.Compare(left, [sign], [right]))
             left = right
