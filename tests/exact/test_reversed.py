@@ -55,7 +55,7 @@ CASES = [
     (TwoMasses(b=0.05, w=0.9, f=1.5, d=0.1, r=0.8, k2=2.0), [0.05, -0.5, -0.5], [1, 0.5, 0.5]),
     (SoftImpact(xi=0.01, e=1.26, a=0.7, beta=29.0, w=0.75), [0.2], [2]),
     (RockingBlock(a=0.3, w=4.0, r=0.9), [0.2], [0.4]),
-    (Swing(), [0.1], [1.5]),
+    pytest.param(Swing(), [0.1], [1.5], marks=pytest.mark.thorough),
     (DuffingStop(c=0.1, a=-1.0, b=1.0, f=0.7, w=1.2, d=0.9, r=0.8), [0.1], [1.5]),
 ]
 
@@ -66,18 +66,18 @@ def test_reversed_after_forward_is_the_identity(system, low, high):
     if smooth:
         pytest.importorskip("heyoka")
     states = np.random.default_rng(0).uniform([*low, 0], [*high, 2 * np.pi], (20 if smooth else 100, len(low) + 1))
-    there = system.first_return(states, derivative=True)
+    there = system.first_return(states, derivative=not smooth)
     moving = there.outcome == 0
     there, inverse = there.select(moving), inverse_map(system)
-    back = inverse.first_return(there.image, derivative=True)
+    back = inverse.first_return(there.image, derivative=not smooth)
     assert moving.sum() >= 10
     assert (back.outcome == 0).all()
     assert np.abs(system.coordinates.difference(back.image, states[moving])).max() < 1e-12
     assert (back.turns == -there.turns).all()
     assert back.time == pytest.approx(there.time, abs=1e-12)
-    assert back.derivative @ there.derivative == pytest.approx(
-        np.broadcast_to(np.eye(len(low) + 1), there.derivative.shape), abs=1e-9
-    )
+    if not smooth:
+        product = back.derivative @ there.derivative
+        assert product == pytest.approx(np.broadcast_to(np.eye(len(low) + 1), product.shape), abs=1e-9)
 
 
 def test_states_and_words_are_those_of_the_system():
