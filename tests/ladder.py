@@ -12,7 +12,8 @@ import numpy as np
 
 import nsmaps
 from nsmaps.cells.certified import Orders
-from nsmaps.exact.engine.returns import trajectory
+from nsmaps.exact.engine.observers import Track, trajectory
+from nsmaps.exact.engine.returns import Impact
 from nsmaps.exact.kernel import kernel_of
 from nsmaps.verify.arrivals import LEFT
 from nsmaps.verify.certificate import read
@@ -53,7 +54,8 @@ def followed(system, orders, wall, phase, speed):
     times, phases, speeds = np.full((3, len(wall), IMPACTS), np.nan)  # an orbit that ends is in no cell then
     for i in range(len(wall)):
         up = kernel.base_up == (wall[i] == base)
-        trajectory(kernel.flow, speed[i], phase[i], 1e-12, up, on_base[i], times[i], phases[i], speeds[i], marks[i])
+        track = Track(on_base[i], times[i], phases[i], speeds[i], marks[i])
+        trajectory(kernel.flow, Impact(up, phase[i], speed[i]), 1e-12, track)
     cells = orders.cells(np.where(on_base, base, 1 - base), phases, speeds)
     order = orders.orders(cells)
     length = np.where((order == 0).any(axis=1), (order == 0).argmax(axis=1), IMPACTS - 1)

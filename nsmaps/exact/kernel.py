@@ -12,12 +12,12 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.compiling.compiled import code_of, compilers
-from nsmaps.exact.engine.batch import orbits
+from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.flight.flow import Flow
-from nsmaps.exact.engine.itinerary import all_itineraries
-from nsmaps.exact.engine.returns import sampled, trajectory
-from nsmaps.exact.engine.sensitivity import sensitivities
+from nsmaps.exact.engine.itinerary import ItineraryRows, all_itineraries
+from nsmaps.exact.engine.observers import Rows, Track, sampled, sensitivities, trajectory
+from nsmaps.exact.engine.returns import Impact
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of, written
 from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.outcome import Outcome
@@ -65,45 +65,45 @@ class Kernel:
 
     def first_returns(self, start: Floats, derivative: bool, chatter: float) -> Returns:
         """First returns of a batch, shape (N, 2), on all cores."""
-        states, *rows = _room(1, len(start), derivative)
+        rows = _room(1, len(start), derivative)
 
         def run(k: slice) -> None:
-            orbits(flow_of(self.table), float(chatter), start[k], states[:, k], *(row[:, k] for row in rows))
+            orbits(self.flow, float(chatter), start[k], Rows(*(row[:, k] for row in rows)))
 
-        in_chunks(len(start), run)
-        return self._returns(start, states, *rows)
+        if 0 < len(start) <= CHUNK:
+            orbits(self.flow, float(chatter), start, rows)
+        else:
+            in_chunks(len(start), run)
+        return self._returns(start, rows)
 
     def orbits(self, start: Floats, n: int, derivative: bool, chatter: float) -> Returns:
         """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
-        states, *rows = _room(n, len(start), derivative)
-        before, outcome, size = start, rows[2], max(1, CHUNK // max(len(start), 1))
+        rows = _room(n, len(start), derivative)
+        before, outcome, size = start, rows.outcome, max(1, CHUNK // max(len(start), 1))
         for begin in range(0, n, size):  # in chunks, between which Ctrl-C is heard
             k = slice(begin, begin + size)
-            orbits(self.flow, float(chatter), before, states[k], *(row[k] for row in rows))
+            orbits(self.flow, float(chatter), before, Rows(*(row[k] for row in rows)))
             if begin:  # the outcome of an orbit that ended is repeated
                 ended = np.isnan(before[:, 0])
                 outcome[k, ended] = outcome[begin - 1, ended]
-            before = states[k][-1]
-        return self._returns(np.concatenate([start, states[:-1].reshape(-1, 2)]), states, *rows)
+            before = rows.states[k][-1]
+        return self._returns(np.concatenate([start, rows.states[:-1].reshape(-1, 2)]), rows)
 
-    def _returns(self, start: Floats, *rows: Any) -> Returns:
+    def _returns(self, start: Floats, rows: Rows) -> Returns:
         """The rows of `_room` one after another."""
         image, turns, codes, outcome, time, tangents = (row.reshape(-1, *row.shape[2:]) for row in rows)
-        slopes = tangents if len(rows[-1]) else None
+        slopes = tangents if len(rows.tangents) else None
         return Returns(self.system.coordinates, self.system.letters, start, image, turns, codes, outcome, time, slopes)
 
     def noisy_orbit(self, law: Any, step: Floats, parts: int, chatter: float, rng: np.random.Generator, tables: Any) -> None:
         """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
-        p, constants = self.flow, np.array(law)
-        ball, count = np.zeros(noisy.NUMBERS), np.zeros(noisy.COUNTS, np.int64)
-        states, turns, codes, outcome, time, eta, hits = tables
-        noisy.ready(p, ball, count, constants[3], rng.standard_normal(), states, eta)
-        while count[noisy.FATE] == noisy.UNDER_WAY and count[noisy.MADE] < len(codes):
-            normals = rng.standard_normal((STEPS, parts, 3))
-            rows = hits, states, turns, codes, outcome, time, eta
-            noisy.noisy_orbit(p, constants, step, normals, float(chatter), ball, count, *rows)
+        first = noisy.Step(self.flow, noisy.Law(*map(float, law)), (0.0, 0.0, 0.0, 0.0), float(chatter))
+        ball, count, out = np.zeros(noisy.NUMBERS), np.zeros(noisy.COUNTS, np.int64), noisy.Realisation(*tables)
+        noisy.ready(first.p, ball, count, first.law.sigma * rng.standard_normal(), out)
+        while count[noisy.FATE] == noisy.UNDER_WAY and count[noisy.MADE] < len(out.codes):
+            noisy.noisy_orbit(first, step, rng.standard_normal((STEPS, parts, 3)), ball, count, out)
             check_stop()
-        noisy.finish(count, states, turns, codes, outcome, time, eta)
+        noisy.finish(count, out)
 
     @property
     def law(self) -> tuple[float, float]:
@@ -116,16 +116,9 @@ class Kernel:
     def itineraries(self, start: Floats, chatter: float) -> Itineraries:
         """The itineraries of the first returns of a batch, shape (N, 2)."""
         n = len(start)
-        outcome, codes, turns = np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32)
-        clearance, slowest = np.empty(n), np.empty(n)
-        table = self.table
-        in_chunks(
-            n,
-            lambda k: all_itineraries(
-                flow_of(table), start[k], chatter, outcome[k], codes[k], turns[k], clearance[k], slowest[k]
-            ),
-        )
-        return Itineraries(self.system.letters, codes, turns, clearance, slowest, outcome)
+        rows = ItineraryRows(np.empty(n, np.int8), np.empty(n, np.int64), np.empty(n, np.int32), np.empty(n), np.empty(n))
+        in_chunks(n, lambda k: all_itineraries(self.flow, start[k], chatter, ItineraryRows(*(row[k] for row in rows))))
+        return Itineraries(self.system.letters, rows.code, rows.turning_points, rows.gap, rows.slowest, rows.outcome)
 
     def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
         """The derivatives of the images of a batch, shape (N, 2), by the parameters along a direction."""
@@ -142,13 +135,11 @@ class Kernel:
 
     def impacts(self, state: Floats, n: int, chatter: float) -> Impacts:
         """The first n impacts on all walls from one state, shape (2,)."""
-        time, phase, speed = np.empty(n), np.empty(n), np.empty(n)
-        on_base, mark = np.empty(n, np.int8), np.zeros(n, np.int8)
-        v, phi = float(state[0]), float(state[1]) % (2 * np.pi)
-        p, up = self.flow, self.base_up
-        m = trajectory(p, v, phi, float(chatter), up, on_base, time, phase, speed, mark)
-        marks = np.array(["", CHATTER, REST, REST, ""])[mark[:m]]
-        return Impacts(self.system.letters, 1 - on_base[:m], time[:m], phase[:m], speed[:m], marks)
+        track = Track(np.empty(n, np.int8), np.empty(n), np.empty(n), np.empty(n), np.zeros(n, np.int8))
+        start = Impact(self.base_up, float(state[1]) % (2 * np.pi), float(state[0]))
+        m = trajectory(self.flow, start, float(chatter), track)
+        marks = np.array(["", CHATTER, REST, REST, ""])[track.mark[:m]]
+        return Impacts(self.system.letters, 1 - track.on_base[:m], track.time[:m], track.phase[:m], track.speed[:m], marks)
 
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
@@ -160,15 +151,16 @@ class Kernel:
             places[i] = top if up else bottom
             if not impacts.mark[i + 1]:  # otherwise it chatters or rests here, and there is no flight
                 d = np.empty(samples)
-                sampled(p, up, impacts.phase[i], impacts.speed[i], time - time[0], d, rates[i])
+                sampled(p, Impact(up, impacts.phase[i], impacts.speed[i]), time - time[0], d, rates[i])
                 places[i] += d
         return times, places, rates
 
 
-def _room(n: int, m: int, derivative: bool) -> tuple[Any, ...]:
-    """Arrays for n returns of each of m states: images, turns, codes, outcomes, times, and derivatives or none."""
+def _room(n: int, m: int, derivative: bool) -> Rows:
+    """Arrays for n returns of each of m states, with derivatives or none."""
     codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
-    return np.empty((n, m, 2)), np.empty((n, m, 2), np.int32), codes, outcome, time, np.empty((n if derivative else 0, m, 2, 2))
+    tangents = np.empty((n if derivative else 0, m, 2, 2))
+    return Rows(np.empty((n, m, 2)), np.empty((n, m, 2), np.int32), codes, outcome, time, tangents)
 
 
 def in_chunks(n: int, run: Callable[[slice], None], size: int = CHUNK) -> None:

@@ -18,7 +18,7 @@ from pynamicalsys import DiscreteDynamicalSystem
 import nsmaps
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.flight.layout import FLIGHT_SIZE, TOP
-from nsmaps.exact.engine.returns import first_return
+from nsmaps.exact.engine.observers import first_return
 from nsmaps.exact.kernel import kernel_of
 
 SYSTEM = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)

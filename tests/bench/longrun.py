@@ -14,7 +14,7 @@ from pynamicalsys import DiscreteDynamicalSystem
 import nsmaps
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.flight.layout import AT_PARAMETERS, BOTTOM, FLIGHT_SIZE, TOP
-from nsmaps.exact.engine.returns import first_return
+from nsmaps.exact.engine.observers import first_return
 from nsmaps.exact.kernel import kernel_of
 
 VALUES, TRANSIENT, RETURNS, ROUNDS = np.linspace(0.26, 0.35, 600), 2000, 100, 7

@@ -20,7 +20,7 @@ from nsmaps.exact import kernel
 from nsmaps.exact.compiling import compiled, kept, libraries
 from nsmaps.exact.compiling.compiled import code_of, njit
 from nsmaps.exact.engine import march, returns
-from nsmaps.exact.engine.batch import orbits
+from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import flow, layout
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall

@@ -1,5 +1,6 @@
 """What all loops of the engine have in common: chatter, the horizon, and directions of parameters."""
 
+import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
@@ -116,6 +117,75 @@ def test_a_direction_has_parameters_alone(map):
         map.sensitivity(states, {"nothing": 1.0})
     with pytest.raises(ParameterError, match="is nan; expected: a finite number"):
         map.sensitivity(states, {getattr(map, "system", map).parameter_names()[0]: np.nan})
+
+
+class Shaken(ImpactSystem):
+    """A ball between two walls, pressed against the upper one for half of each period."""
+
+    d: float = Field(description="distance of the walls")
+    r: float = Field(description="restitution")
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1), "T": Wall(at=self.d, side=1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def displacement(self, t, hit):
+        s = t - hit.t
+        return hit.z + (hit.w + sp.cos(hit.t)) * s - sp.sin(t) + sp.sin(hit.t)
+
+
+def shaken_sums(d, r, v, phase):
+    """The sums over the impacts of one return of `Shaken` in 30 digits, which chatters on T until it rests: (speeds, losses, the
+    phase of the return, its speed).
+    """
+
+    def impact(w, s, way):  # after a flight from `phase` over a distance, near s
+        s = mp.findroot(lambda s: (w + mp.cos(phase)) * s - mp.sin(phase + s) + mp.sin(phase) - way, s)
+        return w + mp.cos(phase) - mp.cos(phase + s), phase + s
+
+    with mp.workdps(30):
+        d, r, v, phase = map(mp.mpf, (d, r, v, phase))
+        speeds, w, press = [v], r * v, mp.sin(phase)
+        v, phase = impact(w, (mp.sqrt(w * w + 2 * press * d) - w) / press, d)
+        while v > mp.mpf(10) ** -25:
+            speeds.append(v)
+            v, phase = impact(-r * v, 2 * r * v / mp.sin(phase), 0)
+        assert len(speeds) > 20
+        assert phase < mp.pi
+        phase = mp.pi
+        v, phase = impact(mp.mpf(0), mp.cbrt(6 * d), -d)
+        return [float(x) for x in (sum(speeds), sum((1 - r * r) * x * x / 2 for x in speeds), phase, -v)]
+
+
+@pytest.mark.parametrize(("d", "r"), [(1e-2, 0.3), (1e-4, 0.9), (1e-4, 0.97)])
+def test_chatter_on_the_other_wall_is_that_of_a_bouncing_ball(d, r):
+    """In `first_return` and in `observe`: hundreds of impacts one by one, and then their sum."""
+    system, start = Shaken(d=d, r=r), [np.sqrt(d * (1 - r * r)) / 2, 1.2]
+    speeds, losses, phase, speed = shaken_sums(d, r, *start)
+    found = system.first_return([start])
+    seen = nsmaps.observe(system, start, 1, [{"name": "v", "formula": "v"}, "loss"], batches=1)
+    assert found.words.tolist() == ["BT~B"] or found.words[0].startswith("BTT")
+    assert found.outcome.tolist() == [Outcome.returned]
+    assert np.array_equal(seen.final, found.image[0])
+    assert np.array_equal(seen.time, found.time)
+    assert found.image[0] == pytest.approx([speed, phase], rel=1e-12)
+    assert seen.totals[0] == pytest.approx([speeds, losses], rel=1e-9)
+
+
+@pytest.mark.parametrize("r", [0.5, 0.99, 0.9995])
+def test_returns_of_a_bouncing_ball_are_those_whose_observables_are_summed(r):
+    """On a wall at rest speeds are v r^n, times 2 v r^(n + 1): until the impacts are summed, at 1e-12 of a radian's speed."""
+    system, n = Thrown(r=r), int(np.log(1e-11) / np.log(r))
+    found = system.orbits([[1.0, 0.3]], n)
+    seen = nsmaps.observe(system, [1.0, 0.3], n, [{"name": "v", "formula": "v"}, "loss"], batches=1)
+    assert found.outcome.tolist() == [Outcome.returned] * n
+    assert np.array_equal(seen.final, found.image[-1])
+    assert found.image[:, 0] == pytest.approx(r ** np.arange(1, n + 1), rel=1e-10)
+    assert seen.time[0] == pytest.approx(2 * r * (1 - r**n) / (1 - r), rel=1e-11)
+    assert seen.totals[0] == pytest.approx([(1 - r**n) / (1 - r), (1 - r ** (2 * n)) / 2], rel=1e-11)
+    assert system.first_return([[0.9e-12, 0.3]]).time[0] == pytest.approx(1.8e-12 * r / (1 - r), rel=1e-9)
 
 
 class Growing(ImpactSystem):

@@ -11,9 +11,9 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.exact.flows.formulas import PHI, V
 from nsmaps.exact.flows.tables import Formulas, formulas_of
-from nsmaps.exact.observables.flights import LEAST, MOST_CHATTER
 from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.memory import rule
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem

@@ -150,7 +150,7 @@ def _identified(value: Any) -> str:
     if isinstance(value, PLAIN):
         return repr(value)
     if isinstance(value, tuple | list):
-        return f"{type(value).__name__}({', '.join(map(_identified, value))})"
+        return f"{type(value).__name__}{getattr(value, '_fields', '')}({', '.join(map(_identified, value))})"
     if isinstance(value, frozenset | set):
         return f"set({', '.join(sorted(map(_identified, value)))})"
     if isinstance(value, np.ndarray):

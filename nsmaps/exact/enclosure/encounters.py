@@ -13,21 +13,11 @@ from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, between, bplu
 from nsmaps.exact.enclosure.flight.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import bent, gap_to, landed
 from nsmaps.exact.enclosure.taylor_set import box_of, box_set, launched, put_set, radii, view
+from nsmaps.exact.engine.constants import FAR, INWARD, NO_SPEED, SIXTH
 from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import (
-    FAR,
-    INWARD,
-    SIXTH,
-    ahead,
-    closes,
-    converged,
-    first_step,
-    safe_step,
-    stays_clear,
-    taylor_root,
-)
-from nsmaps.exact.engine.returns import NO_SPEED
+from nsmaps.exact.engine.march import wall_gap
+from nsmaps.exact.engine.steps import closes, converged, first_step, safe_step, stays_clear, taylor_root
 
 MOST_LEAPS = 400  # steps of one flight of a Taylor set
 CLOSER = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
@@ -79,7 +69,7 @@ def aimed(p, upper, room, s, x, gap, pop):
     """An estimate of when the centre reaches a wall, near s + x; only the tightness of the result depends on it."""
     flow, root = Flow(p.table, p.table[p.flight :]), s + cubic_root(gap, x, 1.25 * x)
     for _ in range(3):
-        there = ahead(upper, room[0], room[0], evaluate(flow, root))
+        there = wall_gap(upper, room[0], room[0], evaluate(flow, root))
         step, rate = taylor_root(there, -there[0] / there[1])
         if not abs(step) <= 0.25 * x:
             break

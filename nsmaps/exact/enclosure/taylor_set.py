@@ -20,8 +20,8 @@ from nsmaps.exact.enclosure.flight.flow import (
     ball_tangent,
     centre_begin,
 )
+from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import OUTWARD
 
 UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of Taylor sets
 

@@ -23,5 +23,5 @@ def corrected_time(x, r, press, jerk, held_jerk):
 
     The two are the same, and the correction is - jerk x^2/(3 press), if forces do not depend on the velocity.
     """
-    change = jerk * (2.0 * r - 1.0) / 3.0 - held_jerk * r - (jerk - held_jerk) * r * (1.0 - r) / 2.0
+    change = jerk * (2.0 * r - 1.0) / 3 - held_jerk * r - (jerk - held_jerk) * r * (1.0 - r) / 2.0
     return x + x * x * change / (press * (1.0 + r))

@@ -1,29 +1,32 @@
 """The itinerary of a return: the turning points of its flights, and their least distance from a wall that they do not meet."""
 
 import math
+from typing import Any, NamedTuple
 
+from nsmaps.exact.engine.constants import MOST_IMPACTS, MOST_STEPS, ROUNDING
 from nsmaps.exact.engine.flight.bounds import limits
-from nsmaps.exact.engine.flight.flow import angle, begin, evaluate, rebound, start, tangent_at, wall_places, walls_of
-from nsmaps.exact.engine.jit import entry, inner
-from nsmaps.exact.engine.march import MOST_STEPS, ROUNDING, approach, first_step
+from nsmaps.exact.engine.flight.derivatives import tangent_at
+from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, start, wall_places, walls_of
+from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.observers import BASE, MARKS, OTHER, advance_tangent, base_of
 from nsmaps.exact.engine.returns import (
-    CHATTER,
     ESCAPED,
     FOREVER,
     IMPACT,
     INVALID,
     LOST,
-    MOST_IMPACTS,
+    PHASE,
     REST,
-    RESTS,
     RETURNED,
-    STUCK,
-    advance_tangent,
-    is_state,
+    SPEED,
+    UNDECIDED,
+    Impact,
+    follow,
     next_impact,
     onward,
     spell,
 )
+from nsmaps.exact.engine.steps import approach, first_step
 
 
 @inner
@@ -62,107 +65,151 @@ def after_turn(p, s, rate, j, k):
     return min(first_step(sign * rate, sign * j, sign * k, snap, crackle), reach)
 
 
-@inner
-def turns_of_flight(p, up, phi, v, end, code, power, base):
-    """The turning points of a flight of time `end`: (code of the itinerary with them, its power, their number, nearest).
+class Itinerary(NamedTuple):
+    """The turning points of the flights of a motion, and the one with the least gap to the wall ahead."""
 
-    The nearest is the turning point with the least gap to the wall ahead: (the gap, its time, True if before the upper wall).
-    """
+    code: int  #: see `nsmaps.exact.words`
+    power: int  #: as in `Word`
+    turning_points: int
+    slowest: float  #: least impact speed, infinite without an impact
+    gap: float  #: least gap to the wall ahead at a turning point, infinite without one
+    gap_time: float  #: of this turning point, since the impact before it
+    gap_up: bool  #: True if it is before the upper wall
+    gap_flight: int  #: the number of its flight
+    flights: int
+
+
+@inner
+def with_turning_points(p, impact, event, found):
+    """An itinerary with the turning points of the flight after an impact, which `p` holds."""
     top, bottom = wall_places(p)
-    z = top if up else bottom
-    u, _ = rebound(p, up, v)
-    w = -u if up else u
+    z = top if impact.up else bottom
     has_up, has_down, _ = walls_of(p)
-    begin(p, angle(phi), z, w)
+    w, base = event.velocity, itinerary_base(p)
     a, j, k, _ = start(p)
     h = after_turn(p, 0.0, a, j, k) if w == 0.0 else 0.0
-    count, nearest, s = 0, (math.inf, 0.0, False), 0.0
+    s = 0.0
     before = w if w != 0.0 else (a if a != 0.0 else j)
     for _ in range(MOST_STEPS):
-        s = next_turn(p, s, h, end)
+        s = next_turn(p, s, h, event.time)
         if s == math.inf:
             break
         d, _, a, j, k, _ = evaluate(p, s)
-        gap = (top - z) - d if before > 0.0 else (z - bottom) + d
-        if gap < nearest[0] and ((has_up and before > 0.0) or (has_down and before < 0.0)):
-            nearest = (gap, s, before > 0.0)
-        count += 1
-        code, power = spell(code, power, base, base - 2 if before > 0.0 else base - 1, 1)
+        up = before > 0.0
+        gap, at, gap_up, flight = found.gap, found.gap_time, found.gap_up, found.gap_flight
+        room = (top - z) - d if up else (z - bottom) + d
+        if room < gap and ((has_up and up) or (has_down and before < 0.0)):
+            gap, at, gap_up, flight = room, s, up, found.flights
+        code, power = spell(found.code, found.power, base, base - 2 if up else base - 1, 1)
+        found = Itinerary(code, power, found.turning_points + 1, found.slowest, gap, at, gap_up, flight, found.flights)
         before = -before
         h = after_turn(p, s, a, j, k)
-    return code, power, count, nearest
+    return found
+
+
+@inlined
+def itinerary_base(p):
+    """The base of the codes of itineraries, whose letters are those of words and two turning points, high and low."""
+    return base_of(p) + 2
+
+
+@inner
+def extend_itinerary(p, impact, event, context, found):
+    """The observer of itineraries."""
+    letter, slowest = BASE if event.up == on_top(p) else OTHER, found.slowest
+    if event.ended in (FOREVER, ESCAPED):
+        return found
+    if event.ended == IMPACT:
+        found, slowest = with_turning_points(p, impact, event, found), min(slowest, event.speed)
+    else:
+        letter = base_of(p) - MARKS - 1 + event.ended
+    code, power = spell(found.code, found.power, itinerary_base(p), letter, 1)
+    gap = found.gap, found.gap_time, found.gap_up, found.gap_flight
+    return Itinerary(code, power, found.turning_points, slowest, *gap, found.flights + 1)
 
 
 @entry
 def itinerary(p, v, phi, chatter):
-    """The itinerary of one first return: (outcome, code of the itinerary, turning points, least impact speed, nearest, flight).
+    """The itinerary of one first return: (outcome, Itinerary); a graze within rounding is not distinguished."""
+    code, power = spell(0, 1, itinerary_base(p), BASE, 1)
+    none = Itinerary(code, power, 0, math.inf, math.inf, 0.0, False, 0, 0)
+    found, seen = follow(p, Impact(on_top(p), phi, v), chatter, MOST_IMPACTS, extend_itinerary, (), none)
+    if found.outcome == INVALID:
+        seen = Itinerary(0, 0, 0, math.nan, math.nan, 0.0, False, 0, 0)
+    if found.outcome == UNDECIDED:
+        return LOST if math.isnan(found.phase) else RETURNED, seen
+    return found.outcome, seen
 
-    The nearest turning point of all flights is as in `turns_of_flight`, with the number of its flight.
-    """
-    nearest, flight_of = (math.inf, 0.0, False), 0
-    if not is_state(v, phi):
-        return INVALID, 0, 0, math.nan, (math.nan, 0.0, False), 0
-    phi, _ = onward(p, phi, 0.0)
-    has_up, has_down, base_up = walls_of(p)
-    walls = 2 if has_up and has_down else 1
-    base = walls + 5  # of the itinerary's code: walls, chatter, rest, two turning points, none
-    up, turns, slowest = base_up, 0, math.inf
-    code, power = spell(0, 1, base, 1, 1)
-    for flown in range(MOST_IMPACTS):
-        on_base = up == base_up
-        ended, now_up, s, now_v, _, _, _ = next_impact(p, up, phi, v, chatter)
-        if ended in (FOREVER, ESCAPED):
-            return RESTS if ended == FOREVER else LOST, code, turns, slowest, nearest, flight_of
-        if ended == IMPACT:
-            code, power, more, least = turns_of_flight(p, up, phi, v, s, code, power, base)
-            turns, slowest = turns + more, min(slowest, now_v)
-            if least[0] < nearest[0]:
-                nearest, flight_of = least, flown
-            code, power = spell(code, power, base, 1 if now_up == base_up else 2, 1)
-        else:
-            code, power = spell(code, power, base, walls + (1 if ended == CHATTER else 2), 1)
-        phi, _ = onward(p, phi, s)
-        v, up = now_v, now_up
-        if up == base_up and (ended == IMPACT or on_base):
-            return RETURNED if ended == IMPACT else STUCK, code, turns, slowest, nearest, flight_of
-    return LOST, code, turns, slowest, nearest, flight_of
+
+class ItineraryRows(NamedTuple):
+    """The itineraries of N first returns, each of shape (N,); fields as in `Itinerary`."""
+
+    outcome: Any
+    code: Any
+    turning_points: Any
+    gap: Any
+    slowest: Any
 
 
 @entry
-def all_itineraries(p, states, chatter, outcome, codes, turns, clearance, slowest):
-    """The itineraries of a batch, written into the given arrays."""
+def all_itineraries(p, states, chatter, rows):
+    """The itineraries of a batch (N, 2), written into the given arrays."""
     for i in range(len(states)):
-        outcome[i], codes[i], turns[i], slowest[i], nearest, _ = itinerary(p, states[i, 0], states[i, 1], chatter)
-        clearance[i] = nearest[0]
+        rows.outcome[i], found = itinerary(p, states[i, SPEED], states[i, PHASE], chatter)
+        rows.code[i], rows.turning_points[i] = found.code, found.turning_points
+        rows.gap[i], rows.slowest[i] = found.gap, found.slowest
+
+
+class Prelude(NamedTuple):
+    """Impacts before a touch, all on the other wall."""
+
+    impact: Impact  #: the last one
+    derivative: tuple[float, float, float, float]  #: of its (speed, phase) by the start, row by row
+    slowest: float  #: the least speed of these impacts, NaN if others occur
+
+
+@inner
+def extend_prelude(p, impact, event, context, seen):
+    """The observer of the impacts before a touch."""
+    if event.ended != IMPACT or event.up == on_top(p) or math.isnan(seen.slowest):
+        return Prelude(impact, seen.derivative, math.nan)
+    d = advance_tangent(p, impact, event, seen.derivative)
+    phase, _ = onward(p, impact.phase, event.time)
+    return Prelude(Impact(event.up, phase, event.speed), d, min(seen.slowest, event.speed))
+
+
+class WallTouch(NamedTuple):
+    """A flight at some time, as if there were no wall then; gap and its rate vanish together on a grazing curve."""
+
+    slowest: float  #: least speed of the impacts before, NaN if others occur
+    share: float  #: of the time of the flight's own first impact
+    gap: float  #: to the upper or the lower wall
+    rate: float  #: of the gap
+    acceleration: float  #: of the gap
+    by_state: tuple[float, float, float, float]  #: derivatives of gap and rate by speed and phase of the start, row by row
 
 
 @entry
 def touch(p, v, phi, s, hits, upper):
-    """A flight at time s after `hits` impacts on the other wall, as if there were no wall at s, before the upper or the lower
-    wall.
-
-    Returns (least speed of these impacts or NaN if others occur, s as a share of the time of the flight's own first impact, gap,
-    rate, acceleration, derivatives of gap and rate by v and phi). Gap and rate vanish together on a grazing curve.
-    """
+    """A flight at time s after an impact on the base wall and `hits` on the other wall, beside the upper or the lower wall."""
     nothing = (math.nan, math.nan, math.nan, math.nan)
-    base_up = walls_of(p)[2]
-    up, d, slowest = base_up, (1.0, 0.0, 0.0, 1.0), math.inf
     phi, _ = onward(p, phi, 0.0)
-    for _ in range(hits):
-        ended, now_up, t, now_v, _, slope, _ = next_impact(p, up, phi, v, 0.0)
-        if ended != IMPACT or now_up == base_up:
-            return math.nan, 0.0, math.nan, math.nan, math.nan, nothing
-        d = advance_tangent(p, up, angle(phi), slope, now_up, t, d)
-        phi, _ = onward(p, phi, t)
-        v, up, slowest = now_v, now_up, min(slowest, now_v)
+    start_at = Impact(on_top(p), phi, v)
+    _, seen = follow(p, start_at, 0.0, hits, extend_prelude, (), Prelude(start_at, (1.0, 0.0, 0.0, 1.0), math.inf))
+    if math.isnan(seen.slowest):
+        return WallTouch(math.nan, 0.0, math.nan, math.nan, math.nan, nothing)
+    impact = seen.impact
     top, bottom = wall_places(p)
-    z, into = top if up else bottom, 1.0 if up else -1.0
-    ended, _, t, _, _, slope, _ = next_impact(p, up, phi, v, 0.0)
-    share = 0.0 if ended in (REST, FOREVER) else t / s if ended == IMPACT else math.inf
+    z, into = top if impact.up else bottom, 1.0 if impact.up else -1.0
+    event = next_impact(p, impact, 0.0)
+    share = 0.0 if event.ended in (REST, FOREVER) else event.time / s if event.ended == IMPACT else math.inf
     place, rate, a, _, _, _ = evaluate(p, s)
-    z_phi, z_w, v_phi, v_w = tangent_at(p, angle(phi), s)
+    z_phi, z_w, v_phi, v_w = tangent_at(p, angle(impact.phase), s)
     side = -1.0 if upper else 1.0
     gap = (top - z) - place if upper else (z - bottom) + place
-    w_v, w_phi = -into * slope * d[0], -into * slope * d[1]
-    by = (z_w * w_v + z_phi * d[2], z_w * w_phi + z_phi * d[3], v_w * w_v + v_phi * d[2], v_w * w_phi + v_phi * d[3])
-    return slowest, share, gap, side * rate, side * a, (side * by[0], side * by[1], side * by[2], side * by[3])
+    d_vv, d_vp, d_pv, d_pp = seen.derivative
+    w_v, w_phi = -into * event.slope * d_vv, -into * event.slope * d_vp
+    by = (z_w * w_v + z_phi * d_pv, z_w * w_phi + z_phi * d_pp, v_w * w_v + v_phi * d_pv, v_w * w_phi + v_phi * d_pp)
+    by_gap_v, by_gap_phi, by_rate_v, by_rate_phi = by
+    by_state = (side * by_gap_v, side * by_gap_phi, side * by_rate_v, side * by_rate_phi)
+    return WallTouch(seen.slowest, share, gap, side * rate, side * a, by_state)

@@ -11,8 +11,9 @@ def called(typingctx, address, v, values):
 
     def codegen(context, builder, signature, arguments):
         double, pointer = ir.DoubleType(), ir.IntType(64)
-        law = builder.inttoptr(arguments[0], ir.FunctionType(double, [double, pointer]).as_pointer())
-        return builder.call(law, [arguments[1], arguments[2]])
+        at, *others = arguments
+        law = builder.inttoptr(at, ir.FunctionType(double, [double, pointer]).as_pointer())
+        return builder.call(law, others)
 
     return types.float64(types.int64, types.float64, types.int64), codegen
 
@@ -23,8 +24,9 @@ def written(typingctx, address, centre, radius, values, out):
 
     def codegen(context, builder, signature, arguments):
         double, pointer = ir.DoubleType(), ir.IntType(64)
-        law = builder.inttoptr(arguments[0], ir.FunctionType(ir.VoidType(), [double, double, pointer, pointer]).as_pointer())
-        builder.call(law, arguments[1:])
+        at, *others = arguments
+        law = builder.inttoptr(at, ir.FunctionType(ir.VoidType(), [double, double, pointer, pointer]).as_pointer())
+        builder.call(law, others)
         return context.get_dummy_value()
 
     return types.void(types.int64, types.float64, types.float64, types.int64, types.int64), codegen
@@ -37,7 +39,8 @@ def reset_by(typingctx, address, phase, states, parameters, out):
     def codegen(context, builder, signature, arguments):
         double, pointer = ir.DoubleType(), ir.IntType(64)
         kind = ir.FunctionType(ir.VoidType(), [double, pointer, pointer, pointer])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        at, *others = arguments
+        builder.call(builder.inttoptr(at, kind.as_pointer()), others)
         return context.get_dummy_value()
 
     return types.void(types.int64, types.float64, types.int64, types.int64, types.int64), codegen
@@ -54,7 +57,8 @@ def step_by(typingctx, address, state, settings, time, length, series):
     def codegen(context, builder, signature, arguments):
         pointer = ir.IntType(64)
         kind = ir.FunctionType(ir.VoidType(), [pointer] * 5)
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        at, *others = arguments
+        builder.call(builder.inttoptr(at, kind.as_pointer()), others)
         return context.get_dummy_value()
 
     return types.void(*[types.int64] * 6), codegen

@@ -4,9 +4,27 @@ The exact steps and the impacts are in `orbit.py`.
 """
 
 import math
+from typing import NamedTuple
 
+from nsmaps.exact.engine.constants import ROUNDING
 from nsmaps.exact.engine.flight.flow import evaluate, start
-from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.jit import inlined, inner
+
+LAW, ROOT = range(2)  # of an exact step: transition, and a root of the covariance
+N, RATE, ETA = range(3)  # and their rows: place, velocity and noise
+HOP = 2.5  # times -u/b, a quarter longer than the hop with this acceleration throughout: within it a low one is over
+HALVINGS = 60  # of a bracket, to rounding
+
+
+class Expansion(NamedTuple):
+    """A quintic about some time: its value there and the coefficients of the powers of the time since then."""
+
+    value: float
+    rate: float  #: of the first power
+    second: float
+    third: float
+    fourth: float
+    fifth: float
 
 
 @inner
@@ -17,11 +35,17 @@ def noise_over(normals, step, eta):
     n, m = 0.0, 0.0
     for x, y, z in normals:
         n, m, eta = (
-            step[0, 0, 0] * n + step[0, 0, 1] * m + step[0, 0, 2] * eta + step[1, 0, 0] * x,
-            step[0, 1, 0] * n + step[0, 1, 1] * m + step[0, 1, 2] * eta + step[1, 1, 0] * x + step[1, 1, 1] * y,
-            step[0, 2, 2] * eta + step[1, 2, 0] * x + step[1, 2, 1] * y + step[1, 2, 2] * z,
+            moved_by(step, N, n, m, eta) + step[ROOT, N, N] * x,
+            moved_by(step, RATE, n, m, eta) + step[ROOT, RATE, N] * x + step[ROOT, RATE, RATE] * y,
+            step[LAW, ETA, ETA] * eta + step[ROOT, ETA, N] * x + step[ROOT, ETA, RATE] * y + step[ROOT, ETA, ETA] * z,
         )
     return n, m, eta
+
+
+@inlined
+def moved_by(step, row, n, m, eta):
+    """A row of the transition over an exact step."""
+    return step[LAW, row, N] * n + step[LAW, row, RATE] * m + step[LAW, row, ETA] * eta
 
 
 @inner
@@ -31,19 +55,19 @@ def quintic(h, first, n, m, last):
     """
     b = first * 0.5
     n, m, a = (n - b * h * h) / (h * h), (m - first * h) / h, last - first
-    return b, (10.0 * n - 4.0 * m + 0.5 * a) / h, (7.0 * m - 15.0 * n - a) / (h * h), (6.0 * n - 3.0 * m + 0.5 * a) / (h * h * h)
+    return b, (10 * n - 4 * m + 0.5 * a) / h, (7 * m - 15 * n - a) / (h * h), (6 * n - 3 * m + 0.5 * a) / (h * h * h)
 
 
 @inner
 def shifted(q, s):
-    """The quintic about s: its value, and its coefficients of x to x^5."""
+    """The quintic about s."""
     b, c, d, e = q
-    return (
+    return Expansion(
         s * s * (b + s * (c + s * (d + s * e))),
-        s * (2.0 * b + s * (3.0 * c + s * (4.0 * d + s * 5.0 * e))),
-        b + s * (3.0 * c + s * (6.0 * d + s * 10.0 * e)),
-        c + s * (4.0 * d + s * 10.0 * e),
-        d + 5.0 * s * e,
+        s * (2.0 * b + s * (3 * c + s * (4 * d + s * 5 * e))),
+        b + s * (3 * c + s * (6 * d + s * 10 * e)),
+        c + s * (4 * d + s * 10 * e),
+        d + 5 * s * e,
         e,
     )
 
@@ -52,9 +76,8 @@ def shifted(q, s):
 def moved(p, n, x):
     """The displacement of the ball a time x after its last event, and its velocity."""
     d, v, _, _, _, _ = evaluate(p, x)
-    _, m, a, b, e, f = n
-    d += x * (m + x * (a + x * (b + x * (e + x * f))))
-    return d, v + m + x * (2.0 * a + x * (3.0 * b + x * (4.0 * e + x * 5.0 * f)))
+    d += x * (n.rate + x * (n.second + x * (n.third + x * (n.fourth + x * n.fifth))))
+    return d, v + n.rate + x * (2.0 * n.second + x * (3 * n.third + x * (4 * n.fourth + x * 5 * n.fifth)))
 
 
 @inner
@@ -65,12 +88,20 @@ def gap(p, n, sign, room, x):
 
 
 @inner
+def closed(p, n, sign, x):
+    """True if the ball is not clear of the wall just left."""
+    y, _ = gap(p, n, sign, 0.0, x)
+    return not y > 0.0
+
+
+@inner
 def least(p, n, sign, room, end):
     """The time at which a gap that shrinks at first and grows in the end is least, by bisection."""
     low, high = 0.0, end
-    for _ in range(60):
+    for _ in range(HALVINGS):
         x = 0.5 * (low + high)
-        if gap(p, n, sign, room, x)[1] < 0.0:
+        _, u = gap(p, n, sign, room, x)
+        if u < 0.0:
             low = x
         else:
             high = x
@@ -89,7 +120,7 @@ def root(p, n, sign, room, low, high):
             high = x
         at = x - y / u if u < 0.0 else low
         at = at if low < at and at < high else 0.5 * (low + high)
-        if abs(at - x) <= 1e-15 * high:
+        if abs(at - x) <= ROUNDING * high:
             return at
         x = at
     return x
@@ -102,10 +133,14 @@ def met_ahead(p, n, sign, room, end):
     """
     y, u = gap(p, n, sign, room, end)
     if y > 0.0:
-        if not (u > 0.0 and gap(p, n, sign, room, 0.0)[1] < 0.0):
+        if not u > 0.0:
+            return math.inf
+        _, u = gap(p, n, sign, room, 0.0)
+        if not u < 0.0:
             return math.inf
         end = least(p, n, sign, room, end)
-        if gap(p, n, sign, room, end)[0] > 0.0:
+        y, _ = gap(p, n, sign, room, end)
+        if y > 0.0:
             return math.inf
     return root(p, n, sign, room, 0.0, end)
 
@@ -113,15 +148,17 @@ def met_ahead(p, n, sign, room, end):
 @inner
 def met_again(p, n, sign, end):
     """The time at which the wall just left is met again, or infinity; zero if the ball does not lift off."""
-    u, b = gap(p, n, sign, 0.0, 0.0)[1], -sign * (start(p)[0] + 2.0 * n[2])
-    hop = -2.5 * u / b if b < 0.0 else math.inf  # a quarter longer than with this acceleration throughout
-    if hop < end and gap(p, n, sign, 0.0, hop)[0] <= 0.0:
+    _, u = gap(p, n, sign, 0.0, 0.0)
+    a, _, _, _ = start(p)
+    b = -sign * (a + 2.0 * n.second)
+    hop = -HOP * u / b if b < 0.0 else math.inf
+    if hop < end and closed(p, n, sign, hop):
         end = hop
-    elif gap(p, n, sign, 0.0, end)[0] > 0.0:
+    elif not closed(p, n, sign, end):
         return math.inf
     low = end
-    for _ in range(60):
+    for _ in range(HALVINGS):
         low *= 0.5
-        if gap(p, n, sign, 0.0, low)[0] > 0.0:
+        if not closed(p, n, sign, low):
             return root(p, n, sign, 0.0, low, 2.0 * low)
     return 0.0

@@ -7,19 +7,23 @@ continues.
 """
 
 import math
+from typing import Any, NamedTuple
 
+from nsmaps.exact.engine.constants import MOST_IMPACTS, NO_SPEED, ROUND_THE_CIRCLE, TWO_PI
 from nsmaps.exact.engine.flight.bounds import limits
-from nsmaps.exact.engine.flight.flow import angle, begin, horizon, phase_rate, rebound, start, wall_places, walls_of
+from nsmaps.exact.engine.flight.flow import angle, begin, horizon, on_top, phase_rate, rebound, start, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.observers import BASE, OTHER, Word, append_impact, append_rest, base_of
 from nsmaps.exact.engine.returns import (
+    CHATTER,
     INVALID,
     LOST,
-    MOST_IMPACTS,
-    NO_SPEED,
+    PHASE,
+    REST,
     RESTS,
     RETURNED,
+    SPEED,
     STUCK,
-    TWO_PI,
     accumulation,
     is_state,
     onward,
@@ -27,13 +31,52 @@ from nsmaps.exact.engine.returns import (
     steady,
     summed,
 )
-from nsmaps.exact.noise.flight import met_again, met_ahead, moved, noise_over, quintic, shifted
+from nsmaps.exact.noise.flight import HALVINGS, met_again, met_ahead, moved, noise_over, quintic, shifted
 
 LONGEST_FLIGHT = 1000.0  # periods, if the system's horizon is longer
+START = 0  # the row of the start
 UNDER_WAY = -1  # the fate of a ball under way; others are values of Outcome
-# The record of a ball: times in the step, at its start and of the return, and whole numbers
-NOW, PLACE, VELOCITY, PHASE, ETA, SINCE, ALOFT, RESTED, NUMBERS = range(9)
-UP, LEFT, RESTING, CODE, POWER, LETTER, RUN, WHOLE, MADE, HITS, BOUNCES, STEPS, FATE, COUNTS = range(14)
+# The record of a ball: the time in the step, its place and velocity there, the phase and the noise at the start of the step, the
+# time since the last return and the last impact, that of the rest; and whole numbers, of which RESTING is IMPACT, CHATTER or REST
+NOW, PLACE, VELOCITY, ANGLE, ETA, SINCE, ALOFT, RESTED, NUMBERS = range(9)
+UP, LEFT, RESTING, CODE, POWER, LETTER, ROW, WHOLE, MADE, HITS, BOUNCES, STEPS, FATE, COUNTS = range(14)
+
+
+class Law(NamedTuple):
+    """Flights z'' = -k z - c z' + f(t), the grid in time, and the noise."""
+
+    stiffness: float  #: k
+    damping: float  #: c
+    step: float  #: from grid point to grid point
+    sigma: float  #: standard deviation of the noise
+
+
+class Realisation(NamedTuple):
+    """Arrays for n returns of one orbit."""
+
+    states: Any  #: shape (n + 1, 2), the start first
+    turns: Any  #: shape (n, 2)
+    codes: Any  #: shape (n,)
+    outcome: Any  #: shape (n,)
+    time: Any  #: shape (n,), of each return
+    eta: Any  #: shape (n + 1,), the noise
+    impacts: Any  #: shape (k, 3), of the first impacts: the wall, 0 for the base wall; speed; phase
+
+
+class Step(NamedTuple):
+    """What one step from grid point to grid point takes."""
+
+    p: Any  #: a Flow
+    law: Law
+    noise: tuple[float, float, float, float]  #: n as `quintic` over the step
+    chatter: float
+
+
+@inner
+def eta_at(step, s):
+    """The noise at a time s in the step."""
+    n = shifted(step.noise, s)
+    return 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
 
 
 @inner
@@ -50,27 +93,28 @@ def next_wall(p, ball, count, n, end):
 
 
 @inner
-def pressing(p, law, ball, up, w, q, s):
+def pressing(step, ball, up, w, s):
     """The acceleration into a wall a time s into the step, at velocity w."""
+    p, n = step.p, shifted(step.noise, s)
     top, bottom = wall_places(p)
-    n, m, a, _, _, _ = shifted(q, s)
-    phi, _ = onward(p, ball[PHASE], s)
+    phi, _ = onward(p, ball[ANGLE], s)
     begin(p, angle(phi), top if up else bottom, w)
-    force = start(p)[0] + 2.0 * a + law[1] * m + law[0] * n
+    a, _, _, _ = start(p)
+    force = a + 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
     return force if up else -force
 
 
 @inner
-def lift(p, law, ball, up, q, h):
+def lift(step, ball, up):
     """The time in the step at which a wall no longer presses, or infinity."""
-    low, high = ball[NOW], h
-    if pressing(p, law, ball, up, 0.0, q, low) <= 0.0:
+    low, high = ball[NOW], step.law.step
+    if pressing(step, ball, up, 0.0, low) <= 0.0:
         return low
-    if pressing(p, law, ball, up, 0.0, q, high) > 0.0:
+    if pressing(step, ball, up, 0.0, high) > 0.0:
         return math.inf
-    for _ in range(60):
+    for _ in range(HALVINGS):
         s = 0.5 * (low + high)
-        if pressing(p, law, ball, up, 0.0, q, s) > 0.0:
+        if pressing(step, ball, up, 0.0, s) > 0.0:
             low = s
         else:
             high = s
@@ -78,90 +122,91 @@ def lift(p, law, ball, up, q, h):
 
 
 @inner
-def bounce(p, law, ball, count, q, h, v, chatter):
+def bounce(step, ball, count, v):
     """Leave the wall after an impact of speed v, or come to rest on it: at once, or after chatter that is summed."""
-    up = count[UP] == 1
+    p, up = step.p, count[UP] == 1
     top, bottom = wall_places(p)
     into = 1.0 if up else -1.0
     u, _ = rebound(p, up, v)
     u = 0.0 if u < NO_SPEED else u
     ball[PLACE], ball[VELOCITY], count[LEFT], count[RESTING] = top if up else bottom, -into * u, 1, 0
     ball[ALOFT], ball[RESTED] = -ball[NOW], 0.0
-    press = pressing(p, law, ball, up, -into * u, q, ball[NOW])
+    press = pressing(step, ball, up, -into * u, ball[NOW])
     if press > 0.0:
         if u == 0.0:
-            count[RESTING] = 2
-        elif u < v and summed(p, up, v, chatter, press):
-            phi, _ = onward(p, ball[PHASE], ball[NOW])
+            count[RESTING] = REST
+        elif u < v and summed(p, up, v, step.chatter, press):
+            phi, _ = onward(p, ball[ANGLE], ball[NOW])
             begin(p, angle(phi), ball[PLACE], -into * u)
-            x, summable = accumulation(u, v, press, limits(p, 0.0))
+            bounds = limits(p, 0.0)
+            x, summable = accumulation(u, v, press, bounds.jerk, bounds.snap)
             if summable and steady(p, up, u, u / v, x * phase_rate(p)):
-                count[RESTING], ball[NOW] = 1, min(ball[NOW] + x, h)
+                count[RESTING], ball[NOW] = CHATTER, min(ball[NOW] + x, step.law.step)
 
 
 @inner
-def hit(p, ball, count, up, v, hits):
+def word_of(count):
+    """The word of the return under way."""
+    return Word(count[CODE], count[POWER], count[LETTER], count[ROW])
+
+
+@inner
+def hit(p, ball, count, up, v, impacts):
     """Record an impact in the word and in the list of impacts."""
-    has_up, has_down, base_up = walls_of(p)
-    base = 5 if has_up and has_down else 4
-    if up != (count[UP] == 1):
-        count[CODE], count[POWER] = spell(count[CODE], count[POWER], base, count[LETTER], count[RUN])
-        count[LETTER], count[RUN] = 1 if up == base_up else 2, 0
-    count[RUN] += 1
+    same, letter = up == (count[UP] == 1), BASE if up == on_top(p) else OTHER
+    count[CODE], count[POWER], count[LETTER], count[ROW] = append_impact(word_of(count), base_of(p), same, letter)
     count[UP] = up
     count[BOUNCES] += 1
-    if count[HITS] < len(hits):
-        hits[count[HITS]] = 0.0 if up == base_up else 1.0, v, onward(p, ball[PHASE], ball[NOW])[0]
+    if count[HITS] < len(impacts):
+        phi, _ = onward(p, ball[ANGLE], ball[NOW])
+        impacts[count[HITS]] = 0.0 if up == on_top(p) else 1.0, v, phi
         count[HITS] += 1
 
 
 @inner
-def released(p, count):
-    """Record the end of a rest in the word."""
-    has_up, has_down, _ = walls_of(p)
-    walls = 2 if has_up and has_down else 1
-    count[CODE], count[POWER] = spell(count[CODE], count[POWER], walls + 3, count[LETTER], 1)
-    count[CODE], count[POWER] = spell(count[CODE], count[POWER], walls + 3, walls + count[RESTING], 1)
-    count[RUN] = 0
-
-
-@inner
-def returned(p, ball, count, v, how, q, law, states, turns, codes, outcome, time, eta):
+def returned(step, ball, count, v, how, out):
     """Write one return of the ball, which stands on the base wall."""
-    has_up, has_down, _ = walls_of(p)
-    i, base = count[MADE], 5 if has_up and has_down else 4
-    codes[i], _ = spell(count[CODE], count[POWER], base, count[LETTER], count[RUN])
-    phi, whole = onward(p, ball[PHASE], ball[NOW])
-    n, m, a, _, _, _ = shifted(q, ball[NOW])
-    states[i + 1, 0], states[i + 1, 1], turns[i, 0], turns[i, 1] = v, phi, 0, count[WHOLE] + whole
-    outcome[i], time[i], eta[i + 1] = how, ball[SINCE] + ball[NOW], 2.0 * a + law[1] * m + law[0] * n
-    count[CODE], count[POWER], count[LETTER], count[RUN], count[BOUNCES] = 0, 1, 1, 1, 0
-    count[WHOLE], count[MADE], ball[SINCE] = -whole, i + 1, -ball[NOW]
+    p, i, word = step.p, count[MADE], word_of(count)
+    after = i + 1
+    out.codes[i], _ = spell(word.code, word.power, base_of(p), word.letter, word.row)
+    phi, whole = onward(p, ball[ANGLE], ball[NOW])
+    out.states[after, SPEED], out.states[after, PHASE] = v, phi
+    out.turns[i, SPEED], out.turns[i, PHASE] = 0, count[WHOLE] + whole
+    out.outcome[i], out.time[i], out.eta[after] = how, ball[SINCE] + ball[NOW], eta_at(step, ball[NOW])
+    begin_word(count)
+    count[BOUNCES], count[WHOLE], count[MADE], ball[SINCE] = 0, -whole, after, -ball[NOW]
 
 
 @inner
-def through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outcome, time, eta):
+def begin_word(count):
+    """Write the word that has an impact on the base wall alone."""
+    count[CODE], count[POWER], count[LETTER], count[ROW] = Word(0, 1, BASE, 1)
+
+
+@inner
+def through(step, ball, count, out):
     """Advance through one step: every impact and release in it, up to the last return for which there is room."""
-    base_up = walls_of(p)[2]
-    while count[MADE] < len(codes) and count[BOUNCES] <= MOST_IMPACTS:
+    p, h = step.p, step.law.step
+    while count[MADE] < len(out.codes) and count[BOUNCES] <= MOST_IMPACTS:
         if count[RESTING]:
-            s = lift(p, law, ball, count[UP] == 1, q, h)
+            s = lift(step, ball, count[UP] == 1)
             if s == math.inf:
                 break
             ball[NOW] = s
-        n = shifted(q, ball[NOW])
-        phi, _ = onward(p, ball[PHASE], ball[NOW])
-        begin(p, angle(phi), ball[PLACE] - n[0], ball[VELOCITY] * (count[RESTING] == 0) - n[1])
+        n = shifted(step.noise, ball[NOW])
+        phi, _ = onward(p, ball[ANGLE], ball[NOW])
+        begin(p, angle(phi), ball[PLACE] - n.value, ball[VELOCITY] * (count[RESTING] == 0) - n.rate)
         left = h - ball[NOW]
         x, up = next_wall(p, ball, count, n, left)
         if x == 0.0 or left <= 0.0:  # it does not lift off
-            count[RESTING] = max(count[RESTING], 2 * (left > 0.0))
+            count[RESTING] = max(count[RESTING], REST * (left > 0.0))
             break
         if count[RESTING]:
-            released(p, count)
+            ended = count[RESTING]
+            count[CODE], count[POWER], count[LETTER], count[ROW] = append_rest(word_of(count), base_of(p), ended)
             count[RESTING], count[LEFT], ball[VELOCITY], ball[ALOFT] = 0, 1, 0.0, -ball[NOW]
-            if (count[UP] == 1) == base_up:
-                returned(p, ball, count, 0.0, STUCK, q, law, states, turns, codes, outcome, time, eta)
+            if (count[UP] == 1) == on_top(p):
+                returned(step, ball, count, 0.0, STUCK, out)
                 continue
         d, v = moved(p, n, min(x, left))
         if x == math.inf:
@@ -169,50 +214,57 @@ def through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outc
             break
         ball[NOW] += x
         v = max(v if up else -v, 0.0)
-        hit(p, ball, count, up, v, hits)
-        if up == base_up:
-            returned(p, ball, count, v, RETURNED, q, law, states, turns, codes, outcome, time, eta)
-        bounce(p, law, ball, count, q, h, v, chatter)
+        hit(p, ball, count, up, v, out.impacts)
+        if up == on_top(p):
+            returned(step, ball, count, v, RETURNED, out)
+        bounce(step, ball, count, v)
 
 
 @entry
-def ready(p, ball, count, sigma, normal, states, eta):
-    """Prepare a ball for its first step."""
-    ball[PHASE], ball[ETA], eta[0] = states[0, 1], sigma * normal, sigma * normal
-    count[UP], count[POWER], count[LETTER], count[RUN], count[WHOLE] = walls_of(p)[2], 1, 1, 1, 0
-    count[FATE] = UNDER_WAY if is_state(states[0, 0], states[0, 1]) else INVALID
+def ready(p, ball, count, eta, out):
+    """Prepare a ball for its first step, with the noise at its start."""
+    v, phi = out.states[START, SPEED], out.states[START, PHASE]
+    ball[ANGLE], ball[ETA], out.eta[START] = phi, eta, eta
+    begin_word(count)
+    count[UP], count[WHOLE] = on_top(p), 0
+    count[FATE] = UNDER_WAY if is_state(v, phi) else INVALID
 
 
 @entry
-def noisy_orbit(p, law, step, normals, chatter, ball, count, hits, states, turns, codes, outcome, time, eta):
-    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns."""
-    h, period = law[2], TWO_PI / phase_rate(p)
+def noisy_orbit(step, discretisation, normals, ball, count, out):
+    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns.
+
+    `discretisation` is the law of (n, n', eta) over a part of a step: transition and root of the covariance, shape (2, 3, 3).
+    """
+    p, law = step.p, step.law
+    h, period = law.step, TWO_PI / phase_rate(p)
     max_flight = min(horizon(p), LONGEST_FLIGHT * period)
-    max_rest = max_flight if law[3] > 0.0 else 1.000001 * period + 2.0 * h
+    max_rest = max_flight if law.sigma > 0.0 else ROUND_THE_CIRCLE * period + 2.0 * h
     for k in range(len(normals)):
-        if count[FATE] != UNDER_WAY or count[MADE] == len(codes):
+        if count[FATE] != UNDER_WAY or count[MADE] == len(out.codes):
             break
-        a, b, last = noise_over(normals[k], step, ball[ETA])
-        q = quintic(h, ball[ETA], a, b, last - law[0] * a - law[1] * b)
+        a, b, last = noise_over(normals[k], discretisation, ball[ETA])
+        q = quintic(h, ball[ETA], a, b, last - law.stiffness * a - law.damping * b)
+        now = Step(p, law, q, step.chatter)
         if count[STEPS] == 0:
-            ball[PHASE], count[WHOLE] = onward(p, ball[PHASE], 0.0)
-            bounce(p, law, ball, count, q, h, states[0, 0], chatter)
-        through(p, law, ball, count, q, h, chatter, hits, states, turns, codes, outcome, time, eta)
+            ball[ANGLE], count[WHOLE] = onward(p, ball[ANGLE], 0.0)
+            bounce(now, ball, count, out.states[START, SPEED])
+        through(now, ball, count, out)
         if count[RESTING]:
             ball[RESTED], ball[ALOFT] = ball[RESTED] + h, -h
         if ball[RESTED] > max_rest:
             count[FATE] = RESTS
         elif count[BOUNCES] > MOST_IMPACTS or ball[ALOFT] > max_flight:
             count[FATE] = LOST
-        ball[PHASE], whole = onward(p, ball[PHASE], h)
+        ball[ANGLE], whole = onward(p, ball[ANGLE], h)
         ball[NOW], ball[ETA], ball[SINCE], ball[ALOFT] = 0.0, last, ball[SINCE] + h, ball[ALOFT] + h
         count[WHOLE] += whole
         count[STEPS] += 1
 
 
 @entry
-def finish(count, states, turns, codes, outcome, time, eta):
+def finish(count, out):
     """Fill the tables of an orbit that ended."""
-    for i in range(count[MADE], len(codes)):
-        states[i + 1, 0], states[i + 1, 1], eta[i + 1], time[i] = math.nan, math.nan, math.nan, math.nan
-        turns[i, 0], turns[i, 1], codes[i], outcome[i] = 0, 0, 0, count[FATE]
+    first, after = count[MADE], count[MADE] + 1
+    out.states[after:], out.eta[after:], out.time[first:] = math.nan, math.nan, math.nan
+    out.turns[first:], out.codes[first:], out.outcome[first:] = 0, 0, count[FATE]

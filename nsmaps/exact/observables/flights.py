@@ -1,169 +1,167 @@
-"""Observables of an impact system, summed from impact to impact: `first_return` of the engine with formulas on the way."""
+"""Observables of an impact system, summed from impact to impact by an observer of the engine's loop."""
 
 import math
+from typing import Any, NamedTuple
 
-from nsmaps.exact.engine.flight.flow import evaluate, rebound, start, wall_places, walls_of
+from nsmaps.exact.engine.accumulation import accumulation_time
+from nsmaps.exact.engine.constants import MOST_IMPACTS
+from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import (
-    CHATTER,
-    ESCAPED,
-    FOREVER,
-    IMPACT,
-    INVALID,
-    LOST,
-    MOST_IMPACTS,
-    RESTS,
-    RETURNED,
-    STUCK,
-    UNDECIDED,
-    is_state,
-    next_impact,
-    onward,
+from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, onward
+from nsmaps.exact.observables.sums import (
+    BESIDE,
+    LEAST,
+    MOST_CHATTER,
+    at_impact,
+    at_rest,
+    begin_totals,
+    highest,
+    joined,
+    panels,
+    sampled,
+    write_totals,
 )
-from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, cleared, evaluated, joined, panels, sampled, written
 
-LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
 PAUSE = 10_000  # returns, within about a second, after which Ctrl-C is heard
-MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
+V, V_AFTER, PLACE = range(3)  # the inputs of formulas of impacts
+AT_PLACE, AT_VELOCITY = range(2)  # and of those of flights
+STATE, RETURN = range(2)  # the numbers of a state and of its return, from which on totals are to be computed
+
+
+class Flown(NamedTuple):
+    """A flight whose coefficients are written, or a rest."""
+
+    p: Any  #: a Flow
+    place: float  #: of the wall
+    phase: float  #: at the start
+    time: float
+    flies: bool  #: False: a rest
+
+
+class Batches(NamedTuple):
+    """Which returns count, and where their totals go: B batches of M states; C formulas."""
+
+    discard: int  #: returns before the first batch
+    length: int  #: returns of a batch
+    states: Any  #: shape (M, 2), replaced by the last ones; NaN after an orbit has ended
+    outcome: Any  #: shape (M,), of the last return, or of that which ended an orbit
+    time: Any  #: shape (B, M), NaN from the end of an orbit on
+    totals: Any  #: shape (B, M, C), the same
 
 
 @inlined
-def hit(p, q, up, z, phi, v):
+def row_of(p, up):
+    """The row of a wall in the tables of a plan: the base wall's is the first."""
+    return 0 if up == on_top(p) else 1
+
+
+@inlined
+def join_impact(p, q, up, z, phi, v):
     """Join the values of an impact of speed v; returns the speed after it."""
     u, _ = rebound(p, up, v)
-    q.y[0], q.y[1], q.y[2] = v, u, z
-    at_impact(q, 0 if up == walls_of(p)[2] else 1, phi)
+    q.y[V], q.y[V_AFTER], q.y[PLACE] = v, u, z
+    at_impact(q, row_of(p, up), phi)
     return u
 
 
 @inner
-def chattered(p, q, up, z, phi, first, u):
-    """Join the values of the impacts after one of speed `first` that was left at speed u, to where they accumulate.
+def join_chatter(p, q, up, z, impact, u):
+    """Join the values of the impacts after one that was left at speed u, to where they accumulate.
 
     A formula that is not zero at speed zero has no finite sum.
     """
-    v, x = u, 2.0 * u / (abs(start(p)[0]) * (1.0 - u / first))
+    a, _, _, _ = start(p)
+    v, x = u, accumulation_time(u, u / impact.speed, abs(a))
     for _ in range(MOST_CHATTER):
         if not v > LEAST * u:
             break
         after, _ = rebound(p, up, v)
-        v = hit(p, q, up, z, onward(p, phi, x * (1.0 - after / u))[0], v)
+        phi, _ = onward(p, impact.phase, x * (1.0 - after / u))
+        v = join_impact(p, q, up, z, phi, v)
     else:
         q.total[: q.at.shape[1]] = math.nan
-    row = 0 if up == walls_of(p)[2] else 1
-    q.y[0], q.y[1], q.y[2] = 0.0, 0.0, z
-    evaluated(q, q.impact, phi)
-    for c in range(q.at.shape[1]):
-        if q.at[row, c] and q.out[c, 0] != 0.0 and not q.largest[c]:
-            q.total[c] += math.copysign(math.inf, q.out[c, 0])
+    q.y[V], q.y[V_AFTER], q.y[PLACE] = 0.0, 0.0, z
+    at_rest(q, row_of(p, up), impact.phase)
 
 
 @inner
-def instant(p, q, z, phi, s, flies):
-    """Write the inputs at a time s of a flight, or of a rest; returns the phase."""
+def instant(q, s, flown):
+    """Write the inputs at a time s of a flight or a rest; returns the phase."""
     d, v = 0.0, 0.0
-    if flies:
-        d, v, _, _, _, _ = evaluate(p, s)
-    q.y[0], q.y[1] = z + d, v
-    return onward(p, phi, s)[0]
+    if flown.flies:
+        d, v, _, _, _, _ = evaluate(flown.p, s)
+    q.y[AT_PLACE], q.y[AT_VELOCITY] = flown.place + d, v
+    phi, _ = onward(flown.p, flown.phase, s)
+    return phi
 
 
 @inner
-def over_flight(p, q, row, z, phi, s, flies):
-    """Join the values of a flight of time s, whose coefficients are written, or of a rest as long."""
+def join_flight(q, row, flown):
+    """Join the values of a flight or a rest."""
+    s, first = flown.time, q.at.shape[1]
     count, h = panels(q, s)
-    first = q.at.shape[1]
     q.peak[:] = -math.inf
-    sampled(q, row, instant(p, q, z, phi, 0.0, flies), 0.0, 0.0)
+    sampled(q, row, instant(q, 0.0, flown), 0.0, 0.0)
     for i in range(count):
         for j in range(len(q.nodes)):
             x = h * (i + q.nodes[j])
-            sampled(q, row, instant(p, q, z, phi, x, flies), x, h * q.weights[j])
-    sampled(q, row, instant(p, q, z, phi, s, flies), s, 0.0)
+            sampled(q, row, instant(q, x, flown), x, h * q.weights[j])
+    sampled(q, row, instant(q, s, flown), s, 0.0)
     for c in range(q.over.shape[1]):
         if q.over[row, c] and q.largest[first + c]:
-            joined(q, first + c, highest(p, q, c, z, phi, max(q.when[c] - 0.2 * h, 0.0), min(q.when[c] + 0.2 * h, s), flies))
+            low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, s)
+            joined(q, first + c, highest(q, c, low, high, instant, flown))
 
 
 @inner
-def highest(p, q, c, z, phi, low, high, flies):
-    """The largest value of a formula between two times of a flight, by golden sections, at least that of the samples."""
-    largest = q.peak[c]
-    for _ in range(NARROWINGS):
-        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        evaluated(q, q.flight, instant(p, q, z, phi, one, flies))
-        at_one = q.out[c, 0]
-        evaluated(q, q.flight, instant(p, q, z, phi, two, flies))
-        at_two = q.out[c, 0]
-        largest = max(largest, max(at_one, at_two))
-        low, high = (one, high) if at_one < at_two else (low, two)
-    return largest
-
-
-@inner
-def passed(p, q, up, phi, v, ended, s):
-    """Join the values of an impact of speed v at phase phi, and of the flight or the rest of time s after it."""
+def join_event(p, impact, event, q, seen):
+    """The observer of totals: join the values of an impact, and of the flight or the rest after it."""
+    up, phi = impact.up, impact.phase
     top, bottom = wall_places(p)
     z = top if up else bottom
-    row = 0 if up == walls_of(p)[2] else 1
-    if q.impact != 0 and v > 0.0:
-        u = hit(p, q, up, z, phi, v)
-        if ended in (CHATTER, FOREVER):
-            chattered(p, q, up, z, phi, v, u)
-    if q.flight != 0 and ended not in (FOREVER, ESCAPED):
-        over_flight(p, q, row, z, phi, s, ended == IMPACT)
+    if q.impact != 0 and impact.speed > 0.0:
+        u = join_impact(p, q, up, z, phi, impact.speed)
+        if event.ended in (CHATTER, FOREVER):
+            join_chatter(p, q, up, z, impact, u)
+    if q.flight != 0 and event.ended not in (FOREVER, ESCAPED):
+        join_flight(q, row_of(p, up), Flown(p, z, phi, event.time, event.ended == IMPACT))
+    return seen
 
 
-@inner
-def observed_return(p, q, v, phi, chatter, counts):
-    """The first return to the base wall: (outcome, speed, phase, time); its values join the totals if it `counts`."""
-    if not is_state(v, phi):
-        return INVALID, math.nan, math.nan, math.nan
-    phi, _ = onward(p, phi, 0.0)
-    base_up = walls_of(p)[2]
-    up, time, undecided = base_up, 0.0, False
-    for _ in range(MOST_IMPACTS):
-        on_base = up == base_up
-        ended, now_up, s, now_v, unsure, _, _ = next_impact(p, up, phi, v, chatter)
-        undecided |= unsure
-        if counts:
-            passed(p, q, up, phi, v, ended, s)
-        if ended == FOREVER:
-            return RESTS, math.nan, math.nan, time
-        if ended == ESCAPED:
-            return UNDECIDED if undecided else LOST, math.nan, math.nan, math.nan
-        time += s
-        phi, _ = onward(p, phi, s)
-        v, up = now_v, now_up
-        if up == base_up and (ended == IMPACT or on_base):
-            return STUCK if ended != IMPACT else UNDECIDED if undecided else RETURNED, v, phi, time
-    return LOST, math.nan, math.nan, math.nan
+@inlined
+def nothing(p, impact, event, context, seen):
+    """The observer that sees nothing."""
+    return seen
 
 
 @entry
-def observed(p, q, chatter, discard, length, at, states, outcome, time, totals):
-    """Follow M states (M, 2) through `discard` returns and then B batches of `length`: times (B, M) and totals (B, M, K + F).
+def observed(p, q, chatter, at, batches):
+    """Follow M states through the returns of all batches: whether all totals are known.
 
-    The states are replaced by the last ones; an orbit that ends has NaN from then on, and the outcome that ended it. About
-    `PAUSE` returns are computed, from `at` on, the number of a state and of a return: whether all are known.
+    About `PAUSE` returns are computed, from `at` on, the number of a state and of a return.
     """
+    states, outcome, time, length = batches.states, batches.outcome, batches.time, batches.length
     last = PAUSE
-    while at[0] < len(states):
-        k = at[0]
-        for i in range(at[1], discard + len(time) * length):
-            b = (i - discard) // length if i >= discard else -1
-            if b >= 0 and (i - discard) % length == 0:
-                cleared(q)
+    while at[STATE] < len(states):
+        k = at[STATE]
+        for i in range(at[RETURN], batches.discard + len(time) * length):
+            b = (i - batches.discard) // length if i >= batches.discard else -1
+            if b >= 0 and (i - batches.discard) % length == 0:
+                begin_totals(q)
                 time[b, k] = 0.0
-            if i == 0 or not math.isnan(states[k, 0]):
-                outcome[k], states[k, 0], states[k, 1], s = observed_return(p, q, states[k, 0], states[k, 1], chatter, b >= 0)
-                last -= 1
+            if i == 0 or not math.isnan(states[k, SPEED]):
+                impact = Impact(on_top(p), states[k, PHASE], states[k, SPEED])
                 if b >= 0:
-                    time[b, k] += s
-            if b >= 0 and (i - discard) % length == length - 1:
-                written(q, math.isnan(states[k, 0]), b, k, time, totals)
-            at[1] = i + 1
+                    found, _ = follow(p, impact, chatter, MOST_IMPACTS, join_event, q, ())
+                    time[b, k] += found.time
+                else:
+                    found, _ = follow(p, impact, chatter, MOST_IMPACTS, nothing, (), ())
+                outcome[k], states[k, SPEED], states[k, PHASE] = found.outcome, found.speed, found.phase
+                last -= 1
+            if b >= 0 and (i - batches.discard) % length == length - 1:
+                write_totals(q, math.isnan(states[k, SPEED]), b, k, time, batches.totals)
+            at[RETURN] = i + 1
             if last == 0:
                 return False
-        at[0], at[1] = k + 1, 0
+        at[STATE], at[RETURN] = k + 1, 0
     return True

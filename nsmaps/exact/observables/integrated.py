@@ -13,9 +13,9 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.tables import Formulas
-from nsmaps.exact.observables.flights import LEAST
 from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.memory import rule
+from nsmaps.exact.observables.sums import LEAST
 from nsmaps.exact.ode.kernel import IntegratedKernel
 from nsmaps.exact.ode.steps.pieces import Step
 from nsmaps.exact.returns import Impacts

@@ -7,6 +7,7 @@ import numpy as np
 
 NODES = 12  #: of Gauss's rule in a panel
 PANEL = 3.0  #: length of a panel, in units of the fastest rate: products of three states are integrated to rounding
+VALUE, BY_INPUT = range(2)  #: columns of what formulas give: the value, its derivatives by inputs, then by phase and parameters
 
 
 class Quantities(NamedTuple):

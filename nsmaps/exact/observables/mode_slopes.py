@@ -28,7 +28,7 @@ def at_event(p, q, g, k, phi, slopes, w):
     """Add the derivatives of an event; the states before it, and the phase's derivatives, are written."""
     written(p, q, g, p.own, w)
     evaluated(q, q.impact, phi)
-    chained(q, g, 2 * p.own, k, 0, q.at, 1.0, slopes)
+    chained(q, g, 2 * p.own, k, False, 1.0, slopes)
 
 
 @inner
@@ -46,7 +46,7 @@ def over_panel(p, q, g, mode, phi, h, slopes, x):
     x.spent[0] += len(q.nodes)
     for j in range(len(q.nodes)):
         at_instant(p, q, g, mode, phi, h * q.nodes[j], x)
-        chained(q, g, p.own, mode, q.at.shape[1], q.over, h * q.weights[j], slopes)
+        chained(q, g, p.own, mode, True, h * q.weights[j], slopes)
 
 
 @inner

@@ -1,6 +1,7 @@
 """Observables of a system with modes, summed from event to event: `first_return` of the march with formulas on the way."""
 
 import math
+from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
@@ -11,7 +12,7 @@ from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met, settled
 from nsmaps.exact.modes.march.starting import starting
 from nsmaps.exact.observables import sums
-from nsmaps.exact.observables.sums import GOLDEN, NARROWINGS, at_impact, evaluated, joined, sampled
+from nsmaps.exact.observables.sums import BESIDE, at_impact, highest, joined, sampled
 
 
 @inlined
@@ -29,42 +30,38 @@ def event(p, q, k, phi, w):
     at_impact(q, k, phi)
 
 
-@inner
-def instant(p, q, mode, phi, s, x):
-    """Write the states a time s after those of `x`, within its piece of the flight; returns the phase."""
-    state_at(p, mode, s, x, q.y)
-    return within_turn(phi + p.rate * s)[0]
+class Piece(NamedTuple):
+    """A piece of a flight."""
+
+    p: Any  #: Tables
+    mode: int
+    phase: float  #: at the states of `x`
+    x: Any  #: memory with the states at its start
 
 
 @inner
-def highest(p, q, mode, c, phi, low, high, x):
-    """The largest value of a formula between two times after the states of `x`, at least that of the samples."""
-    largest = q.peak[c]
-    for _ in range(NARROWINGS):
-        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        evaluated(q, q.flight, instant(p, q, mode, phi, one, x))
-        at_one = q.out[c, 0]
-        evaluated(q, q.flight, instant(p, q, mode, phi, two, x))
-        at_two = q.out[c, 0]
-        largest = max(largest, max(at_one, at_two))
-        low, high = (one, high) if at_one < at_two else (low, two)
-    return largest
+def instant(q, s, piece):
+    """Write the states a time s after the start of a piece; returns the phase."""
+    state_at(piece.p, piece.mode, s, piece.x, q.y)
+    phi, _ = within_turn(piece.phase + piece.p.rate * s)
+    return phi
 
 
 @inner
 def over_panel(p, q, mode, phi, h, x):
     """Join the values of a part of a flight, of time h from the states of `x`."""
-    first = q.at.shape[1]
+    first, piece = q.at.shape[1], Piece(p, mode, phi, x)
     q.peak[:] = -math.inf
     x.spent[0] += len(q.nodes)
-    sampled(q, mode, instant(p, q, mode, phi, 0.0, x), 0.0, 0.0)
+    sampled(q, mode, instant(q, 0.0, piece), 0.0, 0.0)
     for j in range(len(q.nodes)):
         s = h * q.nodes[j]
-        sampled(q, mode, instant(p, q, mode, phi, s, x), s, h * q.weights[j])
-    sampled(q, mode, instant(p, q, mode, phi, h, x), h, 0.0)
+        sampled(q, mode, instant(q, s, piece), s, h * q.weights[j])
+    sampled(q, mode, instant(q, h, piece), h, 0.0)
     for c in range(q.over.shape[1]):
         if q.over[mode, c] and q.largest[first + c]:
-            joined(q, first + c, highest(p, q, mode, c, phi, max(q.when[c] - 0.2 * h, 0.0), min(q.when[c] + 0.2 * h, h), x))
+            low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, h)
+            joined(q, first + c, highest(q, c, low, high, instant, piece))
 
 
 @inner
@@ -132,7 +129,7 @@ def observed_modes(p, q, discard, length, at, states, outcome, time, totals, ima
         for i in range(at[1], discard + len(time) * length):
             b = (i - discard) // length if i >= discard else -1
             if b >= 0 and (i - discard) % length == 0:
-                sums.cleared(q)
+                sums.begin_totals(q)
                 time[b, k] = 0.0
             if i == 0 or not math.isnan(states[k, 0]):
                 outcome[k], s = observed_return(p, q, states[k], image, tangent, b >= 0, w, x)
@@ -141,7 +138,7 @@ def observed_modes(p, q, discard, length, at, states, outcome, time, totals, ima
                 if b >= 0:
                     time[b, k] += s
             if b >= 0 and (i - discard) % length == length - 1:
-                sums.written(q, math.isnan(states[k, 0]), b, k, time, totals)
+                sums.write_totals(q, math.isnan(states[k, 0]), b, k, time, totals)
             at[1] = i + 1
             if w.spent[0] + x.spent[0] > PAUSE:
                 return False

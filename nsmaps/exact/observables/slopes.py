@@ -3,12 +3,18 @@
 import math
 from typing import Any, NamedTuple
 
-from nsmaps.exact.engine.flight.flow import angle, evaluate, moves_at, phase_rate, rebound, tangent_at, wall_places, walls_of
+from nsmaps.exact.engine.constants import MOST_IMPACTS
+from nsmaps.exact.engine.flight.derivatives import moves_at, tangent_at
+from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate, rebound, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import IMPACT, MOST_IMPACTS, is_state, next_impact, onward
+from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, onward
+from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, V, row_of
+from nsmaps.exact.observables.memory import BY_INPUT, VALUE
 from nsmaps.exact.observables.sums import evaluated, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
+OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas
+AFTER = 0  # the row of `Directions.back` with the derivatives of the velocity after an impact
 
 
 class Directions(NamedTuple):
@@ -22,122 +28,142 @@ class Directions(NamedTuple):
     moving: bool  #: whether the last direction, of an impact system, or all of them are those of the parameters
 
 
+class Slopes(NamedTuple):
+    """Where derivatives of totals are summed, and of what."""
+
+    moved: Any  #: a Flow with the derivatives of all numbers of the table along the parameters
+    q: Any  #: Quantities
+    g: Any  #: Directions
+    slopes: Any  #: shape (C, 3), of the totals by speed and phase of the start, and along the parameters
+
+
+class Leg(NamedTuple):
+    """A flight after an impact, and derivatives by the parameters."""
+
+    row: int  #: of its wall in the tables of a plan
+    phase: float  #: at the start
+    place: float
+    velocity: float
+    place_p: float  #: derivative of the place
+    speed_p: float  #: of the speed after the impact, that before it being fixed
+    rate_p: float  #: of the rate of the phase
+
+
 @inlined
-def chained(q, g, count, row, first, rows, weight, slopes):
+def chained(q, g, count, row, of_flights, weight, slopes):
     """Add the derivatives of formulas, which are written, times a weight; `count` inputs have the derivatives `g.d`."""
+    rows, first = (q.over, q.at.shape[1]) if of_flights else (q.at, 0)
+    by_phase = BY_INPUT + count
+    by_parameters = by_phase + 1
     for c in range(rows.shape[1]):
         if rows[row, c]:
             explicit = 0.0
             for k in range(len(g.way)):
-                explicit += q.out[c, count + 2 + k] * g.way[k]
+                explicit += q.out[c, by_parameters + k] * g.way[k]
             for j in range(len(g.phase)):
-                total = q.out[c, count + 1] * g.phase[j]
+                total = q.out[c, by_phase] * g.phase[j]
                 for i in range(count):
-                    total += q.out[c, 1 + i] * g.d[i, j]
+                    total += q.out[c, BY_INPUT + i] * g.d[i, j]
                 if g.moving and j == len(g.phase) - 1:
                     total += explicit
                 slopes[first + c, j] += weight * total
 
 
 @inlined
-def at_impact(q, g, row, phi, slope, moves, slopes):
-    """Add the derivatives of an impact, whose inputs are written; `moves` are those of place and rebound by the parameters."""
-    for j in range(3):
-        by = 1.0 if j == BY_PARAMETERS else 0.0
-        g.d[0, j] = g.carried[0, j]
-        g.d[1, j] = slope * g.carried[0, j] + by * moves[1]
-        g.d[2, j] = by * moves[0]
-        g.phase[j] = g.carried[1, j]
-    evaluated(q, q.impact, phi)
-    chained(q, g, 3, row, 0, q.at, 1.0, slopes)
-
-
-@inner
-def at_instant(p, moved, q, g, row, phi, start, moves, x, weight, slopes):
-    """Add the derivatives at a time x of the flight that starts at (place, velocity), with `g.back` those of the velocity."""
-    z, w = start
-    at = angle(phi)
-    place_p, velocity_p = moves_at(p, moved, at, z, moves[0], w, x)
-    z_phi, z_w, v_phi, v_w = tangent_at(p, at, x)
-    d, v, _, _, _, _ = evaluate(p, x)
-    q.y[0], q.y[1] = z + d, v
-    for j in range(3):
-        by, turned = (1.0 if j == BY_PARAMETERS else 0.0), g.carried[1, j]
-        g.d[0, j] = z_phi * turned + z_w * g.back[0, j] + by * (moves[0] + place_p)
-        g.d[1, j] = v_phi * turned + v_w * g.back[0, j] + by * velocity_p
-        g.phase[j] = turned + by * moves[2] * x
-    evaluated(q, q.flight, onward(p, phi, x)[0])
-    chained(q, g, 2, row, q.at.shape[1], q.over, weight, slopes)
+def along_parameters(j):
+    """One for the direction of the parameters, otherwise zero."""
+    return 1.0 if j == BY_PARAMETERS else 0.0
 
 
 @inlined
-def moved_start(p, moved, up, v):
-    """Derivatives by the parameters of the place of a wall, of the speed after an impact of speed v, and of the phase's rate."""
-    top, bottom = wall_places(moved)
-    return (top if up else bottom), rebound(moved, up, v)[0], phase_rate(moved)
+def add_impact(sums, leg, impact, slope, speed_after):
+    """Add the derivatives of an impact, at which the derivative of the impact law is `slope`."""
+    _, q, g, slopes = sums
+    q.y[V], q.y[V_AFTER], q.y[PLACE] = impact.speed, speed_after, leg.place
+    for j in range(3):
+        by = along_parameters(j)
+        g.d[V, j] = g.carried[SPEED, j]
+        g.d[V_AFTER, j] = slope * g.carried[SPEED, j] + by * leg.speed_p
+        g.d[PLACE, j] = by * leg.place_p
+        g.phase[j] = g.carried[PHASE, j]
+    evaluated(q, q.impact, impact.phase)
+    chained(q, g, OF_IMPACTS, leg.row, False, 1.0, slopes)
 
 
 @inner
-def landed(p, moved, q, g, row, phi, start, moves, now_up, s, slopes):
-    """Carry the derivatives of the state to the next impact, and add those of the time of the flight."""
-    z, w = start
-    at, (top_p, bottom_p) = angle(phi), wall_places(moved)
-    place_p, velocity_p = moves_at(p, moved, at, z, moves[0], w, s)
+def add_instant(p, sums, leg, x, weight):
+    """Add the derivatives at a time x of a flight, with `g.back` those of its velocity at the start."""
+    moved, q, g, slopes = sums
+    at = angle(leg.phase)
+    place_p, velocity_p = moves_at(p, moved, at, leg.place, leg.place_p, leg.velocity, x)
+    z_phi, z_w, v_phi, v_w = tangent_at(p, at, x)
+    d, v, _, _, _, _ = evaluate(p, x)
+    q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, v
+    for j in range(3):
+        by, turned = along_parameters(j), g.carried[PHASE, j]
+        g.d[AT_PLACE, j] = z_phi * turned + z_w * g.back[AFTER, j] + by * (leg.place_p + place_p)
+        g.d[AT_VELOCITY, j] = v_phi * turned + v_w * g.back[AFTER, j] + by * velocity_p
+        g.phase[j] = turned + by * leg.rate_p * x
+    phi, _ = onward(p, leg.phase, x)
+    evaluated(q, q.flight, phi)
+    chained(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
+
+
+@inner
+def carry_to_impact(p, sums, leg, up, s):
+    """Carry the derivatives of the state to the next impact, after a time s, and add those of the time of the flight."""
+    moved, q, g, slopes = sums
+    at, (top_p, bottom_p) = angle(leg.phase), wall_places(moved)
+    place_p, velocity_p = moves_at(p, moved, at, leg.place, leg.place_p, leg.velocity, s)
     z_phi, z_w, v_phi, v_w = tangent_at(p, at, s)
     d, velocity, a, _, _, _ = evaluate(p, s)
-    into, wall_p = (1.0 if now_up else -1.0), top_p if now_up else bottom_p
+    into, wall_p, first = (1.0 if up else -1.0), top_p if up else bottom_p, q.at.shape[1]
     if q.flight != 0:
-        q.y[0], q.y[1] = z + d, velocity
-        evaluated(q, q.flight, onward(p, phi, s)[0])
+        q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, velocity
+        phi, _ = onward(p, leg.phase, s)
+        evaluated(q, q.flight, phi)
     for j in range(3):
-        by, turned = (1.0 if j == BY_PARAMETERS else 0.0), g.carried[1, j]
-        dt = -(by * (moves[0] - wall_p + place_p) + z_phi * turned + z_w * g.back[0, j]) / velocity
-        g.carried[0, j] = into * (a * dt + by * velocity_p + v_phi * turned + v_w * g.back[0, j])
-        g.carried[1, j] = turned + by * moves[2] * s + phase_rate(p) * dt
+        by, turned = along_parameters(j), g.carried[PHASE, j]
+        dt = -(by * (leg.place_p - wall_p + place_p) + z_phi * turned + z_w * g.back[AFTER, j]) / velocity
+        g.carried[SPEED, j] = into * (a * dt + by * velocity_p + v_phi * turned + v_w * g.back[AFTER, j])
+        g.carried[PHASE, j] = turned + by * leg.rate_p * s + phase_rate(p) * dt
         for c in range(q.over.shape[1]):
-            if q.over[row, c]:
-                slopes[q.at.shape[1] + c, j] += q.out[c, 0] * dt
+            if q.over[leg.row, c]:
+                slopes[first + c, j] += q.out[c, VALUE] * dt
 
 
 @inner
-def return_slopes(p, moved, q, g, v, phi, chatter, slopes):
-    """Write the derivatives of the totals of a first return by its state and along the parameters; whether there are any."""
-    base_up = walls_of(p)[2]
-    g.carried[:] = 0.0
-    g.carried[0, BY_SPEED], g.carried[1, BY_PHASE], up = 1.0, 1.0, base_up
-    slopes[:] = 0.0
-    if not is_state(v, phi):
+def add_event(p, impact, event, sums, smooth):
+    """The observer of derivatives: add those of an impact and of the flight after it; False after chatter or rest."""
+    moved, q, g, _ = sums
+    if event.ended != IMPACT or not smooth:
         return False
-    phi, _ = onward(p, phi, 0.0)
-    for _ in range(MOST_IMPACTS):
-        ended, now_up, s, now_v, _, slope, w = next_impact(p, up, phi, v, chatter)
-        if ended != IMPACT:
-            return False
-        top, bottom = wall_places(p)
-        into, z, row = (1.0 if up else -1.0), top if up else bottom, 0 if up == base_up else 1
-        moves = moved_start(p, moved, up, v)
-        if q.impact != 0:
-            q.y[0], q.y[1], q.y[2] = v, -into * w, z
-            at_impact(q, g, row, phi, slope, moves, slopes)
-        for j in range(3):
-            g.back[0, j] = -into * (slope * g.carried[0, j] + (moves[1] if j == BY_PARAMETERS else 0.0))
-        if q.flight != 0:
-            count, h = panels(q, s)
-            for i in range(count * len(q.nodes)):
-                k = i % len(q.nodes)
-                x = h * (i // len(q.nodes) + q.nodes[k])
-                at_instant(p, moved, q, g, row, phi, (z, w), moves, x, h * q.weights[k], slopes)
-        landed(p, moved, q, g, row, phi, (z, w), moves, now_up, s, slopes)
-        phi, _ = onward(p, phi, s)
-        v, up = now_v, now_up
-        if up == base_up:
-            return True
-    return False
+    (top, bottom), (top_p, bottom_p), into = wall_places(p), wall_places(moved), 1.0 if impact.up else -1.0
+    z, z_p = (top, top_p) if impact.up else (bottom, bottom_p)
+    u_p, _ = rebound(moved, impact.up, impact.speed)
+    leg = Leg(row_of(p, impact.up), impact.phase, z, event.velocity, z_p, u_p, phase_rate(moved))
+    if q.impact != 0:
+        add_impact(sums, leg, impact, event.slope, -into * event.velocity)
+    for j in range(3):
+        g.back[AFTER, j] = -into * (event.slope * g.carried[SPEED, j] + (u_p if j == BY_PARAMETERS else 0.0))
+    if q.flight != 0:
+        count, h = panels(q, event.time)
+        for i in range(count):
+            for k in range(len(q.nodes)):
+                add_instant(p, sums, leg, h * (i + q.nodes[k]), h * q.weights[k])
+    carry_to_impact(p, sums, leg, event.up, event.time)
+    return True
 
 
 @entry
-def observed_slopes(p, moved, q, g, states, chatter, slopes):
-    """The derivatives of the totals of first returns (N, 2) by speed, phase and along the parameters, slopes (N, C, 3)."""
+def observed_slopes(p, sums, states, chatter):
+    """The derivatives of the totals of first returns (N, 2), where `sums` has the array of all slopes, shape (N, C, 3)."""
+    moved, q, g, slopes = sums
     for i in range(len(states)):
-        if not return_slopes(p, moved, q, g, states[i, 0], states[i, 1], chatter, slopes[i]):
+        g.carried[:] = 0.0
+        g.carried[SPEED, BY_SPEED], g.carried[PHASE, BY_PHASE] = 1.0, 1.0
+        slopes[i] = 0.0
+        impact = Impact(on_top(p), states[i, PHASE], states[i, SPEED])
+        found, smooth = follow(p, impact, chatter, MOST_IMPACTS, add_event, Slopes(moved, q, g, slopes[i]), True)
+        if math.isnan(found.phase) or not smooth:
             slopes[i] = math.nan

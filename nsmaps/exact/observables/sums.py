@@ -2,24 +2,26 @@
 
 import math
 
-from nsmaps.exact.engine.jit import inlined
+from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.observables.memory import VALUE
 
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+GOLDEN = 0.5 * (math.sqrt(5) - 1)
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
 MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
+BESIDE = 0.2  # of a panel: the largest value of a flight is sought this near to the largest sample
 NARROWINGS = 40  # of the interval about the largest sample: to the root of rounding, where values agree to rounding
 
 
 @inlined
-def cleared(q):
+def begin_totals(q):
     """Begin the totals."""
     for c in range(len(q.total)):
         q.total[c] = -math.inf if q.largest[c] else 0.0
 
 
 @inlined
-def written(q, ended, b, k, time, totals):
+def write_totals(q, ended, b, k, time, totals):
     """Write the totals of a batch of returns, NaN if the orbit has ended."""
     time[b, k] = math.nan if ended else time[b, k]
     for c in range(len(q.total)):
@@ -44,7 +46,7 @@ def at_impact(q, row, phi):
     evaluated(q, q.impact, phi)
     for c in range(q.at.shape[1]):
         if q.at[row, c]:
-            joined(q, c, q.out[c, 0])
+            joined(q, c, q.out[c, VALUE])
 
 
 @inlined
@@ -52,8 +54,8 @@ def at_rest(q, row, phi):
     """Join what impacts that accumulate tend to, whose inputs are written: they are infinitely many."""
     evaluated(q, q.impact, phi)
     for c in range(q.at.shape[1]):
-        if q.at[row, c] and q.out[c, 0] != 0.0 and not q.largest[c]:
-            q.total[c] += math.copysign(math.inf, q.out[c, 0])
+        if q.at[row, c] and q.out[c, VALUE] != 0.0 and not q.largest[c]:
+            q.total[c] += math.copysign(math.inf, q.out[c, VALUE])
 
 
 @inlined
@@ -64,9 +66,9 @@ def sampled(q, row, phi, s, weight):
     for c in range(q.over.shape[1]):
         if q.over[row, c]:
             if not q.largest[first + c]:
-                q.total[first + c] += weight * q.out[c, 0]
-            elif q.out[c, 0] > q.peak[c]:
-                q.peak[c], q.when[c] = q.out[c, 0], s
+                q.total[first + c] += weight * q.out[c, VALUE]
+            elif q.out[c, VALUE] > q.peak[c]:
+                q.peak[c], q.when[c] = q.out[c, VALUE], s
 
 
 @inlined
@@ -74,3 +76,21 @@ def panels(q, s):
     """The number of panels of a flight, and their length."""
     n = max(1, math.ceil(s / q.panel))
     return n, s / n
+
+
+@inner
+def highest(q, c, low, high, instant, flight):
+    """The largest value of formula c between two times of a flight, by golden sections, at least that of the samples.
+
+    `instant(q, s, flight)` writes the inputs at a time s and returns the phase.
+    """
+    largest = q.peak[c]
+    for _ in range(NARROWINGS):
+        one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        evaluated(q, q.flight, instant(q, one, flight))
+        at_one = q.out[c, VALUE]
+        evaluated(q, q.flight, instant(q, two, flight))
+        at_two = q.out[c, VALUE]
+        largest = max(largest, max(at_one, at_two))
+        low, high = (one, high) if at_one < at_two else (low, two)
+    return largest

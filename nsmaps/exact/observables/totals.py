@@ -15,12 +15,12 @@ from nsmaps.exact.kernel import Kernel, flow_of, in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
 from nsmaps.exact.modes.tables.tables import moved_of
-from nsmaps.exact.observables.flights import observed
+from nsmaps.exact.observables.flights import Batches, observed
 from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
 from nsmaps.exact.observables.memory import PANEL
 from nsmaps.exact.observables.mode_slopes import mode_slopes
 from nsmaps.exact.observables.motions import observed_modes
-from nsmaps.exact.observables.slopes import Directions, observed_slopes
+from nsmaps.exact.observables.slopes import Directions, Slopes, observed_slopes
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
 
@@ -70,7 +70,7 @@ def totals_of(
                 check_stop()
         else:
             flow = flow_of(kernel.table)
-            while not observed(flow, q, float(chatter), discard, length, at, *rows):
+            while not observed(flow, q, float(chatter), at, Batches(discard, length, *rows)):
                 check_stop()
 
     if isinstance(kernel, (Kernel, ModeKernel)):
@@ -91,7 +91,9 @@ def in_modes(plan: Plan, d: Any) -> Plan:
     Speeds are the sizes of the velocity v towards the base wall; it is the rate of the place, or less that.
     """
     place, v, _, after = (sp.Symbol(f"_y_{name}", real=True) for name in (*d.states, *(f"{name}{AFTER}" for name in d.states)))
-    towards_base = -d.transitions[0].function.coefficients[0]
+    first, *_ = d.transitions
+    of_place, *_ = first.function.coefficients
+    towards_base = -of_place
     states = {
         "impacts": dict(zip(plan.vocabulary.variables("impacts"), (sp.Abs(v), sp.Abs(after), place), strict=True)),
         "flights": dict(zip(plan.vocabulary.variables("flights"), (place, towards_base * v), strict=True)),
@@ -144,7 +146,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
 
         def run(k: slice) -> None:
             q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
-            observed_slopes(kernel.flow, flow_of(moved), q, g, states[k], SUMMED_SPEED, slopes[k])
+            observed_slopes(kernel.flow, Slopes(flow_of(moved), q, g, slopes[k]), states[k], SUMMED_SPEED)
 
         in_chunks(len(states), run)
     slopes[:, plan.largest] = np.nan

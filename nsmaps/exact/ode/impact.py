@@ -2,9 +2,10 @@
 
 import math
 
+from nsmaps.exact.engine.constants import NO_SPEED, TWO_PI
 from nsmaps.exact.engine.flight.flow import phase_rate, rebound, wall_places
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.returns import CHATTER, FOREVER, IMPACT, NO_SPEED, REST, TWO_PI, steady, summed
+from nsmaps.exact.engine.returns import CHATTER, FOREVER, IMPACT, REST, steady, summed
 from nsmaps.exact.modes.march.zeros import limits
 from nsmaps.exact.ode.flight import series_of
 from nsmaps.exact.ode.integrator import PLACE, PLACE_RATE, TIME

@@ -2,22 +2,10 @@
 
 import math
 
+from nsmaps.exact.engine.constants import MOST_IMPACTS, TWO_PI
 from nsmaps.exact.engine.flight.flow import horizon, phase_rate, walls_of
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import (
-    ESCAPED,
-    FOREVER,
-    IMPACT,
-    LOST,
-    MOST_IMPACTS,
-    RESTS,
-    RETURNED,
-    STUCK,
-    TWO_PI,
-    UNDECIDED,
-    onward,
-    spell,
-)
+from nsmaps.exact.engine.returns import ESCAPED, FOREVER, IMPACT, LOST, RESTS, RETURNED, STUCK, UNDECIDED, onward, spell
 from nsmaps.exact.ode.flight import clouded, evaluate, faint, first_impact, propagated, step_size
 from nsmaps.exact.ode.impact import carried, held_back, place_at, take_off, through_impact
 from nsmaps.exact.ode.layout import (

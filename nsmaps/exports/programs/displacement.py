@@ -1,7 +1,7 @@
 """The first return of an impact system whose flights are in closed form, from `exact/engine`."""
 
 from nsmaps.exact.engine.flight import layout
-from nsmaps.exact.engine.returns import first_return
+from nsmaps.exact.engine.observers import first_return
 from nsmaps.exact.kernel import Kernel, closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.system import ImpactSystem

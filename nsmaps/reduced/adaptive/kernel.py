@@ -7,8 +7,8 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.jit import ENTRY, LEAN
-from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.adaptive.slabs import HIGH, LOW, STRAIGHT
 from nsmaps.reduced.adaptive.tree import ALONG_S, UNDIVIDED

@@ -7,7 +7,8 @@ in intervals of many digits; the constants here are those bounds, rounded up.
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import ONE, TINY, between, bmul, bsub, high, low, size
-from nsmaps.exact.engine.flight.remainders import FARTHEST, doubled, growth, wave
+from nsmaps.exact.engine.constants import FARTHEST
+from nsmaps.exact.engine.flight.remainders import doubled, growth, wave
 from nsmaps.exact.engine.jit import inner
 
 COSINE_OFF, SINE_OFF, REST_OFF = 2e-15, 1e-15, 5e-15  # relative error of cos - 1, sin and sin - x

@@ -1,14 +1,19 @@
 """Equal or nearly equal rates: powers times exponentials, and divided differences of two exponentials; see `layout`."""
 
+from nsmaps.exact.engine.constants import NO_DIFFERENCE
 from nsmaps.exact.engine.flight.layout import (
     AT_CHAINS,
     AT_RATES,
     CHAIN,
+    CHAIN_POWER,
     CHAINED,
+    DIFFERENCE_IM,
+    DIFFERENCE_RE,
     POLYNOMIAL,
     POWERS,
     SIMPLE,
 )
+from nsmaps.exact.engine.flight.motion import Motion, pair
 from nsmaps.exact.engine.flight.remainders import remainders
 from nsmaps.exact.engine.jit import inner
 
@@ -17,9 +22,10 @@ from nsmaps.exact.engine.jit import inner
 def chain_at(p, i, s):
     """The function of a chained rate at s, the same without its value at zero, and without its tangent there."""
     t = p.table
-    rates, at = int(t[AT_RATES]) + 2 * (int(t[SIMPLE]) + i), int(t[AT_CHAINS]) + CHAIN * i
-    power, difference = int(t[at]), complex(t[at + 1], t[at + 2])
-    rate = complex(t[rates], t[rates + 1]) - difference
+    at = int(t[AT_CHAINS]) + CHAIN * i
+    power, difference = int(t[at + CHAIN_POWER]), complex(t[at + DIFFERENCE_RE], t[at + DIFFERENCE_IM])
+    alpha, omega = pair(t, int(t[AT_RATES]), int(t[SIMPLE]) + i)
+    rate = complex(alpha, omega) - difference
     remainder, other, real, imaginary = remainders(rate.real, rate.imag, s)
     if power == 0:
         return complex(1.0 + real, imaginary), complex(real, imaginary), complex(remainder, other)
@@ -36,7 +42,7 @@ def chain_at(p, i, s):
 @inner
 def mean_excess(x):
     """(exp x - 1)/x - 1 for a complex number x."""
-    if abs(x) < 1e-100:
+    if abs(x) < NO_DIFFERENCE:
         return 0.5 * x
     remainder, other, _, _ = remainders(x.real, x.imag, 1.0)
     return complex(remainder, other) / x
@@ -49,12 +55,14 @@ def chains(p, s):
     """
     t, c = p.table, p.flight
     plain, n = int(t[SIMPLE]), int(t[CHAINED])
-    row, rates = POLYNOMIAL + int(t[POWERS]) + 2 * plain, int(t[AT_RATES]) + 2 * plain
+    row, rates = POLYNOMIAL + int(t[POWERS]), int(t[AT_RATES])
     d, v, a, j, k, q = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     zero = complex(0.0, 0.0)
     y0, y1, y2, y3, y4, less = zero, zero, zero, zero, zero, zero
     for i in range(n):
-        rate, factor = complex(t[rates + 2 * i], t[rates + 2 * i + 1]), complex(c[row + 2 * i], -c[row + 2 * i + 1])
+        alpha, omega = pair(t, rates, plain + i)
+        x, y = pair(c, row, plain + i)
+        rate, factor = complex(alpha, omega), complex(x, -y)
         if t[int(t[AT_CHAINS]) + CHAIN * i] == 0.0:
             y0, y1, y2, y3, y4, less = zero, zero, zero, zero, zero, zero
         value, from_zero, remainder = chain_at(p, i, s)
@@ -69,4 +77,4 @@ def chains(p, s):
         k += (factor * fourth).real
         q += (factor * (rate * fourth + y4)).real
         y0, y1, y2, y3, y4, less = value, first, second, third, fourth, from_zero
-    return d, v, a, j, k, q
+    return Motion(d, v, a, j, k, q)

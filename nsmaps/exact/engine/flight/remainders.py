@@ -5,39 +5,49 @@ errors of the results.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.engine.constants import (
+    COSINE_4,
+    COSINE_6,
+    COSINE_8,
+    COSINE_10,
+    COSINE_12,
+    COSINE_14,
+    DOUBLING,
+    DOUBLING_1,
+    FARTHEST,
+    OVER_DOUBLING,
+    OVER_QUARTER,
+    QUARTER,
+    QUARTER_1,
+    QUARTER_2,
+    SINE_3,
+    SINE_5,
+    SINE_7,
+    SINE_9,
+    SINE_11,
+    SINE_13,
+)
 from nsmaps.exact.engine.jit import inlined, inner
 
-# pi/2 and ln 2 in parts (Cody and Waite): integer multiples of the first parts, up to 2^20, are floats
-QUARTER, QUARTER_1, QUARTER_2 = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-DOUBLING, DOUBLING_1 = 0.6931471803691238, 1.9082149292705877e-10
-FARTHEST = 709.0  # beyond, exp is infinite, or negligible beside one
+
+@inlined
+def near_zero(y):
+    """sin y - y and cos y - 1 for |y| <= pi/4: polynomials, in pairs of terms that can be evaluated in parallel."""
+    z = y * y
+    zz = z * z
+    r = y * z * ((SINE_3 + z * SINE_5) + zz * ((SINE_7 + z * SINE_9) + zz * (SINE_11 + z * SINE_13)))
+    c = -0.5 * z + zz * ((COSINE_4 + z * COSINE_6) + zz * ((COSINE_8 + z * COSINE_10) + zz * (COSINE_12 + z * COSINE_14)))
+    return r, c
 
 
 # fmt: off
 @inlined
-def near_zero(y):
-    """sin y - y and cos y - 1 for |y| <= pi/4.
-
-    Minimax polynomials in z = y^2 for (sin y - y)/(y z) and (cos y - 1 + z/2)/z^2, with errors of 3.3e-17 and 2.5e-18, in pairs
-    that can be evaluated in parallel.
-    """
-    z = y * y
-    zz = z * z
-    r = y * z * ((-0.16666666666666664621 + z * 0.0083333333333309461029)
-        + zz * ((-0.00019841269836754970014 + z * 2.755731610068302914e-6)
-        + zz * (-2.5051131455427947391e-8 + z * 1.5918101230274120351e-10)))
-    c = -0.5 * z + zz * ((0.041666666666666665387 - z * 0.0013888888888887395746)
-        + zz * ((0.000024801587298763433164 - z * 2.7557317270560324065e-7)
-        + zz * (2.0876146024689746601e-9 - z * 1.1382614868556324578e-11)))
-    return r, c
-
-
-@inlined
 def growth_near_zero(x):
-    """exp x - 1 - x for |x| <= 1/2."""
+    """exp x - 1 - x for |x| <= 1/2: its Taylor series."""
     z = x * x
     zz = z * z
     return z * (((1 / 2 + x * (1 / 6)) + z * (1 / 24 + x * (1 / 120)))
@@ -52,11 +62,11 @@ def wave(x):
 
     The reduction to |y| <= pi/4 is made once: x is y plus q quarter turns.
     """
-    q = np.floor(x * 0.6366197723675814 + 0.5)
+    q = np.floor(x * OVER_QUARTER + 0.5)
     y = ((x - q * QUARTER) - q * QUARTER_1) - q * QUARTER_2
     r, c = near_zero(y)
-    k = q - 4.0 * np.floor(0.25 * q)
-    odd, far = k == 1.0 or k == 3.0, k >= 2.0
+    k = q - 4 * np.floor(q / 4)
+    odd, far = k == 1 or k == 3, k >= 2
     sine, less = 1.0 + c if odd else y + r, -1.0 - (y + r) if odd else c
     sine, less = -sine if far else sine, -2.0 - less if far else less
     return less, sine, r if q == 0.0 else sine - x
@@ -65,7 +75,7 @@ def wave(x):
 @inner
 def doubled(x):
     """Decomposition of exp x for |x| <= 709: (n, exp y - 1), where x is y plus n ln 2."""
-    n = np.floor(x * 1.4426950408889634 + 0.5)
+    n = np.floor(x * OVER_DOUBLING + 0.5)
     y = (x - n * DOUBLING) - n * DOUBLING_1
     return int(n), y + growth_near_zero(y)
 
@@ -85,14 +95,24 @@ def growth(x):
     return e, e - x
 
 
+class Remainders(NamedTuple):
+    """For a complex x, real and imaginary parts."""
+
+    two_re: float  #: of exp x - 1 - x
+    two_im: float
+    one_re: float  #: of exp x - 1
+    one_im: float
+
+
 @inlined
 def remainders(alpha, omega, s):
-    """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
+    """The remainders of exp x for x = (alpha + i omega) s."""
     if alpha == 0.0:
         less, sine, sine_remainder = wave(omega * s)
-        return less, sine_remainder, less, sine
+        return Remainders(less, sine_remainder, less, sine)
     x, e = growth(alpha * s)
     if omega == 0.0:
-        return e, 0.0, x, 0.0
+        return Remainders(e, 0.0, x, 0.0)
     less, sine, sine_remainder = wave(omega * s)
-    return e + (1.0 + x) * less, x * (omega * s) + (1.0 + x) * sine_remainder, x + (1.0 + x) * less, (1.0 + x) * sine
+    two_im = x * (omega * s) + (1.0 + x) * sine_remainder
+    return Remainders(e + (1.0 + x) * less, two_im, x + (1.0 + x) * less, (1.0 + x) * sine)

@@ -8,9 +8,9 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.blocks.lanes import BEND, EVENT, KIND, PHI, RATE, SHIFT, THERE, UNSURE, WHICH, U, X, Y
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 

@@ -9,7 +9,7 @@ time, and the set continues as if the guards were absent, until no state of it c
 import math
 
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import closes
+from nsmaps.exact.engine.steps import closes
 from nsmaps.exact.modes.enclosure.flow import clear_time, flow_to, measure
 from nsmaps.exact.modes.enclosure.forms import apply_row, features, same, shave
 from nsmaps.exact.modes.enclosure.landing import FALLING, LOOSE, STARTED, landed, passed

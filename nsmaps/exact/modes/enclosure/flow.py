@@ -3,8 +3,9 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT
+from nsmaps.exact.engine.constants import INWARD, OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import INWARD, OUTWARD, first_step, safe_step
+from nsmaps.exact.engine.steps import first_step, safe_step
 from nsmaps.exact.modes.enclosure.forms import apply_matrix, apply_row, greatest, largest, least
 from nsmaps.exact.modes.enclosure.tables import CELLS, POWERS, RATES
 

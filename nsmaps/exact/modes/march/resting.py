@@ -4,8 +4,9 @@ import math
 
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
+from nsmaps.exact.engine.constants import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.returns import TWO_PI, spell
+from nsmaps.exact.engine.returns import spell
 from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
 from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
 from nsmaps.exact.modes.march.flight import NO_FUNCTION

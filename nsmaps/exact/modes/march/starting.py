@@ -3,9 +3,9 @@
 import math
 
 from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import reset_by
-from nsmaps.exact.engine.returns import MOST_PHASE
 from nsmaps.exact.modes.flights.states import derive, dot, features, shift
 from nsmaps.exact.modes.march.section import AS_NEAR, allowed, away, below_after, contact_of, falling, lifted, reset, seen_before
 from nsmaps.exact.modes.tables.taylor import ROUNDING

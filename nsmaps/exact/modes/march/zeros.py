@@ -1,12 +1,13 @@
 """The first zero of a polynomial that is positive before it, with a certificate: no step can pass one.
 
-The arguments are those of `nsmaps.exact.engine.march`, here for a Taylor series with a bound on what it leaves out.
+The arguments are those of `nsmaps.exact.engine.steps`, here for a Taylor series with a bound on what it leaves out.
 """
 
 import math
 
+from nsmaps.exact.engine.constants import INWARD, OUTWARD
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.march import INWARD, OUTWARD, careful_step, first_step, leave, look
+from nsmaps.exact.engine.steps import careful_step, departure, first_step, surely_reached
 from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, raised
 
@@ -152,7 +153,7 @@ def isolated(a, x, high, bend, w):
 @inner
 def seen(gap, s, end, error, jerk, snap):
     """At s: whether there surely is a zero before `end`, after about h; else a step h without one."""
-    surely, h = look(False, gap[0] + error, 0.0, gap, jerk, snap)
+    surely, h = surely_reached(False, gap[0] + error, 0.0, gap, jerk, snap)
     if surely and s + 1.5 * h <= end:
         return True, h
     return False, careful_step(False, max(gap[0] - error, 0.0), 0.0, gap, jerk, snap)
@@ -162,7 +163,7 @@ def seen(gap, s, end, error, jerk, snap):
 def begun(gap, end, error, on, jerk, snap):
     """As `seen`, at the start; with `on` the polynomial is zero there and rises."""
     if on:
-        surely, h = leave(False, gap, 0.0, jerk, snap)
+        surely, h = departure(False, gap, 0.0, jerk, snap)
         if surely and 1.5 * h > end:
             return False, first_step(gap[1], gap[2], gap[3], jerk, snap)
         return surely, h

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import StateError, near_match
-from nsmaps.exact.engine.returns import MOST_PHASE
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.events import Arrivals
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers

@@ -4,7 +4,7 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.returns import MOST_PHASE
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.paths.arriving import features_of, velocities

@@ -7,7 +7,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.returns import MOST_PHASE
+from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.tables.nonlinear import start_states

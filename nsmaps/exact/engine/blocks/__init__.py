@@ -1,0 +1,1 @@
+"""Many returns in parallel, in vector instructions."""
