@@ -141,7 +141,7 @@ def _states(definition: Definition, w: Memory) -> str:
 def _guards(definition: Definition, table: Tables, function: int) -> str:
     """The guards of a function, by name."""
     ones = table.chosen[table.choices[function] : table.choices[function + 1]]
-    names = dict.fromkeys(definition.transitions[k].name or "(a section behind)" for k in np.asarray(ones).tolist())
+    names = dict.fromkeys(definition.transitions[k].name or "(a section behind, or a kink)" for k in np.asarray(ones).tolist())
     return " or ".join(map(repr, names))
 
 
