@@ -37,6 +37,29 @@ class Plate(HybridSystem):
         return Section("h", ("v", "phi"))
 
 
+class FromRest(HybridSystem):
+    """A ball under gravity above a floor at x = 1, dropped from x, without a forcing."""
+
+    states = ("x", "v")
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": -10}}
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x - 1, reset={"v": -y.v / 2}), "A": Guard("flight", y.v)}
+
+    def section(self, t, y):
+        return Section("A", ("x",))
+
+
+def test_a_ball_at_rest_falls_from_any_height():
+    heights = 2.0 ** -np.arange(10, 45, 3)  # down to 3e-14, which rounding over a step of the horizon exceeds
+    found = FromRest().first_return(1 + heights[:, None])
+    assert found.words.tolist() == ["ABA"] * len(heights)
+    assert found.image[:, 0] - 1 == pytest.approx(heights / 4, rel=1e-9, abs=1e-15)
+    assert found.time == pytest.approx(1.5 * np.sqrt(heights / 5), rel=1e-9)
+
+
 @pytest.mark.parametrize("off", [0.0, 1e-9, -1e-9, 1e-4])
 def test_contact_that_begins_at_pressure_zero_lasts_until_the_pressure_ends(off):
     """The body comes to the plate near phase 0, is pressed until pi, and lifts off as x = sin t + t - pi."""

@@ -13,6 +13,7 @@ from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, raised
 
 MOST_STEPS = 10_000
 CLOSE = 2e-16  # of a zero: rounding
+FAINT = 1e-300  # a rate that is not zero
 
 
 @inner
@@ -161,13 +162,14 @@ def seen(gap, s, end, error, jerk, snap):
 
 @inner
 def begun(gap, end, error, on, jerk, snap):
-    """As `seen`, at the start; with `on` the polynomial is zero there and rises."""
+    """As `seen`, at the start; with `on` the polynomial is zero there and rises; without a rate but bent downwards it falls."""
     if on:
         surely, h = departure(False, gap, 0.0, jerk, snap)
         if surely and 1.5 * h > end:
             return False, first_step(gap[1], gap[2], gap[3], jerk, snap)
         return surely, h
-    return seen(gap, 0.0, end, error, jerk, snap)
+    rate = -FAINT if gap[1] == 0.0 and gap[2] < 0.0 else gap[1]
+    return seen((gap[0], rate, *gap[2:]), 0.0, end, error, jerk, snap)
 
 
 @inner
