@@ -30,26 +30,26 @@ class Hopper(HybridSystem):
     }
 
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        """Free flight, and stance on the spring."""
+        """Free flight upwards and downwards, and stance on the spring."""
         from sympy import sqrt
 
         pull = self.k / self.m * (self.l0 / sqrt(y.x**2 + y.y**2) - 1)
-        return {
-            "flight": {"x": 0, "y": y.vy, "vx": 0, "vy": -self.g},
-            "stance": {"x": y.vx, "y": y.vy, "vx": pull * y.x, "vy": pull * y.y - self.g},
-        }
+        flight = {"x": 0, "y": y.vy, "vx": 0, "vy": -self.g}
+        stance = {"x": y.vx, "y": y.vy, "vx": pull * y.x, "vy": pull * y.y - self.g}
+        return {"rise": flight, "fall": flight, "stance": stance}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        """Touchdown T, lift-off L, apex A, and the fall that ends the motion."""
+        """Touchdown T, lift-off L upwards or downwards, the apex A, and G, the ground, which ends the motion."""
         from sympy import cos, pi, sin
 
         attack = pi * self.angle / 180
-        down, foot = y.y - self.l0 * sin(attack), {"x": -self.l0 * cos(attack)}
+        shorter, foot = self.l0**2 - y.x**2 - y.y**2, {"x": -self.l0 * cos(attack)}
         return {
-            "T": Guard("flight", down, to="stance", reset=foot, crossing=True),
-            "L": Guard("stance", self.l0**2 - y.x**2 - y.y**2, to="flight", reset={"x": 0}),
-            "A": Guard("flight", y.vy),
-            "fall": Guard(("flight", "stance"), y.y, ends=True, letter="F"),
+            "T": Guard("fall", y.y - self.l0 * sin(attack), to="stance", reset=foot, crossing=True),
+            "L": Guard("stance", shorter, to="rise", reset={"x": 0}, where=[y.vy]),
+            "L downwards": Guard("stance", shorter, to="fall", reset={"x": 0}, where=[-y.vy]),
+            "A": Guard("rise", y.vy, to="fall"),
+            "G": Guard(("rise", "fall", "stance"), y.y, ends=True),
         }
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
