@@ -215,6 +215,17 @@ class Row(NamedTuple):
         return max(1.0, np.abs(np.array(self.given["jac"], float)).sum(axis=1).max())
 
 
+FROM_MODES = {"A": [0, 2], "S": [0, 1], "arr": [0, 1]}  #: sections with starts in modes: which of their states rows have
+
+
+def _in_modes(section, starts, rows):
+    """The states and modes of starts: just after a switch with the phase, at a clock without it, or anywhere."""
+    modes = [row.get("mode_start", {"A": "2", "arr": "rest"}.get(section)) for row in rows]
+    if section == "A":
+        starts = np.insert(starts, 1, -1.0, axis=1)
+    return (np.pad(starts, ((0, 0), (0, 1))) if section == "S" else starts), [str(mode) for mode in modes]
+
+
 def rows_of(file):
     """All rows of a file with their returns, batches by section and parameters."""
     given, rows = reference(file), []
@@ -223,16 +234,14 @@ def rows_of(file):
         here = [row for row in given["returns"] if (row["params"], row.get("section", "")) == (key, section)]
         made = system(file, section, given["parameters"][key])
         starts = np.array([in_coordinates(file, section, row["start"]) for row in here])
-        if section in ("S", "arr"):
-            modes = [str(row.get("mode_start", "rest")) for row in here]
-            phases = np.zeros((len(here), int(section == "S")))
-            found = made.arrivals(np.column_stack([starts, phases]), modes, derivative=True)
+        if section in FROM_MODES:
+            found = made.arrivals(*_in_modes(section, starts, here), derivative=True)
             words = found.words.tolist()
         else:
             found = made.first_return(starts, derivative=True)
             words = [word[1:] for word in found.words.tolist()]
         for k, row in enumerate(here):
-            slopes = found.derivative[k][:, : starts.shape[1]]
+            slopes = found.derivative[k][:, FROM_MODES.get(section, slice(None))]
             rows.append(Row(row, words[k], found.image[k], slopes, found.time[k], Outcome(found.outcome[k])))
     assert len(rows) == len(given["returns"]) > 30
     return rows

@@ -187,16 +187,19 @@ def acceleration():
 
 
 def kinks():
-    """x'' = -1 - v on the way up and -1 + v/2 on the way down, from v = 1, with the top as a change of mode."""
-    made = hybrid(
-        ("x", "v"),
-        lambda t, y: {"up": {"x": y.v, "v": -1 - y.v}, "down": {"x": y.v, "v": -1 + y.v / 2}},
-        lambda t, y: {"T": Guard("up", y.v, to="down"), "B": Guard("down", y.x, to="up", reset={"v": -y.v})},
-        Section("B", ("v",)),
-    )
+    """x'' = -1 - max(v, -v/2) from v = 1; and with the drag v |v| back with the speed 1/sqrt(2)."""
+    ball = {
+        "states": ("x", "v"),
+        "guards": lambda t, y: {"B": Guard("fly", y.x, reset={"v": -y.v})},
+        "section": Section("B", ("v",)),
+    }
+    made = hybrid(modes=lambda t, y: {"fly": {"x": y.v, "v": -1 - sp.Max(y.v, -y.v / 2)}}, **ball)
     top = 1 - math.log(2)
     fall = brentq(lambda s: top + 2 * (s - 2 * (math.exp(s / 2) - 1)), 0.1, 2)
     assert made.first_return([[-1.0]]).image[0, 0] == pytest.approx(-2 * (math.exp(fall / 2) - 1))
+    pytest.importorskip("heyoka")
+    made = hybrid(modes=lambda t, y: {"fly": {"x": y.v, "v": -1 - y.v * abs(y.v)}}, **ball)
+    assert made.first_return([[-1.0]]).image[0, 0] == pytest.approx(-math.sqrt(0.5), abs=1e-14)
 
 
 def switches():
@@ -234,6 +237,16 @@ def two_bodies():
         Section("M", ("x", "u", "v")),
     )
     assert made.first_return([[0.5, 1.0, -0.5]]).image[0] == pytest.approx([1 / 6, 0.5, -1], abs=1e-15)
+    pytest.importorskip("heyoka")
+    spring = hybrid(  # their distance d'' = -2 d^3 is zero after a quarter of the lemniscate's length
+        ("x", "y", "u", "v"),
+        lambda t, y: {"fly": {"x": y.u, "y": y.v, "u": (y.y - y.x) ** 3, "v": (y.x - y.y) ** 3}},
+        lambda t, y: {"M": Guard("fly", y.y - y.x)},
+        Section("M", ("x", "u", "v")),
+    )
+    met = spring.arrivals([[0.0, 1.0, 0.5, 0.5]])
+    quarter = math.gamma(1 / 4) ** 2 / (4 * math.sqrt(2 * math.pi))
+    assert (met.time[0], *met.image[0]) == pytest.approx((quarter, (1 + quarter) / 2, 1, 0), abs=1e-14)
 
 
 def delay():
