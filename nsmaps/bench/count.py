@@ -25,7 +25,8 @@ def print_counts(returns: int) -> None:
     """Print the counts for so many returns; where numba does not compile."""
     from nsmaps.bench.programs.ours import pair_system
     from nsmaps.bench.task import grid_task
-    from nsmaps.exact.engine import batch, march
+    from nsmaps.exact.engine import march
+    from nsmaps.exact.engine.blocks import batch
     from nsmaps.exact.engine.flight import flow, remainders
 
     task = grid_task().first(returns)

@@ -10,8 +10,9 @@ from conftest import TILT
 from toys import BouncingBall, Oscillator, Table
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine import batch
+from nsmaps.exact.engine.blocks import batch
 from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.engine.observers import Rows
 from nsmaps.exact.kernel import flow_of
 from nsmaps.exact.outcome import Outcome
 
@@ -35,11 +36,11 @@ def computed(system, how, states, chatter=0.0):
     n, table = len(states), system._kernel().table.copy()
     assert how != "side_by_side" or (table[layout.WIDE] > 0 and n >= batch.FEW)
     table[layout.WIDE] *= how != "one_by_one"
-    shapes = {"image": (n, 2), "turns": (n, 2), "codes": (n,), "outcome": (n,), "time": (n,), "tangents": (n, 2, 2)}
+    shapes = {"states": (n, 2), "turns": (n, 2), "codes": (n,), "outcome": (n,), "time": (n,), "tangents": (n, 2, 2)}
     types = {"turns": np.int32, "codes": np.int64, "outcome": np.int8}
-    out = {name: np.empty((1, *shape), types.get(name, float)) for name, shape in shapes.items()}
-    batch.orbits(flow_of(table), chatter, np.ascontiguousarray(states, dtype=float), *out.values())
-    return {name: rows[0] for name, rows in out.items()}
+    rows = Rows(**{name: np.empty((1, *shape), types.get(name, float)) for name, shape in shapes.items()})
+    batch.orbits(flow_of(table), chatter, np.ascontiguousarray(states, dtype=float), rows)
+    return {name: getattr(rows, name)[0] for name in shapes}
 
 
 def assert_same(one, other, rows=slice(None)):
