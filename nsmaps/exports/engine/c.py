@@ -23,6 +23,7 @@ class CPrinter(Printer):
     """C99."""
 
     stop, arrow = ";", "->"
+    opening, elseif, otherwise, end = "{} ({}) {{", "} else if", "} else {", "}"
 
     def __init__(self, own: dict[str, Kind], max_directions: int = 0) -> None:
         """With room for at most so many directions of derivatives."""
@@ -97,34 +98,12 @@ class CPrinter(Printer):
         name = self.first(target)
         self.put(f"{self.variable(self.function.variables[name], name) if name else self.value(target)} = {text};")
 
-    def _Expr(self, node: Node) -> None:
-        if not isinstance(node.value, ast.Constant):
-            self.put(f"{self.value(node.value)};")
-
-    def _Return(self, node: Node) -> None:
-        self.put(f"return {self.value(node.value, self.function.returns)};" if node.value else "return;")
-
-    def _If(self, node: Node, first: str = "if") -> None:
-        self.put(f"{first} ({self.test(node.test)}) {{")
-        self.block(node.body)
-        if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
-            return self._If(node.orelse[0], "} else if")
-        if node.orelse:
-            self.put("} else {")
-            self.block(node.orelse)
-        self.put("}")
-
     def _For(self, node: Node) -> None:
         low, high, by = range_of(node)
         name = getattr(node.target, "called", "count")
         start = f"int64_t {name} = {self.value(low) if low else 0}"
         step = f"++{name}" if by == 1 else f"{name} += {by}" if by > 0 else f"{name} -= {-by}"
         self.put(f"for ({start}; {name} {'<' if by > 0 else '>'} {self.value(high, None, 5)}; {step}) {{")
-        self.block(node.body)
-        self.put("}")
-
-    def _While(self, node: Node) -> None:
-        self.put(f"while ({self.test(node.test)}) {{")
         self.block(node.body)
         self.put("}")
 

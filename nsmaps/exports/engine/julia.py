@@ -19,6 +19,7 @@ class JuliaPrinter(Printer):
     """Julia."""
 
     stop, arrow = "", "."
+    opening, elseif, otherwise, end = "{} {}", "elseif", "else", "end"
 
     def constant(self, name: str, value: Any) -> str:
         """The definition of a constant."""
@@ -39,32 +40,10 @@ class JuliaPrinter(Printer):
         text = about(function).replace("\\", "\\\\").replace('"', '\\"').replace("$", "\\$")
         return "\n".join([fill(f'"{text}"', 120), head, *own, *self.lines, "end", ""])
 
-    def _Expr(self, node: Node) -> None:
-        if not isinstance(node.value, ast.Constant):
-            self.put(self.value(node.value))
-
-    def _Return(self, node: Node) -> None:
-        self.put(f"return {self.value(node.value, self.function.returns)}" if node.value else "return")
-
-    def _If(self, node: Node, first: str = "if") -> None:
-        self.put(f"{first} {self.test(node.test)}")
-        self.block(node.body)
-        if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
-            return self._If(node.orelse[0], "elseif")
-        if node.orelse:
-            self.put("else")
-            self.block(node.orelse)
-        self.put("end")
-
     def _For(self, node: Node) -> None:
         low, high, by = range_of(node)
         name, step = getattr(node.target, "called", "_"), "" if by == 1 else f"{by}:"
         self.put(f"for {name} in {self.value(low, None, 1) if low else 0}:{step}{self.shifted(high, -1 if by > 0 else 1)}")
-        self.block(node.body)
-        self.put("end")
-
-    def _While(self, node: Node) -> None:
-        self.put(f"while {self.test(node.test)}")
         self.block(node.body)
         self.put("end")
 

@@ -34,6 +34,10 @@ class Printer(Functions):
 
     stop: str  #: the end of a statement
     arrow: str  #: between a record and its field
+    opening: str  #: of a block, with its word and its condition
+    elseif: str
+    otherwise: str
+    end: str  #: of a block
 
     def __init__(self, own: dict[str, Kind]) -> None:
         """`own` is what those functions return that the program has in place of the engine's."""
@@ -79,6 +83,29 @@ class Printer(Functions):
         for statement in statements:
             getattr(self, f"_{type(statement).__name__}")(statement)
         self.depth -= 1
+
+    def _Expr(self, node: Node) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self.put(f"{self.value(node.value)}{self.stop}")
+
+    def _Return(self, node: Node) -> None:
+        value = f" {self.value(node.value, self.function.returns)}" if node.value else ""
+        self.put(f"return{value}{self.stop}")
+
+    def _If(self, node: Node, first: str = "if") -> None:
+        self.put(self.opening.format(first, self.test(node.test)))
+        self.block(node.body)
+        if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
+            return self._If(node.orelse[0], self.elseif)
+        if node.orelse:
+            self.put(self.otherwise)
+            self.block(node.orelse)
+        self.put(self.end)
+
+    def _While(self, node: Node) -> None:
+        self.put(self.opening.format("while", self.test(node.test)))
+        self.block(node.body)
+        self.put(self.end)
 
     def _Break(self, node: Node) -> None:
         self.put(f"break{self.stop}")
