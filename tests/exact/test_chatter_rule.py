@@ -121,6 +121,42 @@ def test_impacts_at_a_section_after_them_are_single_too():
     assert last == pytest.approx(time, abs=1e-14)
 
 
+class Kicked(HybridSystem):
+    """A ball under constant gravity that is kicked once a period, in flight and off the floor."""
+
+    s: float
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": -1}}
+
+    def guards(self, t, y):
+        clock, kick = sp.Rational(99, 100) - sp.cos(t - self.s), {"v": y.v + sp.Rational(1, 5)}
+        return {
+            "B": Guard("flight", y.x, reset={"v": -y.v / 2}, rests="floor"),
+            "k": Guard("flight", clock, reset=kick),
+            "l": Guard("floor", clock, to="flight", reset=kick, letter="k"),
+        }
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))
+
+
+@pytest.mark.parametrize("s", [0.9, 1.3, 1.55, 1.6, 1.645, 1.7])
+def test_no_event_falls_into_a_sum(s):
+    """From -1/2 on impacts accumulate after 1; the kick comes a little before or after, where its clock hardly falls yet."""
+    system = Kicked(s=s - 0.5)
+    runs = [system.orbits([[-0.5, 0.0]], 60, chatter=share) for share in SHARES[1:]]
+    ends = [float(run.time[: int(np.argmax(np.char.find(run.words, "k") >= 0)) + 1].sum()) for run in runs]
+    kicked = [run.image[int(np.argmax(np.char.find(run.words, "k") >= 0))] for run in runs]
+    assert ends == pytest.approx([ends[0]] * 3, rel=1e-13)
+    assert kicked[1] == pytest.approx(kicked[0], abs=1e-13)
+    assert kicked[2] == pytest.approx(kicked[0], abs=1e-13)
+
+
 def test_margins_are_those_of_impact_systems():
     states = np.column_stack([np.linspace(0.05, 3, 40), np.linspace(0, 6.2, 40)])
     expected = BouncingBall(**VALUES).first_return(states, margin=True).margin

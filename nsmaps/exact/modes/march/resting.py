@@ -15,6 +15,7 @@ from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 BRIEF = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 STEADY = 1e-5  # relative change of the pressure within impacts that accumulate: its cube is rounding
+LONGEST = 0.125  # of a unit of time: impacts accumulate within it, so that two terms of a series bound how functions change
 INSTANT = 1e-13  # of a turn of the forcing: a shorter contact is a release
 CHATTER, REST = 1, 2
 
@@ -68,7 +69,7 @@ def mark_of(p, k, j, mode, before, w):
     jerk, bend = dot(p.begins[j, 1], w.d[1])[0] / step, 2.0 * dot(p.begins[j, 1], w.d[2])[1] / (step * step)
     if x * abs(jerk) > STEADY * press or x * x * bend > STEADY * STEADY * press:
         return 0
-    if x > BRIEF * unit and not (p.is_section[k] and sum_is_exact(p, j, mode, x, w)):
+    if x > BRIEF * unit and not (p.is_section[k] and x <= LONGEST * unit and sum_is_exact(p, j, mode, x, w)):
         return 0
     contact_state(p, j, w.z, w.other, w)
     velocity(p, p.target[j], w.other, w.field, w)
@@ -120,11 +121,12 @@ def sum_is_exact(p, j, mode, x, w):
 @inner
 def clear_until(p, mode, x, w):
     """Whether no function that is watched in a mode can fall to zero within a time x, but those that are zero just now."""
-    velocity(p, mode, w.z, w.field, w)
+    first_terms(p, mode, 2, w)
+    share = x / p.steps[mode]
     for f in range(p.watched[mode], p.watched[mode + 1]):
         value, size = valued(p, p.functions[f], w.z, w)
-        speed = dot(p.functions[f], w.field)[1] / p.steps[mode]
-        if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * x * speed:
+        change = share * (dot(p.functions[f], w.d[1])[1] + share * dot(p.functions[f], w.d[2])[1])
+        if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * change:
             return False
     return True
 
