@@ -21,8 +21,7 @@ ROWS = ("image", "turns", "codes", "outcome", "time", "derivative", "number")  #
 def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: bool = False, *, jobs: Jobs = SERIAL) -> Returns:
     """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `jobs`.
 
-    The numbers are the same to the last bit. Flights are integrated on one core of a process; a `ProcessPoolExecutor` takes all
-    cores. n M rows, the first return of every state first.
+    The numbers are the same to the last bit. n M rows, the first return of every state first.
 
     Args:
         system: any return map.

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from nsmaps.exact.returns import Impacts, Itineraries, Returns
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import CHATTER, REST
 from nsmaps.interrupts import check_stop, threads
-
-if TYPE_CHECKING:
-    from nsmaps.exact.ode.kernel import IntegratedKernel
 
 STEPS = 2000  # of a realisation under noise, whose random numbers are drawn together
 CHUNK = 10_000  # returns that a thread takes at a time: enough to hide its cost, few enough for Ctrl-C
@@ -201,7 +198,7 @@ def chunks_of(n: int, size: int, cores: int) -> Iterator[slice]:
         begin = end
 
 
-def kernel_of(system: ImpactFormulas) -> "Kernel | IntegratedKernel":
+def kernel_of(system: ImpactFormulas) -> Kernel:
     """The kernel of a system; the kernels used last are cached."""
     return _kernel(written(type(system)), repr(vars(system)), _Quiet(system))
 
@@ -210,19 +207,15 @@ def closed_form_of(system: ImpactFormulas, what: str, refusal: type[NsmapsError]
     """The kernel of a system whose flights are in closed form.
 
     Raises:
-        NsmapsError: of the class `refusal`: the system is given by its acceleration, or motions end at a wall; `what` is in the
-            plural.
+        NsmapsError: of the class `refusal`: the system is given by its acceleration, or motions end at a wall, where `what`, in
+            the plural, needs a closed form.
     """
-    name = type(system).__name__
-    if system.flight() == "acceleration":
+    if obstacle := system.obstacle():
         raise refusal(
-            f"{what} need flights in closed form, and {name} is given by its acceleration; expected: a system with a displacement"
+            f"{what} need flights in closed form, and {type(system).__name__} {obstacle}; expected: a system with a displacement"
+            + ", and no such wall" * (system.flight() == "displacement")
         )
-    if ends := [letter for letter, wall in system.walls().items() if wall.ends]:
-        raise refusal(f"{what} need impacts that do not end the motion, and {name} has the wall {ends[0]!r}; expected: none")
-    kernel = kernel_of(system)
-    assert isinstance(kernel, Kernel), "of flights in closed form"
-    return kernel
+    return kernel_of(system)
 
 
 class _Quiet:
@@ -239,13 +232,8 @@ class _Quiet:
 
 
 @lru_cache(maxsize=256)
-def _kernel(cls: tuple[Any, ...], values: str, system: _Quiet) -> "Kernel | IntegratedKernel":
-    formulas, table = formulas_of(system.value), table_of(system.value)
-    if formulas.acceleration is None:
-        return Kernel(system.value, formulas, table)
-    from nsmaps.exact.ode.kernel import integrated_kernel
-
-    return integrated_kernel(system.value, formulas, table)
+def _kernel(cls: tuple[Any, ...], values: str, system: _Quiet) -> Kernel:
+    return Kernel(system.value, formulas_of(system.value), table_of(system.value))
 
 
 def flow_of(table: Floats) -> Flow:

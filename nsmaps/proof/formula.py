@@ -28,7 +28,7 @@ def provable(system: object) -> "ImpactSystem | PiecewiseMap":
     """A system of a class whose return maps proofs follow.
 
     Raises:
-        ProofError: a system with modes, one whose flights are integrated, or another map.
+        ProofError: a system with modes, one without flights in closed form, or another map.
     """
     from nsmaps.exact.systems.hybrid import HybridSystem
     from nsmaps.exact.systems.piecewise import PiecewiseMap
@@ -40,8 +40,8 @@ def provable(system: object) -> "ImpactSystem | PiecewiseMap":
         kind = "is a system with modes"
     elif not isinstance(system, ImpactSystem):
         kind = "is not a system with impacts, or a map by formulas"
-    elif system.flight() == "acceleration":
-        kind = "is given by its acceleration, so that its flights are integrated"
+    elif obstacle := system.obstacle():
+        kind = obstacle
     else:
         return system
     raise ProofError(

@@ -7,15 +7,15 @@ from math import pi
 import numpy as np
 import pytest
 import sympy as sp
-from by_equation import Oscillator, Pair
+from by_equation import TINY, Oscillator, Pair
 from nsmaps_duffing import DuffingStop
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
+from scipy.optimize import brentq
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import CheckError, NsmapsError, ProofError, SystemDefinitionError
-from nsmaps.exact.ode.held import pressing
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
 from nsmaps.testing import check_system
@@ -34,7 +34,7 @@ class IntegratedCurvedPair(CurvedPair):
     """The same by its equation of motion."""
 
     def acceleration(self, t, place, velocity):
-        return self.g_bar + sp.cos(sp.pi * t)
+        return self.g_bar + sp.cos(sp.pi * t) + TINY * place**3
 
 
 BOTH = {
@@ -93,11 +93,14 @@ def test_margins_and_itineraries_are_those_of_the_closed_form(name):
     integrated, exact = BOTH[name]
     states = starts(400)[100:]
     got, expected = (system.itineraries(states) for system in (integrated, exact))
-    same = np.array([word.split("~")[0] == other.split("~")[0] for word, other in zip(got.words, expected.words, strict=True)])
-    assert same.all()
+    alone, towards_walls = len(exact.walls()) == 1, np.char.replace(expected.words, "^", "v")
+    if alone:  # below which the displacement has its maxima
+        towards_walls = np.char.replace(np.char.replace(expected.words, "v", ""), "^", "v")
     plain = np.char.find(expected.words, "~") + np.char.find(expected.words, ".") == -2  # whole words without chatter
     assert plain.sum() > 100 or name in ("resting", "inelastic")
-    assert got.turns[plain].tolist() == expected.turns[plain].tolist()
+    if alone:
+        assert got.words[plain].tolist() == towards_walls[plain].tolist()
+    assert got.turns[plain].tolist() == np.char.count(towards_walls[plain], "v").tolist()
     assert got.clearance[plain] == pytest.approx(expected.clearance[plain], abs=1e-12)
     assert got.slowest[plain] == pytest.approx(expected.slowest[plain], abs=1e-12)
 
@@ -108,8 +111,9 @@ def test_sensitivities_are_those_of_the_closed_form(name):
     states = starts(200)[50:]
     for parameter in exact.parameter_names():
         got, expected = (system.sensitivity(states, {parameter: 0.7}) for system in (integrated, exact))
-        assert np.array_equal(np.isnan(got), np.isnan(expected))
-        assert got == pytest.approx(expected, rel=1e-9, abs=1e-11, nan_ok=True)
+        known = np.isfinite(expected)  # releases, which have derivatives too, are left out there
+        assert known.sum() > 100 or name == "inelastic"
+        assert got[known] == pytest.approx(expected[known], rel=1e-9, abs=1e-11)
 
 
 @pytest.mark.parametrize("state", [(0.2, 0.1), (0.43, 0.26), (1.62, 4.993), (0, 1.0)])
@@ -204,15 +208,28 @@ def test_chaos_before_an_impact_is_undecided():
     assert (returns.outcome[returns.time < 30] == Outcome.returned).all()
 
 
+class Pressed(VIPair):
+    """A ball on its base under a force with two harmonics."""
+
+    def acceleration(self, t, place, velocity):
+        return self.g_bar + sp.cos(sp.pi * t) + 4 * sp.sin(3 * sp.pi * t) / 5 + TINY * place**3
+
+
 def test_a_ball_is_pressed_between_the_zeros_of_the_force():
     force = lambda phi: 0.3 + np.cos(phi) + 0.8 * np.sin(3 * phi)  # noqa: E731
-    phi = np.linspace(0, TWO_PI, 100_001)[:-1]
-    found = pressing(force)
-    held = ((phi[:, None] >= found[:, 0]) & (phi[:, None] < found[:, 1])) | (phi[:, None] + TWO_PI < found[:, 1])
-    assert (held.any(axis=1) == (force(phi) > 0)).all()
-    assert np.abs(force(found)).max() < 1e-13
-    assert pressing(lambda phi: 2 + np.cos(phi)).tolist() == [[0, np.inf]]
-    assert pressing(lambda phi: np.cos(phi) - 2).shape == (0, 2)
+    phi, fine = np.linspace(0, TWO_PI, 200, endpoint=False), np.linspace(0, 2 * TWO_PI, 400_001)
+    found = Pressed(d=50.0, g_bar=0.3).first_return(np.column_stack([0 * phi, phi]))
+    held = force(phi) > 0
+    assert 50 < held.sum() < 150
+    assert (found.outcome[held] == Outcome.stuck).all()
+    assert (found.words[held] == "B_").all()
+    assert not np.char.startswith(found.words[~held], "B_").any()
+    falls = fine[1:][np.diff(np.sign(force(fine))) < 0]
+    expected = [
+        float(brentq(force, falls[falls > start][0] - 1e-3, falls[falls > start][0] + 1e-3, xtol=1e-15)) for start in phi[held]
+    ]
+    assert found.lifted[held, 1] == pytest.approx(expected, abs=1e-12)
+    assert Pressed(d=50.0, g_bar=2.0).first_return([[0.0, 1.0]]).outcome[0] == Outcome.rests
 
 
 def test_what_needs_a_closed_form_is_refused():

@@ -286,7 +286,7 @@ def test_systems_of_other_classes_are_refused(tmp_path):
     """By `prove` for cells and horseshoes, for cycles, and where a study is read, before anything is searched for."""
     modes = nsmaps.load_system("recoil_pair", eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
     integrated = Oscillator(zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
-    for system, kind in ((modes, "system with modes"), (integrated, "flights are integrated"), (lambda x: x, "not a system")):
+    for system, kind in ((modes, "system with modes"), (integrated, "given by its acceleration"), (lambda x: x, "not a system")):
         for search in (
             lambda system=system: prove(system, [0.5, 0, 0, 1], top=1.0),
             lambda system=system: cycles_of(system, []),

@@ -102,7 +102,7 @@ def first_point(problem: Problem, at: Floats, start: StateLike, period: int, mot
     if found is None:
         name, kinds = (
             problem.observable.name,
-            "as those of largest values, integrated flights, and motion with rest or chatter",
+            "as those of largest values, and motion with rest or chatter",
         )
         raise NsmapsError(f"{name!r} has no derivative at {where}, {kinds}; expected: a mean of a motion without them")
     return found

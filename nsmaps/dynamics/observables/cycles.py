@@ -35,7 +35,7 @@ class Slope:
     __repr__ = brief
 
     value: Floats  #: shape (C,) or (K, C), of C observables
-    derivative: Floats  #: the same; NaN where it is not known, as of largest values, infinite sums and integrated flights
+    derivative: Floats  #: the same; NaN where it is not known, as of largest values and infinite sums
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -117,8 +117,7 @@ def observe(
 
     Raises:
         StateError: the state has not the system's coordinates.
-        NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not a system, or the
-            largest value of a formula of integrated flights is asked for.
+        NsmapsError: an observable is unknown or cannot be read, a number is too small, or the map is not a system.
     """
     from nsmaps.exact.observables.formulas import plan_of, resolved
 

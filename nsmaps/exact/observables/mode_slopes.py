@@ -10,6 +10,7 @@ from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, saltation
 from nsmaps.exact.modes.march.resting import entered
 from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
 from nsmaps.exact.modes.march.starting import starting
+from nsmaps.exact.observables.motions import row_of
 from nsmaps.exact.observables.slopes import chained
 from nsmaps.exact.observables.sums import evaluated
 
@@ -41,29 +42,29 @@ def at_instant(p, q, g, mode, phi, s, x):
 
 
 @inner
-def over_panel(p, q, g, mode, phi, h, slopes, x):
+def over_panel(p, q, g, mode, row, phi, h, slopes, x):
     """Add the derivatives of a part of a flight."""
     x.spent[0] += len(q.nodes)
     for j in range(len(q.nodes)):
         at_instant(p, q, g, mode, phi, h * q.nodes[j], x)
-        chained(q, g, p.own, mode, True, h * q.weights[j], slopes)
+        chained(q, g, p.own, row, True, h * q.weights[j], slopes)
 
 
 @inner
-def over_flight(p, q, g, mode, phi, s, slopes, x):
+def over_flight(p, q, g, mode, row, phi, s, slopes, x):
     """Add the derivatives of a flight of fixed time s, whose states at its start `x` has; formulas of its end are written."""
     done, unit = 0.0, begun_piece(p, mode, s, x)
     while s - done > unit > 0.0:
-        over_panel(p, q, g, mode, phi, unit, slopes, x)
+        over_panel(p, q, g, mode, row, phi, unit, slopes, x)
         phi, _ = flown(p, mode, 1.0, unit, phi, x)
         done += unit
         unit = begun_piece(p, mode, s - done, x)
-    over_panel(p, q, g, mode, phi, s - done, slopes, x)
+    over_panel(p, q, g, mode, row, phi, s - done, slopes, x)
     at_instant(p, q, g, mode, phi, s - done, x)
 
 
 @inner
-def at_end(p, q, mode, which, slopes, w):
+def at_end(p, q, mode, row, which, slopes, w):
     """Add the derivatives by the time of a flight, whose formulas at its end are written; none of one that takes no time."""
     if w.lapse[0] == 0.0:
         return
@@ -77,14 +78,14 @@ def at_end(p, q, mode, which, slopes, w):
             if w.moved.here:
                 gap += w.moved.functions[which, i] * w.z[i]
         for c in range(q.over.shape[1]):
-            if q.over[mode, c]:
+            if q.over[row, c]:
                 slopes[q.at.shape[1] + c, j] -= q.out[c, 0] * gap / rate * p.steps[mode]
 
 
 @inner
-def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
-    """From a state in a mode to the section; whether there are derivatives."""
-    code, power, time, doubts = 0, 1, 0.0, 0
+def motion_slopes(p, q, g, k, mode, phi, image, tangent, slopes, w, x):
+    """From a state after a transition k, in a mode, to the section; whether there are derivatives."""
+    code, power, time, doubts, row = 0, 1, 0.0, 0, row_of(p, q, k, mode, mode)
     for _ in range(MOST_EVENTS if begins(p, mode, w) == GOES_ON else 0):
         copied(p, w, x)
         under_way, from_phase = mode, phi
@@ -93,8 +94,8 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
         if which == NO_FUNCTION or not bounded(w):
             return False
         if q.flight != 0:
-            over_flight(p, q, g, under_way, from_phase, flight, slopes, x)
-            at_end(p, q, under_way, which, slopes, w)
+            over_flight(p, q, g, under_way, row, from_phase, flight, slopes, x)
+            at_end(p, q, under_way, row, which, slopes, w)
         saltation(p, mode, which, w)
         written(p, q, g, 0, w)
         for c in range(len(g.phase)):
@@ -103,6 +104,7 @@ def motion_slopes(p, q, g, mode, phi, image, tangent, slopes, w, x):
         doubts, w.spent[0] = doubts + (1 if unsure or vague else 0), w.spent[0] + (DOUBTED if unsure else 0)
         if q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
             at_event(p, q, g, k, phi, slopes, w)
+        row = row_of(p, q, k, mode, row) if k >= 0 else row
         outcome = timely(p, outcome, mode, which, time, image, tangent, w)
         if outcome != GOES_ON or doubts > MOST_DOUBTS:
             return outcome != GOES_ON and not math.isnan(image[0])
@@ -130,7 +132,7 @@ def mode_slopes(p, q, g, begin, states, slopes, image, tangent, w, x):
             mode = entered(p, k, not p.after, phi, w)
             if q.impact != 0 and not p.after:
                 at_event(p, q, g, k, phi, slopes[i], w)
-            known = motion_slopes(p, q, g, mode, phi, image, tangent, slopes[i], w, x)
+            known = motion_slopes(p, q, g, k, mode, phi, image, tangent, slopes[i], w, x)
         if not known:
             slopes[i] = math.nan
     return len(states)

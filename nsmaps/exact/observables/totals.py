@@ -52,7 +52,7 @@ def totals_of(
 ) -> Totals:
     """The totals over batches of returns, `length` each, of states (M, n), after some that are discarded.
 
-    On all cores, of integrated flights on one. Raises as `integrated_returns`.
+    On all cores.
     """
     kernel: Any = system._kernel()
     states, m = np.array(kernel.starts(start) if isinstance(kernel, ModeKernel) else start, float), len(start)
@@ -73,14 +73,7 @@ def totals_of(
             while not observed(flow, q, float(chatter), at, Batches(discard, length, *rows)):
                 check_stop()
 
-    if isinstance(kernel, (Kernel, ModeKernel)):
-        in_chunks(m, run, CHUNK)
-    else:
-        from nsmaps.exact.observables.integrated import integrated_totals
-
-        for k in range(m):
-            rows = states[k], outcome[k : k + 1], time[:, k], totals[:, k]
-            integrated_totals(kernel, plan, discard, length, float(chatter), *rows)
+    in_chunks(m, run, CHUNK)
     return Totals(totals * plan.scales, time, states, outcome)
 
 
@@ -124,7 +117,7 @@ def panel_of(kernel: Kernel | ModeKernel) -> float:
 def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
     """The derivatives of the totals of first returns of states (N, n), by these and along parameters, shape (N, C, n + 1).
 
-    NaN where a return rests or chatters, where there is none, where flights are integrated, and of largest values.
+    NaN where a return rests or chatters, where there is none, and of largest values.
 
     Args:
         rates: shape (P,), of change of the parameters.
@@ -138,8 +131,6 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
         moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
         by_parameters = _mode_slopes(kernel, plan, states, 1, moving, rates)
         slopes = np.concatenate([by_state, by_parameters], axis=2)
-    elif not isinstance(kernel, Kernel):
-        slopes = np.full((len(states), len(plan.columns), n + 1), np.nan)
     else:
         moved = kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()])
         slopes = np.empty((len(states), len(plan.columns), 3))

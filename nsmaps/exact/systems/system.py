@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from nsmaps.exact.grazing.curves import GrazingCurve
     from nsmaps.exact.kernel import Kernel
     from nsmaps.exact.modes.kernel import ModeKernel
-    from nsmaps.exact.ode.kernel import IntegratedKernel
 
 FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
 
@@ -58,8 +57,6 @@ class ImpactSystem(ImpactFormulas):
 
     def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
         """Why each first return ended, a sentence each: which wall, when and where. Arguments and errors as `first_return`."""
-        if self.flight() == "acceleration":
-            return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
         outcome = self.first_return(states, chatter=chatter).outcome
         ended = (outcome != Outcome.returned) & (outcome != Outcome.stuck)
         sentences = iter(self._modes().reasons(as_states(states, self.coordinates)[ended], chatter))
@@ -144,13 +141,15 @@ class ImpactSystem(ImpactFormulas):
             check_start(self)
 
     def _modes(self) -> "ModeKernel":
+        from nsmaps.exact.flows.tables import formulas_of
         from nsmaps.exact.modes.kernel import kernel_of
 
+        formulas_of(self)  # checked first, with the places at which they are written
         return kernel_of(self)
 
-    def _kernel(self) -> "Kernel | ModeKernel | IntegratedKernel":
+    def _kernel(self) -> "Kernel | ModeKernel":
         """The first returns: by the closed form of flights where that is known, and no motion ends at a wall."""
-        if any(wall.ends for wall in self.walls().values()):
+        if self.obstacle():
             return self._modes()
         from nsmaps.exact.kernel import kernel_of
 

@@ -88,6 +88,13 @@ class ImpactFormulas(HybridFormulas):
     def _base(self) -> Wall:
         return next(iter(self.walls().values()))
 
+    def obstacle(self) -> str:
+        """Why first returns are not those of flights in closed form that impacts alone end, or no text."""
+        if self.flight() == "acceleration":
+            return "is given by its acceleration"
+        ends = [letter for letter, wall in self.walls().items() if wall.ends]
+        return f"has the wall {ends[0]!r}, at which motions end" if ends else ""
+
     def rebound(self, speed: Any, wall: str) -> Any:
         """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
         return self.r * speed  # type: ignore[attr-defined]

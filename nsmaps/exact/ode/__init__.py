@@ -1,1 +1,0 @@
-"""Flights without a closed form: the equation of motion integrated by Taylor's method, with heyoka."""

@@ -1,1 +1,0 @@
-"""Steps of integrated flights: whether their Taylor series is the flight, and what is left of them."""
