@@ -75,9 +75,9 @@ def test_returns_are_those_of_the_closed_form(name):
     integrated, exact = BOTH[name]
     states = starts(1000)
     got, expected = (system.first_return(states, derivative=True) for system in (integrated, exact))
-    assert got.words.tolist() == expected.words.tolist()
-    assert got.outcome.tolist() == expected.outcome.tolist()
     ok = expected.valid
+    assert got.words[ok].tolist() == expected.words[ok].tolist()
+    assert got.outcome.tolist() == expected.outcome.tolist()
     assert (got.valid == ok).all()
     assert near(got.lifted, expected.lifted, expected.derivative)[ok].all()
     assert near(got.time[:, None], expected.time[:, None], expected.derivative)[ok].all()
@@ -96,7 +96,7 @@ def test_margins_and_itineraries_are_those_of_the_closed_form(name):
     alone, towards_walls = len(exact.walls()) == 1, np.char.replace(expected.words, "^", "v")
     if alone:  # below which the displacement has its maxima
         towards_walls = np.char.replace(np.char.replace(expected.words, "v", ""), "^", "v")
-    plain = np.char.find(expected.words, "~") + np.char.find(expected.words, ".") == -2  # whole words without chatter
+    plain = np.char.isalpha(np.char.replace(expected.words, "^", ""))  # whole words without chatter and rest
     assert plain.sum() > 100 or name in ("resting", "inelastic")
     if alone:
         assert got.words[plain].tolist() == towards_walls[plain].tolist()
@@ -118,10 +118,12 @@ def test_sensitivities_are_those_of_the_closed_form(name):
 
 @pytest.mark.parametrize("state", [(0.2, 0.1), (0.43, 0.26), (1.62, 4.993), (0, 1.0)])
 def test_impacts_and_tracks_are_those_of_the_closed_form(state):
-    got, expected = (system.impacts(state, 30) for system in BOTH["pair"])
-    assert [*got.wall, *got.mark] == [*expected.wall, *expected.mark]
+    got, expected = (system.impacts(state, 40) for system in BOTH["pair"])
+    first, second = ((found.speed > 1e-5) | (found.mark != "") for found in (got, expected))  # slower ones of chatter are summed
+    first, second = np.flatnonzero(first)[:25], np.flatnonzero(second)[:25]
+    assert [*got.wall[first], *got.mark[first]] == [*expected.wall[second], *expected.mark[second]]
     for field in ("time", "phase", "speed"):
-        assert getattr(got, field) == pytest.approx(getattr(expected, field), abs=1e-12)
+        assert getattr(got, field)[first] == pytest.approx(getattr(expected, field)[second], abs=1e-12)
     one, other = (track(system, state, 6, samples=9) for system in BOTH["pair"])
     assert one.displacement == pytest.approx(other.displacement, abs=1e-13)
     assert one.velocity == pytest.approx(other.velocity, abs=1e-13)
@@ -288,7 +290,7 @@ def test_without_heyoka_the_extra_is_named(monkeypatch):
 
     class Other(DuffingStop):
         def acceleration(self, t, place, velocity):
-            return -place / 3
+            return -sp.sin(place) / 3
 
     with pytest.raises(NsmapsError, match=r"needs heyoka, which is not installed; expected: pip install 'nsmaps\[ode\]'"):
         Other(c=0, a=1, b=1, f=1, w=1, d=1).first_return([[1.0, 1.0]])

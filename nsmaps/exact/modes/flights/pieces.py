@@ -1,5 +1,7 @@
 """Pieces of a Taylor flight: one step of heyoka each, at whose start the series of all features are known to rounding."""
 
+import math
+
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import step_by
 from nsmaps.exact.modes.flights.resolution import resolved
@@ -115,6 +117,16 @@ def taken(p, mode, max_length, w):
             return h
         h *= 0.5
     return 0.0
+
+
+@inner
+def runs_away(p, w):
+    """Whether a flight leaves the range of floats: the last terms of its series do, the first of the own states do not."""
+    first, last = 0.0, 0.0
+    for i in range(p.own):
+        first += abs(w.piece.series[i, 1]) + abs(w.piece.series[i, 2])
+        last += abs(w.piece.series[i, DEGREE])
+    return first < math.inf and not last < math.inf
 
 
 @inner

@@ -96,11 +96,12 @@ def further_sizes(p, mode, k, w):
     if k == 0:
         velocity(p, mode, w.z, w.field, w)
         h = exact_length(w.piece.series, 0, UNIT, p.horizon)
+        step = p.steps[mode]
         for j in range(len(w.piece.state)):
-            rate = size_of_rate(p, j, w) * h
-            for m in range(1, DEGREE + 1):
-                rate *= p.steps[mode] / h
-                w.e[m, j] = rate
+            w.e[1, j] = size_of_rate(p, j, w) * step
+            w.e[2, j] = max(w.e[1, j] * step / h, 0.5 * size_of_second_rate(p, j, w) * step * step)
+            for m in range(3, DEGREE + 1):
+                w.e[m, j] = w.e[m - 1, j] * step / h
     next_waves(p, mode, w.e, k, -1.0)
 
 
@@ -113,6 +114,18 @@ def size_of_rate(p, j, w):
     total = abs(w.piece.derived[j - own, own + 1]) * p.rate
     for i in range(own):
         total += abs(w.piece.derived[j - own, 1 + i]) * rates[i * (own + 3) + 1]
+    return total
+
+
+@inner
+def size_of_second_rate(p, j, w):
+    """The size of the terms of the second derivative of an own state by the time, by what the law of the rates has written."""
+    if j >= p.own:
+        return 0.0
+    own, rates, row = p.own, w.piece.rates, j * (p.own + 3)
+    total = abs(rates[row + own + 2]) * p.rate
+    for i in range(own):
+        total += abs(rates[row + 2 + i]) * rates[i * (own + 3) + 1]
     return total
 
 

@@ -4,13 +4,19 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.motion import begun_piece, flown
-from nsmaps.exact.modes.flights.pieces import bent, combined
+from nsmaps.exact.modes.flights.pieces import bent, combined, runs_away
+from nsmaps.exact.modes.flights.rounding import begin_growth, grown_over
 from nsmaps.exact.modes.flights.states import dot, shift, valued, velocity
-from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value
+from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value, with_rates
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, remaining, sized, weighed
 
 MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
+MOST_STEPS = 100_000  # of heyoka, of one flight
+CLOUDED_SHARE = 1e-10  # of the states: a flight whose rounding errors may have grown to more before its event is in doubt
+FAINT_SHARE = 3e-5  # of the rate of an event's function, which rounding errors of the place may change by more
+STEEP, STIFF, CLOUDED, FAINT = 1, 2, 3, 4  # why a Taylor flight is in doubt
+WHY = 2  # place of that in `Memory.doubt`
 NO_FUNCTION = -1
 NOW = -1  # in place of a number of terms that are zero: the event takes place at once
 
@@ -86,7 +92,8 @@ def sought_ahead(p, f, when, grown, w):
         return False, when, False
     clear, found, x = separated(w.a, number, guess, on, when, error, bent(w.a), w)
     if clear:
-        return found, x, False
+        error = ROUNDING * size_of(w.a, x) if on else error
+        return found, x, found and faint(w.a, x, error, w)
     return followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + blur(p, f, grown, w), when, w)
 
 
@@ -97,6 +104,13 @@ def formula_error(p, f, w):
     for r in range(len(derived)):
         total += abs(p.functions[f, p.own + r]) * derived[r, derived.shape[1] - 1]
     return ROUNDING * total
+
+
+@inner
+def faint(a, x, error, w):
+    """Whether an error of a function at its zero changes its rate there by more than a small share."""
+    _, rate, bend, _, _, _ = with_rates(a, x)
+    return error * abs(bend) > FAINT_SHARE * rate * rate and not in_doubt(FAINT, w)
 
 
 @inner
@@ -224,14 +238,19 @@ def fly(p, mode, phi, until, w):
 
     The features are those of the phase.
     """
-    flight, turns, doubtful, taylor = 0.0, 0, False, p.taylor[mode] != 0
-    for _ in range(MOST_PIECES):
-        grown = math.expm1(min(p.abscissa[mode] * flight, 700.0)) if p.abscissa[mode] > 0.0 else 0.0
+    flight, turns, doubtful, taylor, grown = 0.0, 0, False, p.taylor[mode] != 0, 0.0
+    if taylor:
+        begin_growth(p, w)
+    for _ in range(MOST_STEPS if taylor else MOST_PIECES):
+        if p.abscissa[mode] > 0.0:
+            grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
         unit = begun_piece(p, mode, until - flight, w)
         if unit == 0.0:
-            break
+            return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
         left = (until - flight) / unit
         which, tau, unsure = next_event(p, mode, taylor, grown, min(left, 1.0), w)
+        if taylor and which != NO_FUNCTION and grown * ROUNDING > CLOUDED_SHARE:
+            unsure = not in_doubt(CLOUDED, w)
         doubtful = doubtful or unsure
         if not math.isnan(w.near[0]):
             look_around(p, mode, tau, w)
@@ -241,6 +260,16 @@ def fly(p, mode, phi, until, w):
         w.spent[0] += 1
         if which != NO_FUNCTION or left <= 1.0 or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
+        if taylor:
+            grown = grown_over(p, unit, w)
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = w.on[f] if w.on[f] == TERMS else 0
+    in_doubt(STIFF, w)
     return NO_FUNCTION, flight, phi, turns, True
+
+
+@inner
+def in_doubt(why, w):
+    """Take note of why a flight is in doubt, if it is the first reason; always False."""
+    w.doubt[WHY] = why if w.doubt[WHY] == 0.0 else w.doubt[WHY]
+    return False

@@ -21,7 +21,7 @@ from nsmaps.exact.engine.returns import (
 from nsmaps.exact.modes.flights.motion import within_turn
 from nsmaps.exact.modes.flights.states import dot, features, shift, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, rates, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, saltation
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, WHY, fly, saltation
 from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
 from nsmaps.exact.modes.march.section import picked
 from nsmaps.exact.modes.march.starting import starting
@@ -61,7 +61,8 @@ def cleared(p, k, image, tangent, w):
             tangent[c, j] = math.nan
     margins = not math.isnan(w.near[0])
     w.held[1], w.row[0] = 0.0, 0
-    w.lapse[1], w.lapse[2], w.lapse[3], w.doubt[0], w.both[0] = 0.0, math.inf, 0.0, -1.0, NO_FUNCTION
+    w.lapse[1], w.lapse[2], w.lapse[3], w.both[0] = 0.0, math.inf, 0.0, NO_FUNCTION
+    w.doubt[0], w.doubt[WHY] = -1.0, 0.0
     w.scales[:] = 0.0
     w.idle[0], w.idle[1], w.idle[2], w.idle[3] = 0, NO_FUNCTION, NO_FUNCTION, 0
     if margins:

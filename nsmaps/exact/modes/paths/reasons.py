@@ -9,7 +9,8 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import returns
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.march.flight import NO_FUNCTION
+from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, NO_FUNCTION, STEEP, STIFF
+from nsmaps.exact.modes.march.flight import WHY as WHY_DOUBTED
 from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone
 from nsmaps.exact.modes.paths.ends import ENDS, end_of
 from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
@@ -108,7 +109,9 @@ def block_of_motion(definition: Definition, table: Tables, time: float, w: Memor
 
 def doubt_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guard it cannot be decided of, in which mode, and when."""
-    function = int(w.doubt[0])
+    function, why = int(w.doubt[0]), int(w.doubt[WHY_DOUBTED])
+    if why:
+        return DOUBTS[why]
     if function < 0:
         return Outcome.undecided.advice
     return (
@@ -144,6 +147,18 @@ def _guards(definition: Definition, table: Tables, function: int) -> str:
     names = dict.fromkeys(definition.transitions[k].name or "(a section behind, or a kink)" for k in np.asarray(ones).tolist())
     return " or ".join(map(repr, names))
 
+
+DOUBTS = {
+    FAINT: "Rounding errors of the states change the speed of an impact by more than 3e-5 of it: a graze within rounding. Impact "
+    "speeds far below those of the flight are better known of flights in closed form (`displacement`).",
+    CLOUDED: "A flight amplifies rounding errors until its states are not known to 1e-10 of their size: it is chaotic before its "
+    "event, and the image is one of many.",
+    STEEP: "At a state that a flight comes to, a rate is so steep that no Taylor series agrees with it, or it has no value, as the "
+    "root of a negative number or exp beyond the range of floats. Make the steep part wider, to 1e-12 of the range of its "
+    "argument or more, or restrict the starts.",
+    STIFF: "A flight takes more than 100,000 steps: the rates are stiff there, as where smoothed friction holds a body. Make the "
+    "steep part wider, or let the body stick by `rests` or `Sliding`.",
+}  #: why a Taylor flight is in doubt
 
 WHY = {
     Outcome.simultaneous: meeting_of,

@@ -46,6 +46,8 @@ class Piece(NamedTuple):
     inside: Any  #: shape (INTERVALS + 1, L), the same at instants of the step
     misfits: Any  #: shape (INTERVALS + 1, own), how far the rates there are from those of the series
     derived: Any  #: shape (n - own, own + P + 3), what the law of the derived states writes
+    growth: Any  #: shape (4, own, own), how errors grow: see `nsmaps.exact.modes.flights.rounding`
+    extent: Any  #: shape (own,), how large the states have been in the flight
 
 
 class Memory(NamedTuple):
@@ -71,7 +73,7 @@ class Memory(NamedTuple):
     #: time until impacts that were summed accumulate, share of the speed that each of them leaves
     start: Any  #: shape (2, N), rates of change of the features before and after the event at the start
     idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
-    doubt: Any  #: shape (2,), function of the first event that is doubtful, -1 without one, and the time until then
+    doubt: Any  #: shape (3,), function of the first doubtful event, -1 without one, time until then, and why a flight is in doubt
     scales: Any  #: shape (n,), the largest sizes of the states at events of the return so far
     spent: Any  #: shape (1,), pieces of flights so far
     new: Any  #: shape (n,)
@@ -141,6 +143,8 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
         inside=np.zeros((INTERVALS + 1, law)),
         misfits=np.zeros((INTERVALS + 1, own)),
         derived=np.zeros((n - own, own + count + 3)),
+        growth=np.zeros((4, max(own, 2), max(own, 2))),
+        extent=np.zeros(own),
     )
 
 
@@ -167,7 +171,7 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         lapse=np.zeros(5),
         start=np.zeros((2, width)),
         idle=np.zeros(4, np.int64),
-        doubt=np.array([-1.0, 0.0]),
+        doubt=np.array([-1.0, 0.0, 0.0]),
         scales=np.zeros(n),
         spent=np.zeros(1, np.int64),
         new=np.zeros(n),
