@@ -121,10 +121,10 @@ def taken(p, mode, max_length, w):
 
 @inner
 def runs_away(p, w):
-    """Whether a flight leaves the range of floats: the last terms of its series do, the first of the own states do not."""
+    """Whether a flight leaves the range of floats: the last terms of its series do, the first ones of own states do not."""
     first, last = 0.0, 0.0
-    for i in range(p.own):
-        first += abs(w.piece.series[i, 1]) + abs(w.piece.series[i, 2])
+    for i in range(len(w.piece.series)):
+        first += abs(w.piece.series[i, 1]) + abs(w.piece.series[i, 2]) if i < p.own else 0.0
         last += abs(w.piece.series[i, DEGREE])
     return first < math.inf and not last < math.inf
 

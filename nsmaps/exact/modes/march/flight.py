@@ -4,7 +4,7 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.motion import begun_piece, flown
-from nsmaps.exact.modes.flights.pieces import bent, combined, runs_away
+from nsmaps.exact.modes.flights.pieces import UNIT, bent, combined, runs_away
 from nsmaps.exact.modes.flights.rounding import begin_growth, grown_over
 from nsmaps.exact.modes.flights.states import dot, shift, valued, velocity
 from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value, with_rates
@@ -14,6 +14,7 @@ MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
 MOST_STEPS = 100_000  # of heyoka, of one flight
 CLOUDED_SHARE = 1e-10  # of the states: a flight whose rounding errors may have grown to more before its event is in doubt
+ERROR = 4.0 * UNIT  # of the states at the start of a flight: four standard deviations of rounding
 FAINT_SHARE = 3e-5  # of the rate of an event's function, which rounding errors of the place may change by more
 STEEP, STIFF, CLOUDED, FAINT = 1, 2, 3, 4  # why a Taylor flight is in doubt
 WHY = 2  # place of that in `Memory.doubt`
@@ -249,7 +250,7 @@ def fly(p, mode, phi, until, w):
             return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
         left = (until - flight) / unit
         which, tau, unsure = next_event(p, mode, taylor, grown, min(left, 1.0), w)
-        if taylor and which != NO_FUNCTION and grown * ROUNDING > CLOUDED_SHARE:
+        if taylor and which != NO_FUNCTION and grown * ERROR > CLOUDED_SHARE:
             unsure = not in_doubt(CLOUDED, w)
         doubtful = doubtful or unsure
         if not math.isnan(w.near[0]):

@@ -153,7 +153,7 @@ DOUBTS = {
     "speeds far below those of the flight are better known of flights in closed form (`displacement`).",
     CLOUDED: "A flight amplifies rounding errors until its states are not known to 1e-10 of their size: it is chaotic before its "
     "event, and the image is one of many.",
-    STEEP: "At a state that a flight comes to, a rate is so steep that no Taylor series agrees with it, or it has no value, as the "
+    STEEP: "At a state that a flight comes to, a rate is so steep that no Taylor series agrees with it, or has no value, as the "
     "root of a negative number or exp beyond the range of floats. Make the steep part wider, to 1e-12 of the range of its "
     "argument or more, or restrict the starts.",
     STIFF: "A flight takes more than 100,000 steps: the rates are stiff there, as where smoothed friction holds a body. Make the "
