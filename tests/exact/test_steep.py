@@ -141,6 +141,24 @@ def test_pulses_of_the_force_are_seen_by_a_ball_at_rest(width):
     assert found.lifted[0, 1] == pytest.approx(2 * np.pi + 1 - away, abs=1e-9)
 
 
+class Drag(Floor):
+    """Drag by the square of the speed, whose sign changes where the ball turns."""
+
+    def acceleration(self, t, place, velocity):
+        return -1 - self.eps * velocity * sp.Abs(velocity)
+
+
+def test_a_kink_of_the_force_divides_the_flight():
+    """The speed u becomes u/sqrt(1 + k u^2), in closed form, after the time arctan(su)/s + artanh(sw)/s with s^2 = k."""
+    k, speeds = 0.3, np.linspace(0.05, 4, 9)
+    found, u = Drag(eps=k).first_return(np.column_stack([speeds, speeds]), derivative=True), 0.8 * speeds
+    assert found.words.tolist() == ["BB"] * 9
+    down, s = u / np.sqrt(1 + k * u**2), np.sqrt(k)
+    assert found.image[:, 0] == pytest.approx(down, rel=1e-14)
+    assert found.time == pytest.approx(np.arctan(s * u) / s + np.arctanh(s * down) / s, rel=1e-14)
+    assert found.derivative[:, 0, 0] == pytest.approx(0.8 / (1 + k * u**2) ** 1.5, rel=1e-13)
+
+
 class Root(Floor):
     def acceleration(self, t, place, velocity):
         return -1 + sp.sqrt(PLACE - place) / 2
