@@ -207,7 +207,7 @@ def test_chaos_before_an_impact_is_undecided():
     long = returns.time > 100
     assert long.sum() > 15
     assert (returns.outcome[long] == Outcome.undecided).all()
-    assert (returns.outcome[returns.time < 30] == Outcome.returned).all()
+    assert (returns.outcome[returns.time < 28] == Outcome.returned).all()
 
 
 class Pressed(VIPair):

@@ -2,15 +2,17 @@
 
 import math
 
+from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import step_by
-from nsmaps.exact.modes.flights.resolution import resolved
+from nsmaps.exact.modes.flights.resolution import resolved, watched
 from nsmaps.exact.modes.tables.taylor import DEGREE, TERMS
 
 UNIT = 2.0**-53
 LEADING = 5  # first terms of a series with whose sizes the last ones are compared
 FAINT = 1e-13  # of its leading terms: what the last ones of a derivative may be
 TURNED = 1.3  # radians over which the series of a wave is exact to rounding, (UNIT 20!)^(1/20)
+HUGE = 1e10  # of a state: its power DEGREE + 1, as of the last terms, is near the end of the range of floats
 MOST_HALVINGS = 60  # of a step whose series is not the flight
 
 
@@ -51,14 +53,22 @@ def exact_length(series, first, share, max_length):
     """
     h = max_length
     for i in range(first, len(series)):
-        for m in range(DEGREE - 1, DEGREE + 1):
-            tail = abs(series[i, m])
-            if tail > 0.0:
-                size, power = 0.0, 1.0
-                for j in range(LEADING):
-                    size, power = max(size, abs(series[i, j]) * power), power * h
-                if not tail * h**m <= share * size:
-                    h = min(h, length_by(series[i], m, tail, share))
+        h = row_length(series, i, share, h)
+    return h
+
+
+@inner
+def row_length(series, i, share, max_length):
+    """As `exact_length`, of one row."""
+    h = max_length
+    for m in range(DEGREE - 1, DEGREE + 1):
+        tail = abs(series[i, m])
+        if tail > 0.0:
+            size, power = 0.0, 1.0
+            for j in range(LEADING):
+                size, power = max(size, abs(series[i, j]) * power), power * h
+            if not tail * h**m <= share * size:
+                h = min(h, length_by(series[i], m, tail, share))
     return h
 
 
@@ -104,7 +114,10 @@ def taken(p, mode, max_length, w):
     expand(p, mode, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2
     h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
-    h = exact_length(w.piece.series, 0, UNIT, h)
+    h = min(h, TWO_PI / p.rate) if p.rate > 0.0 else h
+    for i in range(len(w.piece.series)):
+        if i < p.own or watched(p, mode, i):
+            h = row_length(w.piece.series, i, UNIT, h)
     if w.dz.shape[1] > 0:
         vary(p, mode, w)
         h = exact_length(w.piece.variations, p.own, FAINT, h)
@@ -122,11 +135,12 @@ def taken(p, mode, max_length, w):
 @inner
 def runs_away(p, w):
     """Whether a flight leaves the range of floats: the last terms of its series do, the first ones of own states do not."""
-    first, last = 0.0, 0.0
+    first, last, largest = 0.0, 0.0, 0.0
     for i in range(len(w.piece.series)):
+        largest = max(largest, abs(w.piece.series[i, 0]))
         first += abs(w.piece.series[i, 1]) + abs(w.piece.series[i, 2]) if i < p.own else 0.0
         last += abs(w.piece.series[i, DEGREE])
-    return first < math.inf and not last < math.inf
+    return first < math.inf and not last < math.inf and largest > HUGE
 
 
 @inner

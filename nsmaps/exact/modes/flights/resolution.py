@@ -64,8 +64,17 @@ def look(p, mode, h, i, w):
 
 
 @inner
-def derived_fit(p, h, w):
-    """Whether the series of the derived states agree with their formulas at the end of the step, whose own states are written."""
+def watched(p, mode, i):
+    """Whether a function of a mode depends on a derived state; others are only computed at the ends of pieces."""
+    total = 0.0
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        total += abs(p.functions[f, i])
+    return total > 0.0
+
+
+@inner
+def derived_fit(p, mode, h, w):
+    """Whether the series of derived states that are watched are their formulas at the end of the step, where own states are written."""
     q, own = w.piece, p.own
     if p.derived == 0:
         return True
@@ -78,7 +87,8 @@ def derived_fit(p, h, w):
         for j in range(own):
             noise += abs(q.derived[r, 1 + j]) * q.spans[j]
         size = q.derived[r, q.derived.shape[1] - 1] + q.spans[own + r]
-        fit = fit and abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise
+        near = abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise
+        fit = fit and (near or not watched(p, mode, own + r))
     reset_by(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     return fit
 
@@ -128,7 +138,7 @@ def resolved(p, mode, h, w):
     first = 0 if steep > 0 else INTERVALS
     for i in range(first, INTERVALS + 1):
         look(p, mode, h, i, w)
-    if not derived_fit(p, h, w):
+    if not derived_fit(p, mode, h, w):
         return False
     for a in range(own):
         if not known(p, a, first, h, w):

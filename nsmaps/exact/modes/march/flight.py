@@ -95,7 +95,8 @@ def sought_ahead(p, f, when, grown, w):
     if clear:
         error = ROUNDING * size_of(w.a, x) if on else error
         return found, x, found and faint(w.a, x, error, w)
-    return followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + blur(p, f, grown, w), when, w)
+    found, x, unsure = followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + blur(p, f, grown, w), when, w)
+    return found, x, unsure or (found and not on and faint(w.a, x, error, w))
 
 
 @inner
