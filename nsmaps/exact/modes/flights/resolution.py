@@ -74,7 +74,7 @@ def watched(p, mode, i):
 
 @inner
 def derived_fit(p, mode, h, w):
-    """Whether the series of derived states that are watched are their formulas at the end of the step, where own states are written."""
+    """Whether the series of derived states watched are their formulas at the end of the step, where own states are known."""
     q, own = w.piece, p.own
     if p.derived == 0:
         return True
