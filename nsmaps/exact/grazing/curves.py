@@ -90,12 +90,13 @@ def _seeds(kernel: Kernel, frame: Frame, lines: int) -> dict[tuple[int, bool], F
     """Places next to grazing curves, by the kind of touch (impacts before it, upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
     for ends in _changes(kernel, frame, lines):
-        (gap, s, upper), hits, state = min((*itinerary_of(frame.p, *state, 0.0)[4:], tuple(state)) for state in ends)
-        if s > 0:
-            place = np.array([*state, s]) / frame.scale
-            point = Touch(frame, hits, upper).evaluate(place)
-            if point is not None and gap < NEAR * np.linalg.norm(point.jacobian[0]):
-                found.setdefault((hits, upper), []).append(place)
+        seen = [itinerary_of(frame.p, *state, 0.0)[1] for state in ends]
+        one, state = min(zip(seen, ends, strict=True), key=lambda pair: pair[0].gap)
+        if one.gap_time > 0:
+            place = np.array([*state, one.gap_time]) / frame.scale
+            point = Touch(frame, one.gap_flight, one.gap_up).evaluate(place)
+            if point is not None and one.gap < NEAR * np.linalg.norm(point.jacobian[0]):
+                found.setdefault((one.gap_flight, one.gap_up), []).append(place)
     return {kind: np.array(places) for kind, places in found.items()}
 
 
