@@ -125,12 +125,22 @@ class Inference:
         node.kind = getattr(self, f"_{type(node).__name__}")(node)  # type: ignore[attr-defined]
         return node.kind  # type: ignore[attr-defined]
 
-    def parts(self, nodes: Sequence[ast.expr]) -> list[Kind]:
-        """The kinds of expressions, those of a starred tuple one by one."""
+    def parts(self, nodes: list[ast.expr]) -> list[Kind]:
+        """The kinds of expressions, those of a starred tuple one by one; a part of a tuple is written as its entries."""
         found: list[Kind] = []
+        nodes[:] = [each for node in nodes for each in self.entries(node)]
         for node in nodes:
             found += self.kind(node.value) if isinstance(node, ast.Starred) else [self.kind(node)]
         return found
+
+    def entries(self, node: ast.expr) -> list[ast.expr]:
+        """The entries of a starred part of a tuple, or the expression itself."""
+        match node:
+            case ast.Starred(value=ast.Subscript(value=ast.Name(id=name), slice=ast.Slice(lower=low, upper=high))):
+                start, stop = (None if each is None else ast.literal_eval(each) for each in (low, high))
+                places = range(len(self.names[name][1]))[start:stop]
+                return [ast.Subscript(ast.Name(name, ast.Load()), ast.Constant(k), ast.Load()) for k in places]
+        return [node]
 
     def _Constant(self, node: ast.Constant) -> Kind:
         return type(node.value).__name__
@@ -166,7 +176,7 @@ class Inference:
             for each in indices(node.slice):
                 self.kind(each)
             return held.at(len(indices(node.slice)))
-        assert isinstance(node.slice, ast.Constant)
+        assert isinstance(node.slice, ast.Constant), ast.unparse(node)
         self.kind(node.slice)
         return held[node.slice.value]
 
