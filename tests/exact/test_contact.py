@@ -306,5 +306,5 @@ def test_a_direction_with_floats_that_cancel():
 def test_a_direction_that_changes_is_refused():
     turning = type("Turning", (Spun,), {"reset_spin": lambda self, y: y.w - y.w * y.v})
     turning.guards = lambda self, t, y: {"B": Guard("fly", y.x, reset={"v": -y.v / 2, "w": self.reset_spin(y)}, rests="plate")}
-    with pytest.raises(SystemDefinitionError, match=r"w changes by 2\*y\.w/3 at an impact .* free of states and time"):
+    with pytest.raises(SystemDefinitionError, match=r"w changes by 2\*y\.w/3 at an impact .* free of the states that it changes"):
         turning().first_return([[-1.0, 0.0]])

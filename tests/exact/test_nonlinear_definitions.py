@@ -204,6 +204,35 @@ def test_contact_presses_with_the_free_acceleration_at_the_stop() -> None:
     assert definition.smooth[definition.modes.index("stick")] == (b, 0)
 
 
+class Crane(HybridSystem):
+    """A heavy cart that is pushed to a wall at x = 0, from which it returns, and a light pendulum on it."""
+
+    push: float = 0.7
+    states = ("x", "v", "a", "b")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"free": {"x": y.v, "v": -self.push, "a": y.b, "b": self.push * sp.cos(y.a) - sp.sin(y.a)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        hit = 3 * y.v / 2
+        return {
+            "I": Guard("free", y.x, reset={"v": y.v - hit, "b": y.b + hit * sp.cos(y.a)}, rests="still"),
+            "S": Guard(("free", "still"), y.a),
+        }
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("S", ("x", "v", "b"))
+
+
+def test_a_body_at_rest_on_a_wall_takes_what_hangs_on_it_along_its_own_direction() -> None:
+    definition = definition_of(Crane())
+    _, v, a, b = definition.variables
+    still = dict(zip(definition.modes, definition.smooth, strict=True))["still"]
+    assert [sp.expand(rate) for rate in still] == [v, 0, b, -sp.sin(a)]
+    rests = [dict(one.curved) for one in definition.transitions if one.begins]
+    assert rests == [{3: b + v * sp.cos(a)}] * len(rests) != []
+
+
 def test_sliding_holds_the_surface_at_filippovs_rates() -> None:
     definition, values = read(Belt())
     stick = dict(zip(definition.modes, definition.smooth, strict=True))["stick"]

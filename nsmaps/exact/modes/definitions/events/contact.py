@@ -15,7 +15,7 @@ from nsmaps.exact.flows.ways import FRICTION
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
-from nsmaps.exact.modes.definitions.rows import Row
+from nsmaps.exact.modes.definitions.rows import Row, row_of
 from nsmaps.exact.systems.guards import Guard
 
 
@@ -35,7 +35,7 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     """The contact at a guard.
 
     Raises:
-        SystemDefinitionError: its event is not an impact in one mode, or it has no direction that is free of the states.
+        SystemDefinitionError: its event is not an impact in one mode, or its direction depends on states that it changes.
     """
     what = f"{reader.name}.guards: {name!r} with rests={guard.rests!r}"
     free = guard.watched[0]
@@ -59,18 +59,25 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
     _check_impact(reader, what, gap, speed, jumps)
     whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))
-    direction = [
-        _fixed(reader, sp.simplify(jump / whole), f"{what}: {state}") for state, jump in zip(reader.states, jumps, strict=True)
-    ]
-    held = tuple(one + lift.scaled(-q) for one, q in zip(rates[free], direction, strict=True))
-    still = tuple(reader.same(state) + speed.scaled(-q) for state, q in zip(reader.states, direction, strict=True))
+    changed = {y for y, jump in zip(variables, jumps, strict=True) if jump != 0}
+    names = zip(reader.states, jumps, strict=True)
+    direction = [_fixed(sp.simplify(jump / whole), changed, f"{what}: {state}") for state, jump in names]
+    held = tuple(_along(one, lift, -q, variables) for one, q in zip(rates[free], direction, strict=True))
+    still = tuple(_along(reader.same(state), speed, -q, variables) for state, q in zip(reader.states, direction, strict=True))
     states = tuple(row.at(still) for row in on_surface(reader, gap, what))
     return Contact(free, gap, speed, lift, tuple(row.at(tuple(map(reader.same, reader.states))) for row in held), states)
 
 
-def _fixed(reader: Reader, share: sp.Expr, what: str) -> sp.Expr:
-    """A component of the direction of an impact, free of states and time, also where these cancel in floats alone."""
-    moving = share.free_symbols & {PHI, *reader.states.values()}
+def _along(row: Row, other: Row, factor: sp.Expr, variables: tuple[sp.Symbol, ...]) -> Row:
+    """A row plus another one times a factor, which may depend on states and time."""
+    if factor.has(PHI, *variables):
+        return row_of(row.of(variables) + factor * other.of(variables), variables)
+    return row + other.scaled(factor)
+
+
+def _fixed(share: sp.Expr, changed: set[sp.Symbol], what: str) -> sp.Expr:
+    """A component of the direction of an impact, free of the states that it changes, also where these cancel in floats alone."""
+    moving = share.free_symbols & changed
     if not moving:
         return share
     values = [share.subs({x: value for x, value in at.items() if x in moving}) for at in trials(share)]
@@ -78,7 +85,7 @@ def _fixed(reader: Reader, share: sp.Expr, what: str) -> sp.Expr:
     if not all(abs(x - first) <= NEAR * (1 + abs(first)) for first, *others in numbers for x in others):
         raise SystemDefinitionError(
             f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a "
-            "direction of the impact that is free of states and time"
+            "direction of the impact that is free of the states that it changes"
         )
     return values[0]
 
