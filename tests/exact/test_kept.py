@@ -227,7 +227,7 @@ def pipeline(folder: Path, text: str) -> str:
     [
         ('linkage = "linkonce_odr"', 'linkage = "internal"'),
         ("library = Part\n", "library = Entry\n"),
-        ("LiteralUnroll, NopythonRewrites)", "LiteralUnroll)"),
+        ("not in UNUSED", "in UNUSED"),
         ("self._optimize_final_module()", "pass"),
         ("types.unliteral", "types.literal"),
     ],

@@ -14,26 +14,32 @@ from contextlib import contextmanager
 from functools import lru_cache, wraps
 from hashlib import sha256
 from inspect import get_annotations
+from pathlib import Path
 from time import perf_counter
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
+from warnings import warn
 
 import llvmlite
 import numba
 import numpy as np
-from numba.core.caching import _Cache
-from numba.core.compiler import CompileResult
-from numba.core.registry import CPUDispatcher
-from numba.core.runtime import rtsys
-from numba.core.serialize import dumps
 
-from nsmaps.exact.compiling import libraries, linked
+from nsmaps.exact.compiling import internals, libraries, linked
+from nsmaps.exact.compiling.internals import Cache, CompileResult, dumps, rtsys
 from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
 from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler, NamedCompiler, PartCompiler, unspecialised
 from nsmaps.exact.compiling.linked import versions
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
+PUBLIC = ("nogil", "error_model", "fastmath", "forceinline")  #: options of `numba.njit` that functions of the engine have
+Dispatcher = type(numba.njit(lambda: None)) if internals.absent else internals.Dispatcher  #: of compiled functions
+if internals.absent:
+    warn(
+        f"numba {numba.__version__} lacks {', '.join(internals.absent)}; functions are compiled by it alone, which takes longer",
+        RuntimeWarning,
+        stacklevel=2,
+    )
 missing: list[Callable[[], None]] = []  #: called when code is to be compiled
 FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages that their versions identify
 
@@ -42,20 +48,32 @@ def njit(**options: Any) -> Any:
     """`numba.njit`; a function with `cache=True` is stored in the folder of compiled code.
 
     A function with `part=True` is a part of the entries that call it, one with `part=False` is an entry, with `long=True` one
-    of much code: see `libraries.py`.
+    of much code: see `libraries.py`. Where numba lacks what that needs, all are functions of `numba.njit` alone.
     """
+    if internals.absent:
+        return _plain(options)
     cache, part, long = options.pop("cache", False), options.pop("part", None), options.pop("long", False)
     entry = LongEntryCompiler if long else EntryCompiler
     options["pipeline_class"] = NamedCompiler if part is None else PartCompiler if part else entry
 
     def wrapper(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
-        if part is not None and isinstance(dispatcher, CPUDispatcher):
+        if part is not None and isinstance(dispatcher, Dispatcher):
             unspecialised(dispatcher)
-        if cache and isinstance(dispatcher, CPUDispatcher):
+        if cache and isinstance(dispatcher, Dispatcher):
             dispatcher._cache = _Kept(dispatcher)
             dispatcher._compiler.compile = _or_released(dispatcher._compiler.compile)
         return dispatcher
+
+    return wrapper
+
+
+def _plain(options: dict[str, Any]) -> Any:
+    """The decorator of numba itself, with its own cache for functions of files."""
+    known = {name: value for name, value in options.items() if name in PUBLIC}
+
+    def wrapper(function: Any) -> Any:
+        return numba.njit(**known, cache=options.get("cache", False) and Path(function.__code__.co_filename).exists())(function)
 
     return wrapper
 
@@ -107,17 +125,17 @@ def compilers() -> tuple[str, ...]:
 
 def settings() -> tuple[str, ...]:
     """The settings of numba that change the code, and how functions are put together."""
-    return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), code_of_module(libraries))
+    return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), *map(code_of_module, (libraries, internals)))
 
 
 @lru_cache(maxsize=4096)
 def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
     """The text of one function's code, options and constants, and the functions to which it refers."""
-    plain, options = (function.py_func, function.targetoptions) if isinstance(function, CPUDispatcher) else (function, {})
+    plain, options = (function.py_func, function.targetoptions) if isinstance(function, Dispatcher) else (function, {})
     cells = [cell.cell_contents for cell in plain.__closure__ or ()]
     referred = {name: plain.__globals__[name] for name in _names(plain.__code__) if name in plain.__globals__}
     values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
-    kind = function._compiler.pipeline_class.__name__ if isinstance(function, CPUDispatcher) else ""
+    kind = "" if internals.absent or not isinstance(function, Dispatcher) else function._compiler.pipeline_class.__name__
     options = [kind, *sorted(options.items())]
     texts = [plain.__qualname__, repr(options), *_texts(plain.__code__), *referred, *map(_identified, values)]
     return "\1".join(texts), tuple(value for value in values if _is_ours(value))
@@ -142,7 +160,7 @@ def _is_ours(value: Any) -> bool:
     """True if a value is a function whose code enters the digest too."""
     if isinstance(value, FunctionType):
         return (value.__module__ or "").split(".")[0] not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
-    return isinstance(value, CPUDispatcher)
+    return isinstance(value, Dispatcher)
 
 
 def _identified(value: Any) -> str:
@@ -164,7 +182,7 @@ def _identified(value: Any) -> str:
     return f"{type(value).__module__}.{type(value).__qualname__}"
 
 
-class _Kept(_Cache):  # type: ignore[misc]
+class _Kept(Cache):  # type: ignore[misc]
     """The compiled forms of one function, one file each, in place of numba's cache, which has no public extension point."""
 
     def __init__(self, function: Any) -> None:

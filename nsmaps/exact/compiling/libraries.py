@@ -12,17 +12,11 @@ from typing import Any
 from uuid import uuid4
 
 import llvmlite.binding as llvm
-from numba.core import config, types
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, Flags
-from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
-from numba.core.environment import lookup_environment
-from numba.core.typed_passes import InlineOverloads, NopythonRewrites
-from numba.core.untyped_passes import InlineClosureLikes, InlineInlinables, LiteralUnroll, WithLifting
+from numba import config, types
+
+from nsmaps.exact.compiling.internals import UNUSED, Compiler, Flags, FunctionCompiler, Library, lookup_environment
 
 ENVIRONMENT = "_ZN08NumbaEnv"  #: what begins the names under which numba's code finds its Python objects
-#: passes of numba for what parts do not contain: closures, overloads to be inlined, loops over types, expressions of arrays
-UNUSED = (WithLifting, InlineClosureLikes, InlineInlinables, InlineOverloads, LiteralUnroll, NopythonRewrites)
 PROCESS = uuid4().hex  #: of this process and those that are forked from it
 
 
@@ -39,7 +33,7 @@ class _WithoutCode:
         """Nothing: no machine code reads the environment."""
 
 
-class Part(JITCodeLibrary):  # type: ignore[misc]
+class Part(Library):  # type: ignore[misc]
     """A function as it was lowered, without machine code."""
 
     @property
@@ -69,7 +63,7 @@ class Part(JITCodeLibrary):  # type: ignore[misc]
         return module
 
 
-class Entry(JITCodeLibrary):  # type: ignore[misc]
+class Entry(Library):  # type: ignore[misc]
     """A function that Python calls, with all parts that it reaches."""
 
     linked: bytes | None = None  #: with all parts, before it is optimised
@@ -154,7 +148,7 @@ class NamedCompiler(Compiler):  # type: ignore[misc]
     both are called by a third, LLVM would take them for the same.
     """
 
-    library: type[JITCodeLibrary] = JITCodeLibrary
+    library: type[Library] = Library
 
     def define_pipelines(self) -> Any:
         """The passes of numba."""
@@ -210,13 +204,13 @@ class Options(Flags):  # type: ignore[misc]
 HASH = hash(Flags())
 
 
-class Unspecialised(_FunctionCompiler):  # type: ignore[misc]
+class Unspecialised(FunctionCompiler):  # type: ignore[misc]
     """Compiles a function once for all constants that it may be called with, which numba takes for types of their own."""
 
     def fold_argument_types(self, args: Any, kws: Any) -> Any:
         """The signature and the types of the arguments."""
         signature, found = super().fold_argument_types(args, kws)
-        return signature, tuple(map(types.unliteral, found))  # type: ignore[attr-defined]
+        return signature, tuple(map(types.unliteral, found))
 
     def _customize_flags(self, flags: Flags) -> Options:
         return Options(flags)

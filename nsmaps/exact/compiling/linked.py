@@ -14,7 +14,8 @@ import llvmlite
 import llvmlite.binding as llvm
 import numba
 import numpy as np
-from numba.core.serialize import dumps
+
+from nsmaps.exact.compiling.internals import dumps
 
 FOLDER = Path(__file__).with_name("entries")
 written_to: Path | None = None  #: where entries are written as they are compiled, if anywhere
