@@ -26,14 +26,18 @@ KEPT = 8  #: programs of one function, of as many courses that it took
 ONE_AT_A_TIME = RLock()  #: python-flint and mpmath have one precision for all threads
 ZERO, ONE = 0, 1  #: places of these constants in every program
 
-Step = tuple[Callable[..., acb], tuple[int, ...], int]  #: an operation, the places of its arguments, that of its result
+Step = tuple[Callable[..., acb], int, int | None, int]  #: an operation, the places of one argument or two, that of its result
 
 
 @contextmanager
 def many_digits() -> Iterator[None]:
     """Computations of this thread alone, in `DIGITS` digits."""
-    with ONE_AT_A_TIME, ctx.workdps(DIGITS):
-        yield
+    with ONE_AT_A_TIME:
+        before, ctx.dps = ctx.prec, DIGITS
+        try:
+            yield
+        finally:
+            ctx.prec = before
 
 
 def rounded(x: arb) -> float:
@@ -126,8 +130,8 @@ class Program:
         found[2 : 2 + len(values)] = map(acb, values)
         for function, place in self.others:
             found[place] = in_mpmath(function, values)
-        for operation, places, place in self.steps:
-            found[place] = operation(*[found[k] for k in places])
+        for operation, i, j, place in self.steps:
+            found[place] = operation(found[i]) if j is None else operation(found[i], found[j])
         alike = all(function(*[found[k] for k in places]) == outcome for (function, places), outcome in self.checks.items())
         return found if alike else None
 
@@ -146,7 +150,7 @@ class Program:
             constant = all(self.constant[k] for k in places)
             place = self._new(operation(*[self.values[k] for k in places]), constant)
             self.known[operation, places] = place
-            self.steps += [] if constant else [(operation, places, place)]
+            self.steps += [] if constant else [(operation, places[0], places[1] if places[1:] else None, place)]
         return Number(self, self.known[operation, places])
 
     def _new(self, value: acb, constant: bool) -> int:
