@@ -12,7 +12,6 @@ LATER = (
     "batches.py",
     "compiling",
     "enclosure",
-    "flows",
     "grazing",
     "kernel.py",
     "modes",

@@ -20,6 +20,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 
 DIGITS = 60  #: of these computations
+LAST = 10.0**-DIGITS  #: the relative error of numbers of mpmath
 SPARE = 10  #: digits that mpmath may lose in a function that python-flint does not have
 FLOATS = 1e-13  #: relative error of floats in formulas, after arithmetic in sympy
 KEPT = 8  #: programs of one function, of as many courses that it took
@@ -150,7 +151,8 @@ class Program:
             constant = all(self.constant[k] for k in places)
             place = self._new(operation(*[self.values[k] for k in places]), constant)
             self.known[operation, places] = place
-            self.steps += [] if constant else [(operation, places[0], places[1] if places[1:] else None, place)]
+            first, *second = places
+            self.steps += [] if constant else [(operation, first, next(iter(second), None), place)]
         return Number(self, self.known[operation, places])
 
     def _new(self, value: acb, constant: bool) -> int:
@@ -183,7 +185,8 @@ class Program:
             base, exponent = map(self.number, expr.args)
             return (base.of(ROOTS[expr.exp]) if expr.exp in ROOTS else self.step(operator.pow, base, exponent)).place
         if expr.func in FUNCTIONS:
-            return self.number(expr.args[0]).of(FUNCTIONS[expr.func]).place
+            (argument,) = expr.args
+            return self.number(argument).of(FUNCTIONS[expr.func]).place
         function = sp.lambdify(self.symbols, expr, "mpmath")
         place = self._new(in_mpmath(function, self.given), not expr.free_symbols)
         self.others += [(function, place)] if expr.free_symbols else []
@@ -193,7 +196,7 @@ class Program:
 def in_mpmath(function: Callable[..., Any], values: Sequence[float]) -> acb:
     """A function of mpmath at values of the parameters, as a ball."""
     with mp.workdps(DIGITS + SPARE):
-        return acb(mp.mpmathify(function(*map(mp.mpf, values)))) * acb(arb(1, 10.0**-DIGITS))
+        return acb(mp.mpmathify(function(*map(mp.mpf, values)))) * acb(arb(1, LAST))
 
 
 def _inverse(x: acb) -> acb:

@@ -79,7 +79,8 @@ class Decomposition:
         if expr.is_Pow and expr.exp.is_Integer and expr.exp > 0:
             return self._multiplied([self.expanded(expr.base)] * int(expr.exp), expr)
         if expr.func in WAVES or expr.func in GROWTHS:
-            return self._exponential(expr, self.expanded(expr.args[0]))
+            (argument,) = expr.args
+            return self._exponential(expr, self.expanded(argument))
         raise SystemDefinitionError(
             f"{shown(expr)} cannot be followed in time; expected: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear "
             "in hit.z and hit.w"
@@ -96,8 +97,8 @@ class Decomposition:
         return total
 
     def _multiplied(self, parts: list[Sum], expr: sp.Expr) -> Sum:
-        total = parts[0]
-        for part in parts[1:]:
+        total, *others = parts
+        for part in others:
             product = Sum()
             for a, x in total.items():
                 for b, y in part.items():

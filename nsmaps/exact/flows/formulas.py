@@ -121,7 +121,8 @@ def check_form(expr: sp.Expr) -> None:
     if expr == S or not expr.has(S):
         return
     if isinstance(expr, (sp.sin, sp.cos, sp.exp, sp.sinh, sp.cosh)):
-        k = sp.diff(expr.args[0], S)
+        (argument,) = expr.args
+        k = sp.diff(argument, S)
         if k.has(S) and sp.simplify(k).has(S):
             raise SystemDefinitionError(f"{expr} has an argument that is not linear in time; expected: A + k t")
     elif expr.is_Add or expr.is_Mul or (expr.is_Pow and expr.exp.is_Integer and expr.exp > 0):

@@ -17,6 +17,7 @@ from nsmaps.exact.flows.exponentials import Sum
 CANCELS = 0.1  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
 NEAR = 0.1  #: and if their rates differ by less than this share
 SLOW = 0.02  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
+VELOCITY = 2  #: its place among the features
 ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
 GROWTH, DECAY = 1.0, 10.0  #: of the exponents of the fastest rate: the reach of bounds on flights that grow, and on others
 
@@ -44,14 +45,15 @@ def rates_and_powers(program: Program, total: Sum, harmonics: int) -> tuple[list
     powers, plain, chains = list[Row](), list[Rate](), list[Rate]()
     for place, found in coefficients(program, total, harmonics).items():
         rows, rate = [scaled(program.number(math.factorial(n)), row) for n, row in enumerate(found)], Number(program, place)
+        first, *higher = rows
         if not place:
             powers = rows[2:]
-        elif len(rows) > 1:
-            chains += [Rate(rate, row, n, linked=n < len(rows) - 1) for n, row in enumerate(rows)]
+        elif higher:
+            chains += [Rate(rate, row, n, linked=n < len(higher)) for n, row in enumerate(rows)]
         elif program.decide(is_slow, rate):
-            chains += slow_wave(rate, rows[0])
+            chains += slow_wave(rate, first)
         else:
-            plain.append(Rate(rate, rows[0]))
+            plain.append(Rate(rate, first))
     return [*paired(program, plain), *chains], powers
 
 
@@ -140,9 +142,8 @@ def cancelling(program: Program, one: Rate, other: Rate) -> bool:
 
 def rows_at_start(program: Program, rates: list[Rate], powers: list[Row], count: int) -> list[Row]:
     """Acceleration, jerk, snap and crackle at the start by the features, with the contribution of the velocity itself."""
-    rows = []
-    for order in ORDERS:
-        row = powers[order - 2] if order - 2 < len(powers) else [program.number(0)] * count
+    rows, none = [], [program.number(0)] * count
+    for order, row in zip(ORDERS, [*powers, *[none] * len(ORDERS)], strict=False):
         for one, before in zip(rates, [None, *rates], strict=False):
             value = at_zero(program, one, before, order)
             row = [x + value * c for x, c in zip(row, one.coefficients, strict=True)]
@@ -156,8 +157,8 @@ def at_zero(program: Program, one: Rate, before: Rate | None, order: int) -> Num
         share = math.comb(order, one.power)
         return program.number(share) * power(one.rate, order - one.power) if share else program.number(0)
     assert before is not None
-    terms = [power(one.rate, k) * power(before.rate, order - 1 - k) for k in range(order)]
-    return sum(terms[1:], start=terms[0])
+    first, *others = (power(one.rate, k) * power(before.rate, order - 1 - k) for k in range(order))
+    return sum(others, start=first)
 
 
 def power(x: Number, n: int) -> Number:
@@ -183,12 +184,12 @@ def table_of_flight(program: Program, total: Sum, parameters: int) -> tuple[list
         list(chain(*rows_at_start(program, rates, powers, count))),
     ]
     begins = at.HEAD + np.cumsum([0, *map(len, entries)])
-    table, numbers = np.zeros(int(begins[-1]) + parameters + 1), list(chain(*entries))
+    table, numbers = np.zeros(at.HEAD + sum(map(len, entries)) + parameters + 1), list(chain(*entries))
     growing = any(program.decide(grows, one.rate) for one in rates)
     local = growing or len(powers) > 1 or simple < len(rates)
     table[at.HARMONICS : at.WIDE + 1] = harmonics, len(powers), simple, len(rates) - simple, local, 0, not local
     table[at.AT_POWERS : at.AT_PARAMETERS + 1] = begins
-    table[at.DAMPED] = any(not program.decide(is_zero, row[2]) for row in [*powers, *(one.coefficients for one in rates)])
+    table[at.DAMPED] = any(not program.decide(is_zero, row[VELOCITY]) for row in [*powers, *(one.coefficients for one in rates)])
     table[at.FLIGHT_SIZE] = at.POLYNOMIAL + len(powers) + 2 * len(rates) + 1
     sizes = [one.rate if growing else one.rate.of(size) for one in rates]
     return numbers + sizes, (table, len(numbers), GROWTH if growing else DECAY)

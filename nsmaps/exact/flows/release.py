@@ -26,7 +26,9 @@ def release_rates(system: ImpactFormulas, phases: Floats, rates: Mapping[str, fl
 @lru_cache(maxsize=64)
 def _slopes(formulas: Formulas) -> Callable[..., Any]:
     """The derivatives of that acceleration by the phase and by each parameter, at a phase and the parameters."""
-    at, turning = formulas.numbers[0 if formulas.sides[2] else 1], formulas.numbers[2]
+    top, bottom, turning, _ = formulas.numbers
+    _, _, base_is_upper = formulas.sides
+    at = top if base_is_upper else bottom
     if formulas.acceleration is None:
         held = sp.diff(formulas.displacement, S, 2).subs({S: 0, Z: at, W: 0})
     else:

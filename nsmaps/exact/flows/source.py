@@ -148,8 +148,8 @@ def _check_table(table: Any) -> None:
             "(-1 stops falling displacement, +1 growing)"
         )
     letters = list(table)
-    if not all(isinstance(name, str) and name and name[0] not in "~_." for name in letters) or (
-        len({name[0] for name in letters}) < len(letters)
+    if not all(isinstance(name, str) and name and name[:1] not in ("~", "_", ".") for name in letters) or (
+        len({name[:1] for name in letters}) < len(letters)
     ):
         raise SystemDefinitionError(f"names its walls {letters}; expected: different first letters, none of them ~ _ .")
 

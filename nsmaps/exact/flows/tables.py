@@ -73,10 +73,11 @@ class Formulas:
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
         table = _flight(self, tuple(x if flown else 0.0 for x, flown in zip(values, self.flown, strict=True))).copy()
-        numbers = self.scalars.floats(values)[0]
+        numbers, _ = self.scalars.floats(values)
         begin = int(table[at.AT_PARAMETERS])
         table[begin : begin + len(values)] = values
-        table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON, at.RESTITUTION, at.RESTITUTION + 1]] = numbers
+        table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON]] = numbers[:4]
+        table[at.RESTITUTION : at.LAW] = numbers[4:]
         table[[at.HAS_UP, at.HAS_DOWN, at.BASE_UP]] = self.sides
         for place, law in self.curved:
             table[place] = law_address(law, V, self.symbols)
@@ -175,5 +176,6 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     laws.reverse()  # the lower wall first
     check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
     numbers = [*places, 2 * sp.pi / period, periods_of(symbolic) * period]
-    known, order = tuple(symbols.values()), (1 in sides, -1 in sides, sides[0] == 1)
+    base, *_ = sides
+    known, order = tuple(symbols.values()), (1 in sides, -1 in sides, base == 1)
     return Formulas(known, given, numbers, laws, order, acceleration)
