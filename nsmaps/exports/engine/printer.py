@@ -148,7 +148,7 @@ class Printer(Functions):
             return self.value(node.value)
         if not isinstance(record, Record):
             return None
-        assert not record.dropped, f"{record.name}.{node.attr} is read"
+        assert not record.dropped, f"{record.name}.{node.attr} is read in {self.function.name}"
         if not isinstance(node.kind, Record):
             self.fields.setdefault(record.name, {})[node.attr] = node.kind
         if not record.fixed and node.attr in record.constant:
