@@ -108,6 +108,13 @@ def accumulation(u, v, press, jerk, snap):
 
 
 @inlined
+def ends_chatter(u, v, press, jerk, snap):
+    """True if impacts of speeds v, u, ... can be summed, with a result that is exact to rounding."""
+    _, exact = accumulation(u, v, press, jerk, snap)
+    return exact
+
+
+@inlined
 def summed(p, up, v, chatter, press):
     """True if chatter that begins with an impact of speed v may be summed: always on the other wall, and on the base wall from
     `chatter` on, as a share of the speed that the acceleration into the wall gives in a radian of the forcing.

@@ -6,7 +6,7 @@ A gap y has the rates u, b, j, its first to third derivative by the time; `jerk`
 import math
 from typing import NamedTuple
 
-from nsmaps.exact.engine.constants import BRACKET, FAR, LATEST, OVER_24, OVER_120, ROUNDING, SIXTH, THIRD
+from nsmaps.exact.engine.constants import BRACKET, FAR, FOURTH, LATEST, OVER_24, OVER_120, ROUNDING, SIXTH, THIRD, THREE
 from nsmaps.exact.engine.jit import inlined
 
 
@@ -27,13 +27,13 @@ def first_step(u, b, j, jerk, snap):
 
     The known root at zero is divided out: gap/h >= u + b h/2 - m h^2/6, with m >= -(the jerk over the step).
     """
-    m = min(max(snap * (-2.0 * u / b) / 4 - j, 0.0), jerk) if b < 0.0 else jerk
-    root = math.sqrt(b * b / 4 + 2.0 * m * u * THIRD)
+    m = min(max(snap * (-2.0 * u / b) * FOURTH - j, 0.0), jerk) if b < 0.0 else jerk
+    root = math.sqrt(b * b * FOURTH + 2.0 * m * u * THIRD)
     if b < 0.0:
         return 2.0 * u / (root - b * 0.5)
     if jerk == 0.0:
         return FAR
-    far = 3 * (b * 0.5 + root) / jerk
+    far = THREE * (b * 0.5 + root) / jerk
     return max(far, 2.0 * j / snap) if snap > 0.0 else far
 
 
@@ -53,7 +53,7 @@ def safe_step(y, u, b, j, jerk, snap):
     Within h <= reach the gap is at least y + u h + (b - m reach/3) h^2/2, m = max(snap reach/4 - j, 0) or the bound on jerk.
     """
     reach, step = quadratic_root(y, u, b), 0.0
-    m = min(max(snap * reach / 4 - j, 0.0), jerk)
+    m = min(max(snap * reach * FOURTH - j, 0.0), jerk)
     if not reach < math.inf:  # the wall recedes, or the gap has a minimum before it closes: b > 0, or y and b vanish together
         if jerk == 0.0:
             return FAR
@@ -61,7 +61,7 @@ def safe_step(y, u, b, j, jerk, snap):
         turn = min(u, 0.0) * -2.0 / (b + root) if b + root > 0.0 else 0.0
         if b * b + 2.0 * jerk * u >= 0.0 and y + turn * (u + turn * (b * 0.5 - turn * jerk * SIXTH)) > 0.0:
             step = (b + root) / jerk  # after the minimum of the lower cubic it rises until here
-        reach, m, cube = 3 * b / jerk, jerk, 6 * y / jerk
+        reach, m, cube = THREE * b / jerk, jerk, 6 * y / jerk
         if cube >= reach * reach * reach:  # an estimate of the root of h^3 = reach h^2 + cube: any reach is valid
             root = math.sqrt(math.sqrt(cube))
             reach += root * math.sqrt(math.sqrt(root))
@@ -83,7 +83,7 @@ def closes(gap, u, b, j, jerk, snap):
     """
     x = 2.0 * gap / (math.sqrt(max(u * u - 2.0 * gap * b, 0.0)) - u) if u < 0.0 else 0.0
     far = LATEST * x
-    highest = gap + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far / 4) * SIXTH))
+    highest = gap + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH))
     fastest = u + far * (b + far * max(min(jerk, j + snap * far * THIRD), 0.0) * 0.5)
     return u < 0.0 and highest < 0.0 and fastest < 0.0, x
 
@@ -100,7 +100,7 @@ def certain_return(u, b, j, jerk, snap):
     """As `approach`, for the wall just left with acceleration b < 0 towards it: certain if the gap is concave throughout."""
     x = -2.0 * u / b
     far = BRACKET * x
-    highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far / 4) * SIXTH)
+    highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH)
     bend = max(min(jerk, j + snap * far * 0.5), 0.0)
     return x > 0.0 and highest < 0.0 and b + far * bend < 0.0, x
 

@@ -28,7 +28,7 @@ from nsmaps.exact.engine.flight.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.jit import allocating, entry, inner
 from nsmaps.exact.engine.march import doubtful, gap_ahead, rooms, wall_gap
 from nsmaps.exact.engine.observers import BASE, OTHER, Arrival, FirstReturn, base_of, first_return, put, saltation
-from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, accumulation, spell, summed, turned
+from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, ends_chatter, spell, summed, turned
 from nsmaps.exact.engine.steps import careful_step, converged, departure, surely_reached, taylor_root
 
 FEW = 16  # fewer returns than this are not computed in a block
@@ -50,9 +50,8 @@ def launch(p, t, n, up, chatter):
         gap = wall_gap(up, 0.0, 0.0, (0.0, w, a, j, q, r))
         press = -gap.acceleration
         odd = t[AT.needs_scalar + k] > 0.0 or not u >= NO_SPEED
-        if press > 0.0 and summed(p, up, v, chatter, press) and u < v:
-            _, summable = accumulation(u, v, press, t[AT.jerk + k], t[AT.snap + k])
-            odd = odd or summable
+        jerk, snap = t[AT.jerk + k], t[AT.snap + k]
+        odd = odd or (press > 0.0 and summed(p, up, v, chatter, press) and u < v and ends_chatter(u, v, press, jerk, snap))
         surely, h = departure(two, gap, room_up + room_down, t[AT.jerk + k], t[AT.snap + k])
         write_gap(t, k, gap)
         t[AT.now + k], t[AT.ahead + k], t[AT.to_up + k] = 0.0, h, 1.0 if up else 0.0

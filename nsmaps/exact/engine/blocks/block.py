@@ -21,7 +21,7 @@ from nsmaps.exact.engine.flight.layout import (
     SINE,
     VELOCITY,
 )
-from nsmaps.exact.engine.flight.motion import Motion, pair, plus
+from nsmaps.exact.engine.flight.motion import Motion, pair
 from nsmaps.exact.engine.flight.remainders import remainders, wave
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.returns import PHASE, SPEED, is_state, turned
@@ -45,13 +45,6 @@ def motion_of(t, k):
     """The motion of a flight."""
     d, v, a = t[AT.motion + k], t[AT.motion_1 + k], t[AT.motion_2 + k]
     return Motion(d, v, a, t[AT.motion_3 + k], t[AT.motion_4 + k], t[AT.motion_5 + k])
-
-
-@inlined
-def put_motion(t, k, motion):
-    """Write the motion of a flight."""
-    t[AT.motion + k], t[AT.motion_1 + k], t[AT.motion_2 + k] = motion.displacement, motion.velocity, motion.acceleration
-    t[AT.motion_3 + k], t[AT.motion_4 + k], t[AT.motion_5 + k] = motion.jerk, motion.snap, motion.crackle
 
 
 @inlined
@@ -132,7 +125,8 @@ def write_motion(p, t, n):
     f = p.table
     for k in range(n):
         s, w, x = t[AT.now + k], t[AT.velocity + k], t[AT.steady + k]
-        put_motion(t, k, Motion(s * (w + s * (0.5 * x)), w + s * x, x, 0.0, 0.0, 0.0))
+        t[AT.motion + k], t[AT.motion_1 + k], t[AT.motion_2 + k] = s * (w + s * (0.5 * x)), w + s * x, x
+        t[AT.motion_3 + k], t[AT.motion_4 + k], t[AT.motion_5 + k] = 0.0, 0.0, 0.0
     for i in range(int(f[SIMPLE])):
         row = TERMS + 2 * i * PITCH
         alpha, omega = pair(f, int(f[AT_RATES]), i)
@@ -148,7 +142,10 @@ def write_motion(p, t, n):
 @inlined
 def add_motion(t, k, more):
     """Add the contribution of a rate to a motion."""
-    put_motion(t, k, plus(motion_of(t, k), more))
+    d, d1, d2 = t[AT.motion + k] + more.displacement, t[AT.motion_1 + k] + more.velocity, t[AT.motion_2 + k] + more.acceleration
+    t[AT.motion + k], t[AT.motion_1 + k], t[AT.motion_2 + k] = d, d1, d2
+    d, d1, d2 = t[AT.motion_3 + k] + more.jerk, t[AT.motion_4 + k] + more.snap, t[AT.motion_5 + k] + more.crackle
+    t[AT.motion_3 + k], t[AT.motion_4 + k], t[AT.motion_5 + k] = d, d1, d2
 
 
 @inlined

@@ -19,6 +19,8 @@ from nsmaps.exact.engine.constants import (
     DOUBLING,
     DOUBLING_1,
     FARTHEST,
+    FOUR,
+    FOURTH,
     OVER_DOUBLING,
     OVER_QUARTER,
     QUARTER,
@@ -30,6 +32,7 @@ from nsmaps.exact.engine.constants import (
     SINE_9,
     SINE_11,
     SINE_13,
+    THREE,
 )
 from nsmaps.exact.engine.jit import inlined, inner
 
@@ -65,8 +68,8 @@ def wave(x):
     q = np.floor(x * OVER_QUARTER + 0.5)
     y = ((x - q * QUARTER) - q * QUARTER_1) - q * QUARTER_2
     r, c = near_zero(y)
-    k = q - 4 * np.floor(q / 4)
-    odd, far = k == 1 or k == 3, k >= 2
+    k = q - FOUR * np.floor(FOURTH * q)
+    odd, far = k == 1.0 or k == THREE, k >= 2.0
     sine, less = 1.0 + c if odd else y + r, -1.0 - (y + r) if odd else c
     sine, less = -sine if far else sine, -2.0 - less if far else less
     return less, sine, r if q == 0.0 else sine - x
