@@ -26,7 +26,6 @@ LATER = (
     "returns.py",
     "surfaces",
     "systems",
-    "taylor",
     "trajectory.py",
     "words.py",
 )

@@ -94,4 +94,5 @@ def flat_parts(formulas: Sequence[sp.Expr], moving: Sequence[sp.Symbol]) -> Iter
         elif part.is_Pow and not (part.exp.is_Integer and part.exp > 0):
             yield FlatPart(part, part.base, ORIGIN)
         elif part.func in KINDS:
-            yield FlatPart(part, part.args[0], KINDS[part.func])
+            (argument,) = part.args
+            yield FlatPart(part, argument, KINDS[part.func])

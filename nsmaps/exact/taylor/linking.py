@@ -19,6 +19,7 @@ from nsmaps.arrays import Floats
 STEP = "step"  #: the name of the function in heyoka's object code
 LIBRARIES = "libheyoka", "libsleef"  #: whose functions it calls
 MAPPED = Path("/proc/self/maps")  #: of files into the memory of this process
+FIELDS = 5  #: of a line before the path
 POINTER = ctypes.c_void_p
 SIGNATURE = ctypes.CFUNCTYPE(None, *[POINTER] * 5)
 
@@ -68,7 +69,7 @@ def _load_libraries() -> None:
 
 def _loaded() -> Iterator[str]:
     for line in MAPPED.read_text().splitlines():
-        path = line.split(maxsplit=5)[-1]
+        *_, path = line.split(maxsplit=FIELDS)
         if Path(path).name.startswith(LIBRARIES):
             yield path
 
@@ -83,7 +84,7 @@ def called(program: Any) -> Step:
             with lock:
                 program.state[:] = _array(state, program.state.size)
                 program.pars[:] = _array(par, program.pars.size)
-                program.time = _array(time, 1)[0]
+                program.time = _array(time, 1).item()
                 program.step(max_delta_t=0.0, write_tc=True)
                 out[:] = program.tc.ravel()
         except Exception:  # which cannot pass through C: a state beyond the range of floats

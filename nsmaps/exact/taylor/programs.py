@@ -59,7 +59,8 @@ def program_of(formulas: Formulas, variations: bool) -> Any:
     """heyoka's `taylor_adaptive` of formulas. Arguments and errors as `steps_of`."""
     hy, count = heyoka(), len(formulas.symbols)
     states = hy.make_vars(*[f"y{k}" for k in range(len(formulas.rates) + len(formulas.derived))], "")[:-1]
-    along = hy.par[VALUES + 2 * count]
+    zero = VALUES + 2 * count
+    along = hy.par[zero]
     values = [hy.par[VALUES + k] + (along * hy.par[VALUES + count + k] if variations else 0.0) for k in range(count)]
     known = dict(zip((*formulas.variables, *formulas.symbols), (*states[: len(formulas.rates)], *values), strict=True))
     known[PHI] = hy.par[PHASE] + expression(formulas.phase_rate, known) * hy.time

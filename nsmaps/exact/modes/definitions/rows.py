@@ -107,8 +107,8 @@ def _varies(expr: sp.Expr, bound: set[sp.Symbol]) -> bool:
     """Whether an expression surely changes with symbols: it does at some trial values."""
     first, *others = trials(expr)
     values = [first | {x: value for x, value in at.items() if x in bound} for at in (first, *others)]
-    numbers = [sp.N(expr.subs(at), DIGITS) for at in values]
-    return all(x.is_finite for x in numbers) and any(abs(x - numbers[0]) > VARIED * (1 + abs(x)) for x in numbers)
+    number, *numbers = (sp.N(expr.subs(at), DIGITS) for at in values)
+    return all(x.is_finite for x in (number, *numbers)) and any(abs(x - number) > VARIED * (1 + abs(x)) for x in numbers)
 
 
 def is_sum_of_waves(expr: sp.Expr) -> bool:

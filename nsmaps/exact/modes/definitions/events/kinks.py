@@ -37,9 +37,10 @@ class Kinks:
             return self._largest(parts if isinstance(expr, sp.Max) else [-part for part in parts]) * (
                 1 if isinstance(expr, sp.Max) else -1
             )
-        sign = self.sign_of(parts[0])
+        argument, *_ = parts
+        sign = self.sign_of(argument)
         if isinstance(expr, sp.Abs):
-            return sign * parts[0]
+            return sign * argument
         return sign if isinstance(expr, sp.sign) else (1 + sign) / 2
 
     def sign_of(self, argument: sp.Expr) -> sp.Expr:
@@ -85,5 +86,5 @@ class Kinks:
             if isinstance(condition, sp.Or):
                 return 1 - sp.Mul(*(1 - part for part in parts))
             if isinstance(condition, sp.Not):
-                return 1 - parts[0]
+                return sp.Add(1, *(-part for part in parts))
         raise SystemDefinitionError(f"has a `Piecewise` with the condition {condition}; expected: inequalities, and And, Or, Not")

@@ -56,7 +56,7 @@ def _crossings(reader: Reader, events: Sequence[Transition], rates: Sequence[Rat
                 continue
             _check_jump(reader, function, sign, rows)
             _check_power(reader, function, sign, rows)
-            held = own[0].held if own else ()
+            held = next((one.held for one in own), ())
             yield Transition("", "", mode, function, mode, same, held=held, crossing=True)
 
 
@@ -124,8 +124,8 @@ def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) ->
     argument = function.of(variables)
     for values in trials(above, below, argument) if above != below else ():
         at = _zero_near(argument, values, variables)
-        sizes = [sp.N(expr.subs(at)) for expr in (above, below)] if at else []
-        if sizes and abs(sizes[0] - sizes[1]) > JUMP * sum(map(abs, sizes)):
+        one, other = (sp.N(expr.subs(at)) for expr in (above, below))
+        if at and abs(one - other) > JUMP * (abs(one) + abs(other)):
             raise SystemDefinitionError(
                 f"{reader.name}.modes: where {shown(argument)} is zero its own rate jumps, as by sign({shown(argument)}), and "
                 "the motion may stay there; expected: a `Sliding` between two modes with this function"
