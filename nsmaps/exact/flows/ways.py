@@ -5,11 +5,6 @@ FORCING = (
     "a second forcing of frequency w is two states p, q of a `HybridSystem` with the rates p' = -w*q and q' = w*p, and a decay a "
     "state with e' = -k*e"
 )
-KINK = "a force that is linear on either side of a kink is two modes of a `HybridSystem`"
-SMOOTH = (
-    f"{KINK}, and another one is smoothed, as v*sqrt(v**2 + eps**2) for v*abs(v), tanh(v/eps) for sign(v), with eps from 1e-12 "
-    "of the range of v on"
-)
 PHASE_LAW = "a restitution that depends on the phase is the `reset` of a `Guard` in a `HybridSystem`"
 FRICTION = (
     "friction in contact is a `Sliding` between two modes of `rests`, one for each direction, and an impact that leads to "

@@ -10,9 +10,8 @@ import sympy as sp
 from sympy.core.relational import Relational
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.flows.ways import SMOOTH
 
-KINKS = sp.Abs, sp.Max, sp.Min, sp.sign, sp.Heaviside, sp.Piecewise, Relational  #: functions of two smooth pieces
+LARGEST = sp.Max, sp.Min  #: of parameters alone, as Abs and sign: kinks in the states are gone by then
 
 
 def heyoka() -> Any:
@@ -46,6 +45,12 @@ def _translated(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
 def _built(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     if formula.is_number:
         return hy.expression(float(formula))
+    if isinstance(formula, LARGEST):
+        return _translated(formula.rewrite(sp.Abs), known, hy)
+    if isinstance(formula, sp.Abs | sp.sign):
+        (part,) = (_translated(part, known, hy) for part in formula.args)
+        size = hy.sqrt(part * part)
+        return size if isinstance(formula, sp.Abs) else part / size
     if formula.is_Pow and formula.exp.is_Integer:
         product = reduce(mul, [_translated(formula.base, known, hy)] * abs(int(formula.exp)))
         return product if formula.exp > 0 else hy.expression(1.0) / product
@@ -54,9 +59,8 @@ def _built(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     try:
         return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
     except (TypeError, ValueError) as error:
-        modes = f"; {SMOOTH}" if isinstance(formula, KINKS) else ""
         name = "Piecewise" if isinstance(formula, Relational) else formula.func.__name__
         raise SystemDefinitionError(
             f"{name}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, sin, cos, tan, sinh, "
-            f"cosh, tanh, their inverses and erf{modes}"
+            "cosh, tanh, their inverses and erf"
         ) from error
