@@ -175,7 +175,7 @@ class Held(Floor):
     ("ball", "reason"),
     [
         (Friction(eps=1e-18), "is so steep that no Taylor series"),
-        (Root(), "or it has no value"),
+        (Root(), "or has no value"),
         (Held(eps=1e-6), "more than 100,000 steps"),
     ],
 )

@@ -28,8 +28,12 @@ def before(p, q, w):
 @inner
 def event(p, q, k, phi, w):
     """Join the values of an event, whose states before it are written, and of those that follow if they accumulate."""
+    changed = 0.0
     for i in range(p.own):
         q.y[p.own + i] = w.z[i]
+        changed += abs(q.y[i] - w.z[i])
+    if q.departed and changed == 0.0:  # a release, with which a return ends and the next begins
+        return
     if w.held[HOW] == CHATTER and w.held[SINCE] == 0.0:
         chattered(p, q, k, phi, w)
     else:

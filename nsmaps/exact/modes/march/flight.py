@@ -247,7 +247,7 @@ def fly(p, mode, phi, until, w):
         if p.abscissa[mode] > 0.0:
             grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
         unit = begun_piece(p, mode, until - flight, w)
-        if taylor and unit == 0.0:
+        if taylor and unit <= ERROR * flight:  # within rounding of the time
             return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
         left = (until - flight) / unit
         which, tau, unsure = next_event(p, mode, taylor, grown, min(left, 1.0), w)
