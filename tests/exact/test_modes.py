@@ -189,7 +189,7 @@ def broken(**changes):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"modes": lambda self, t, y: {"free": {"x": y.v, "v": y.x * y.v}, "contact": {}}}, "affine in the states"),
+        ({"modes": lambda self, t, y: {"free": {"x": y.v, "v": y.x * y.v}, "contact": {}}}, "expected: of x, v"),
         ({"modes": lambda self, t, y: {"free": {"x": y.v}, "contact": {"x": 0, "v": 0}}}, "rates of x; expected: of x, v"),
         ({"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}}, "'fre'; expected: one of free, contact, did you"),
         ({"guards": lambda self, t, y: {"C": nsmaps.Guard("free", y.x, reset={"z": 0})}}, "resets 'z'"),
