@@ -139,6 +139,8 @@ class Folding(ast.NodeTransformer):
     def length(self, node: ast.expr, axis: int) -> int:
         """How long an array is along an axis."""
         array = self.kind(node)
+        if isinstance(array, Record):
+            return len(array.value)
         if not isinstance(array, Array) or (array.shape[axis] == OPEN and not array.fixed):
             raise Unknown
         return array.shape[axis]

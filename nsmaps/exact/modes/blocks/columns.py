@@ -123,7 +123,7 @@ def next_events(p, mode, n, b, w):
             near = 0.0 if h[WHICH + k] == NO_FUNCTION else 4.0 * ROUNDING * when
             if h[KIND + k] == 2 or abs(t[GUESS + k] - when) <= 4.0 * ROUNDING * when:
                 loaded(p, k, b, w)
-                found, x, unsure = sought(p, f, False, when + near, t[GROWN + k], w)
+                found, x, unsure = sought(p, f, when + near, t[GROWN + k], w)
             else:
                 found, x, unsure = t[GUESS + k] < when, t[GUESS + k], False
             if found and h[WHICH + k] != NO_FUNCTION and abs(x - when) <= near:

@@ -48,7 +48,7 @@ def begun_piece(p, mode, max_length, w):
 
     Zero where no Taylor series is the flight.
     """
-    return p.steps[mode] if p.taylor[mode] == 0 else taken(p, mode, min(max_length, p.horizon), w)
+    return p.steps[mode] if len(p.nonlinear) == 0 else taken(p, mode, min(max_length, p.horizon), w)
 
 
 @inner
@@ -56,7 +56,7 @@ def flown(p, mode, tau, unit, phi, w):
     """Move features and derivatives on by a share of a piece of this length, from a phase: (the new one, whole turns)."""
     step = tau * unit
     shift(p, w)
-    if p.taylor[mode] != 0:
+    if len(p.nonlinear) > 0:
         moved_along(p, tau, w)
     else:
         propagated(p, mode, tau, w)
@@ -73,14 +73,14 @@ def flown(p, mode, tau, unit, phi, w):
 @inner
 def length_of(p, mode, w):
     """The length of the piece under way."""
-    return p.steps[mode] if p.taylor[mode] == 0 else w.piece.length[0]
+    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[0]
 
 
 @inner
 def state_at(p, mode, s, w, y):
     """Write own states a time s after the start of the piece."""
     tau, width = s / length_of(p, mode, w), len(w.z)
-    if p.taylor[mode] != 0:
+    if len(p.nonlinear) > 0:
         for i in range(p.own):
             y[i] = at(w.piece.local[i], tau)
         return
@@ -98,7 +98,7 @@ def slopes_at(p, mode, s, w, y, d, back):
     tau, width = s / length_of(p, mode, w), len(w.z)
     shift(p, w)
     state_at(p, mode, s, w, y)
-    if p.taylor[mode] != 0:
+    if len(p.nonlinear) > 0:
         spread(p, s, w)
         for i in range(p.own):
             for c in range(w.dz.shape[1]):
@@ -127,5 +127,6 @@ def copied(p, w, x):
             x.dz[j, c] = w.dz[j, c]
     for c in range(x.dz.shape[1]):
         x.dphi[c] = w.dphi[c]
-    x.piece.phase[0] = w.piece.phase[0]
-    derive(p, x.z, x)
+    if len(p.nonlinear) > 0:
+        x.piece.phase[0] = w.piece.phase[0]
+        derive(p, x.z, x)

@@ -76,7 +76,7 @@ def watched(p, mode, i):
 def derived_fit(p, mode, h, w):
     """Whether the series of derived states watched are their formulas at the end of the step, where own states are known."""
     q, own = w.piece, p.own
-    if p.derived == 0:
+    if len(p.nonlinear) == 0 or p.derived == 0:
         return True
     reset_by(p.derived, q.phase[0] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     fit = True

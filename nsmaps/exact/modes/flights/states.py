@@ -25,7 +25,7 @@ def dot(row, z):
 def valued(p, row, z, w):
     """As `dot`; derived states, of which memory has what their law wrote last, count as large as the terms of their formulas."""
     total, size = dot(row, z)
-    if p.derived != 0:
+    if len(p.nonlinear) > 0 and p.derived != 0:
         for r in range(len(w.piece.derived)):
             size += abs(row[p.own + r]) * w.piece.derived[r, w.piece.derived.shape[1] - 1]
     return total, size
@@ -34,7 +34,7 @@ def valued(p, row, z, w):
 @inner
 def derive(p, z, w):
     """Write the derived states of own states z at the phase in memory."""
-    if p.derived != 0:
+    if len(p.nonlinear) > 0 and p.derived != 0:
         reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
         for r in range(len(w.piece.derived)):
             z[p.own + r] = w.piece.derived[r, 0]
@@ -44,8 +44,9 @@ def derive(p, z, w):
 def features(p, phi, w):
     """Write the features of the own states in memory at a phase."""
     waves(phi, w.z, p.first.shape[1] - 1)
-    w.piece.phase[0] = phi
-    derive(p, w.z, w)
+    if len(p.nonlinear) > 0:
+        w.piece.phase[0] = phi
+        derive(p, w.z, w)
 
 
 @inner
@@ -56,7 +57,7 @@ def shift(p, w):
         c = n + 2 * m - 1
         for k in range(w.dz.shape[1]):
             w.dz[c, k], w.dz[c + 1, k] = -m * w.z[c + 1] * w.dphi[k], m * w.z[c] * w.dphi[k]
-    if p.derived != 0 and w.dz.shape[1] > 0:
+    if len(p.nonlinear) > 0 and p.derived != 0 and w.dz.shape[1] > 0:
         shift_derived(p, w)
 
 
@@ -80,7 +81,7 @@ def shift_derived(p, w):
 def velocity(p, mode, z, field, w):
     """Write dz/dt in the time unit of the mode."""
     n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
-    if p.taylor[mode] != 0:
+    if len(p.nonlinear) > 0:
         velocity_by_law(p, mode, z, field, w)
     else:
         for i in range(n):
@@ -101,7 +102,7 @@ def velocity_by_law(p, mode, z, field, w):
     reset_by(p.rates[mode], w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
     for i in range(own):
         field[i] = rates[i * (own + 3)] * step
-    if p.derived != 0:
+    if len(p.nonlinear) > 0 and p.derived != 0:
         reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
         for r in range(len(slopes)):
             total = slopes[r, own + 1] * p.rate * step

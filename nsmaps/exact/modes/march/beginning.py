@@ -50,7 +50,7 @@ def size_of_feature(p, j, known, w):
     """The size of a feature: see `sized_value`; of a derived state that of the terms of its formula."""
     if j >= p.first.shape[1] - 1:
         return 1.0
-    if j >= p.own:
+    if len(p.nonlinear) > 0 and j >= p.own:
         return w.piece.derived[j - p.own, w.piece.derived.shape[1] - 1]
     return abs(w.z[j]) if known else w.scales[j]
 
@@ -65,7 +65,7 @@ def grown_to(w):
 @inner
 def further_term(p, mode, k, w):
     """Write the term k + 1 of the Taylor series of the features in memory, in the time unit of the mode, from the term k."""
-    if p.taylor[mode] == 0:
+    if len(p.nonlinear) == 0:
         next_term(p, mode, w.d, k)
     elif k == 0:
         expand(p, mode, w)
@@ -73,7 +73,7 @@ def further_term(p, mode, k, w):
             power = 1.0
             for m in range(DEGREE + 1):
                 w.d[m, j], power = w.piece.series[j, m] * power, power * p.steps[mode]
-    if p.taylor[mode] != 0:
+    if len(p.nonlinear) > 0:
         next_waves(p, mode, w.d, k, 1.0)
 
 
@@ -90,7 +90,7 @@ def next_waves(p, mode, d, k, sign):
 @inner
 def further_sizes(p, mode, k, w):
     """Write the sizes of the term k + 1, from those of the term k; of a Taylor flight from its rates and its step."""
-    if p.taylor[mode] == 0:
+    if len(p.nonlinear) == 0:
         next_sizes(p, mode, w.e, k)
         return
     if k == 0:
@@ -137,7 +137,7 @@ def leading(p, f, mode, first, known, w):
     """
     for j in range(len(w.z)):
         w.d[0, j], w.e[0, j] = w.z[j], size_of_feature(p, j, known, w)
-    for k in range(min(first + len(w.z), TERMS - 2 if p.taylor[mode] == 0 else DEGREE)):
+    for k in range(min(first + len(w.z), TERMS - 2 if len(p.nonlinear) == 0 else DEGREE)):
         if k >= first:
             value, size = 0.0, 0.0
             for j in range(len(w.z)):
@@ -244,7 +244,7 @@ def unit_of(p, mode, w):
     """A unit of time: a radian of the forcing, without one the longest step of a mode, of a Taylor flight the last one."""
     if p.rate > 0.0:
         return 1.0 / p.rate
-    return p.steps[mode] if p.taylor[mode] == 0 else w.piece.length[0]
+    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[0]
 
 
 @inner

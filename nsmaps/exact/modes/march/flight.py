@@ -52,7 +52,7 @@ def divided(a, first):
 
 
 @inner
-def sought(p, f, taylor, when, grown, w):
+def sought(p, f, when, grown, w):
     """The first zero of a function up to a time: (is there one, where, is that doubtful).
 
     Where the basis of Bernstein shows that there is no zero, or one alone, far from any doubt, that is enough.
@@ -62,7 +62,7 @@ def sought(p, f, taylor, when, grown, w):
         return True, 0.0, False
     if w.on[f] == TERMS:
         return False, when, False
-    if taylor:
+    if len(p.nonlinear) > 0:
         return sought_ahead(p, f, when, grown, w)
     size = sized(p.sizes[f], z)
     error = ROUNDING * size * (1.0 + grown) + sized(p.left[f], z)
@@ -139,7 +139,7 @@ def separated(a, number, guess, on, when, error, bend, w):
 
 
 @inner
-def next_event(p, mode, taylor, grown, end, w):
+def next_event(p, mode, grown, end, w):
     """The first function of a mode that is zero by `end`, a piece at most: (which, -1 for none, when, whether doubtful).
 
     Of a second one at the same time, within rounding, `w.both` takes note. `grown` is what rounding at the start of the flight
@@ -149,7 +149,7 @@ def next_event(p, mode, taylor, grown, end, w):
     w.both[0] = NO_FUNCTION
     for f in range(p.watched[mode], p.watched[mode + 1]):
         near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
-        found, x, unsure = sought(p, f, taylor, when + near, grown, w)
+        found, x, unsure = sought(p, f, when + near, grown, w)
         w.doubt[0] = f if unsure and w.doubt[0] < 0.0 else w.doubt[0]
         if not found:
             doubtful = doubtful or unsure
@@ -160,7 +160,7 @@ def next_event(p, mode, taylor, grown, end, w):
             again = doubtful
             w.both[0], which, when, doubtful = NO_FUNCTION, f, x, unsure
             for g in range(p.watched[mode], f if again else p.watched[mode]):
-                doubtful = doubtful or sought(p, g, taylor, when, grown, w)[2]  # a doubt before this event remains
+                doubtful = doubtful or sought(p, g, when, grown, w)[2]  # a doubt before this event remains
     return which, when, doubtful
 
 
@@ -224,7 +224,7 @@ def minima(a, end, b):
 def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        if p.taylor[mode] != 0:
+        if len(p.nonlinear) > 0:
             combined(p, f, w)
         else:
             weighed(p.series[f], w.z, w.a)
@@ -240,7 +240,7 @@ def fly(p, mode, phi, until, w):
 
     The features are those of the phase.
     """
-    flight, turns, doubtful, taylor, grown = 0.0, 0, False, p.taylor[mode] != 0, 0.0
+    flight, turns, doubtful, taylor, grown = 0.0, 0, False, len(p.nonlinear) > 0, 0.0
     if taylor:
         begin_growth(p, w)
     for _ in range(MOST_STEPS if taylor else MOST_PIECES):
@@ -250,7 +250,7 @@ def fly(p, mode, phi, until, w):
         if taylor and unit <= ERROR * flight:  # within rounding of the time
             return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
         left = (until - flight) / unit
-        which, tau, unsure = next_event(p, mode, taylor, grown, min(left, 1.0), w)
+        which, tau, unsure = next_event(p, mode, grown, min(left, 1.0), w)
         if taylor and which != NO_FUNCTION and grown * ERROR > CLOUDED_SHARE:
             unsure = not in_doubt(CLOUDED, w)
         doubtful = doubtful or unsure

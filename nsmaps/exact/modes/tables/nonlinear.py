@@ -18,7 +18,7 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
     modes, own = len(definition.modes), len(definition.states)
     if not definition.smooth:
         none = {name: np.zeros(modes, np.int64) for name in ("taylor", "variations", "rates")}
-        return {**none, "derived": 0, "own": own, "kinds": np.empty((modes, 0), np.int64)}
+        return {**none, "nonlinear": (), "derived": 0, "own": own, "kinds": np.empty((modes, 0), np.int64)}
     from nsmaps.exact.taylor.laws import derived_law, flat_kinds, rate_law
     from nsmaps.exact.taylor.programs import steps_of
 
@@ -27,6 +27,7 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
     for row, given in zip(table, kinds, strict=True):
         row[: len(given)] = given
     return {
+        "nonlinear": (1,),
         "taylor": np.array(steps_of(definition, False)),
         "variations": np.zeros(modes, np.int64),
         "rates": np.array(rate_law(definition)),
