@@ -117,12 +117,17 @@ def still(p: Any) -> Moved:
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
+DIMENSIONS = (1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 1, 1, 2, 1, 2, 2, 2, 3, 1)  #: of the fields of a `Piece`
+NO_PIECE = Piece(*(np.zeros((0,) * dimensions) for dimensions in DIMENSIONS))  #: of systems whose modes are affine
+
+
 def piece(p: Any, directions: int, moved: Moved) -> Piece:
-    """Memory for Taylor flights: next to none in a system without them."""
+    """Memory for Taylor flights."""
+    if not p.nonlinear:
+        return NO_PIECE
     n, own, width, count = p.first.shape[1] - 1, p.own, p.resets.shape[2], len(p.parameters)
-    nonlinear = p.taylor.any()
-    rows = own * (own + 3) if nonlinear and directions else 0
-    law = own * (own + 3) + p.kinds.shape[1] * (own + 1) if nonlinear else 0
+    rows = own * (own + 3) if directions else 0
+    law = own * (own + 3) + p.kinds.shape[1] * (own + 1)
     varied = np.zeros(rows)
     varied[own:].reshape(-1, own + 2)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
     return Piece(
