@@ -51,7 +51,16 @@ def call_all() -> None:
     prove(nsmaps.load_system("vi_pair", d=0.26, g_bar=0.2113275), [0.7, 0.3], depth=0, around=Around(0, 500, 1000), **shape)
     CALLS["boxes"](capsule)
     CALLS["noise"](capsule)
-    nsmaps.load_study("duffing/diagram").system_object().first_return([[1.5, 0.5]])
+    duffing = nsmaps.load_study("duffing/diagram").system_object()
+    bent, start = duffing._modes(), np.array([1.5, 0.5])
+    duffing.first_return([start])
+    duffing.trajectory(start, 4)
+    duffing.arrivals([[0.0, 0.1, 0.5]])
+    next(events_from(bent.definition, bent.table, np.array([0.0, 0.1, 0.5]), 0))
+    nsmaps.observe(duffing, start, 2, ["loss"], batches=1)
+    nsmaps.observe_orbit(
+        duffing, nsmaps.periodic_orbit(duffing, nsmaps.orbit(duffing, start, 300).final, 1), ["loss"], {"f": 1.0}
+    )
 
 
 if __name__ == "__main__":
