@@ -22,7 +22,7 @@ import sympy as sp
 from nsmaps import HybridSystem, Section
 
 class Squared(HybridSystem):
-    \"\"\"A rate that is not affine.\"\"\"
+    \"\"\"A guard of half the frequency.\"\"\"
 
     k: float
     states = ("x",)
@@ -90,8 +90,8 @@ def test_check_refuses_the_formulas_of_a_system_with_modes() -> None:
     answer = CliRunner().invoke(app, ["check", "squared.yaml"])
     assert answer.exit_code == 2
     assert "squared.yaml:1" in answer.output
-    assert "squared.py:14" in answer.output
-    assert "affine" in answer.output
+    assert "squared.py:20" in answer.output
+    assert "not the same after one `period`" in answer.output
 
 
 def test_run_writes_under_runs_and_ends_with_the_verdicts() -> None:

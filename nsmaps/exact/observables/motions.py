@@ -133,7 +133,8 @@ def observed_motion(p, q, k, mode, phi, image, tangent, counts, w, x):
         time, doubts = time + flight, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            return (RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST), math.nan
+            rests = p.resting[mode] and flight >= p.horizon
+            return (RESTS if rests else UNDECIDED if doubts > 0 and bounded(w) else LOST), math.nan
         if counts and q.flight != 0:
             over_flight(p, q, under_way, row, from_phase, flight, x)
         before(p, q, w)

@@ -24,6 +24,9 @@ KINDS = {
 }
 
 
+LEAST = sp.Float("1e-300")  #: a size that is not zero
+
+
 class FlatPart(NamedTuple):
     """A function that may be flat where it is expanded, so that its series does not show all of it."""
 
@@ -36,23 +39,33 @@ def rate_law(definition: Definition) -> tuple[int, ...]:
     """The addresses of the compiled rates of the n own states in each mode of a nonlinear system.
 
     It writes n rows of n + 3 numbers: a rate, the sum of the sizes of its terms, its derivatives by the own states and by the
-    phase; behind these for each function of `flat_kinds` its argument, and the derivatives of the n rates by its value.
+    phase; behind these for each function of `flat_kinds` its argument, the derivatives of the n rates by its value, and those of
+    the functions that are watched, as shares of the sizes of their terms, in sum.
     """
-    return tuple(_rate_law(definition, rates) for rates in definition.smooth)
+    return tuple(_rate_law(definition, mode) for mode in range(len(definition.smooth)))
 
 
-def _rate_law(definition: Definition, rates: Sequence[sp.Expr]) -> int:
-    by = (*definition.variables, PHI)
+def _rate_law(definition: Definition, mode: int) -> int:
+    by, rates, guards = (*definition.variables, PHI), definition.smooth[mode], watched_formulas(definition, mode)
     formulas = [entry for rate in rates for entry in (rate, size_of(rate), *(sp.diff(rate, x) for x in by))]
-    for part in flat_parts(rates, by):
-        formulas += [part.argument, *(_by_part(rate, part.formula) for rate in rates)]
+    for part in flat_parts((*rates, *guards), by):
+        shares = [sp.Abs(_by_part(guard, part.formula)) / (size_of(guard) + LEAST) for guard in guards]
+        formulas += [part.argument, *(_by_part(rate, part.formula) for rate in rates), sp.Add(*shares)]
     return _address(definition, formulas)
 
 
 def flat_kinds(definition: Definition) -> tuple[tuple[int, ...], ...]:
-    """The kinds of the functions with flat parts in the rates of each mode, in the order of `rate_law`."""
+    """The kinds of the functions with flat parts in the rates and guards of each mode, in the order of `rate_law`."""
     by = (*definition.variables, PHI)
-    return tuple(tuple(part.kind for part in flat_parts(rates, by)) for rates in definition.smooth)
+    given = [(*rates, *watched_formulas(definition, mode)) for mode, rates in enumerate(definition.smooth)]
+    return tuple(tuple(part.kind for part in flat_parts(formulas, by)) for formulas in given)
+
+
+def watched_formulas(definition: Definition, mode: int) -> tuple[sp.Expr, ...]:
+    """The functions that are watched in a mode and depend on derived states, by own states and the phase."""
+    own, functions = len(definition.states), [one.function for one in definition.transitions if one.mode == mode]
+    curved = [row for row in functions if any(c != 0 for c in row.coefficients[own:])]
+    return tuple(row.of(definition.columns) for row in curved)
 
 
 def derived_law(definition: Definition) -> int:

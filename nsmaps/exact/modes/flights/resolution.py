@@ -17,7 +17,8 @@ from nsmaps.exact.taylor.kinds import ARCS, EDGE, EDGES, ERF, EXP, NO_KIND, ORIG
 RESIDUAL = 1e-12  # of a rate's terms that a series may leave, and of what its truncation leaves
 TRUNCATION = 1e-13  # of a state, a step
 ROUNDING = 32 * 2.0**-53  # of states and phase, by which a rate may change
-NEGLIGIBLE = 1e-15  # of a rate's terms
+LEAST = 1e-290  # of a value, with a margin: smaller ones have fewer digits, as tails of exp
+NEGLIGIBLE = 1e-15  # of the terms of a rate or of a function that is watched
 
 
 @inner
@@ -87,7 +88,7 @@ def derived_fit(p, mode, h, w):
         for j in range(own):
             noise += abs(q.derived[r, 1 + j]) * q.spans[j]
         size = q.derived[r, q.derived.shape[1] - 1] + q.spans[own + r]
-        near = abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise
+        near = abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise + LEAST
         fit = fit and (near or not watched(p, mode, own + r))
     reset_by(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     return fit
@@ -126,6 +127,9 @@ def seen(p, kind, c, h, w):
                 size = max(u[i, a * (own + 3) + 1], u[i + 1, a * (own + 3) + 1]) + q.spans[a] / h
                 if weight > 0.0 and not weight * change <= NEGLIGIBLE * size:
                     return False
+            share = max(u[i, c + 1 + own], u[i + 1, c + 1 + own])
+            if share > 0.0 and not share * change <= NEGLIGIBLE:
+                return False
     return True
 
 
@@ -145,5 +149,5 @@ def resolved(p, mode, h, w):
             return False
     known_parts = True
     for k in range(steep):
-        known_parts = known_parts and seen(p, p.kinds[mode, k], own * (own + 3) + k * (own + 1), h, w)
+        known_parts = known_parts and seen(p, p.kinds[mode, k], own * (own + 3) + k * (own + 2), h, w)
     return known_parts

@@ -178,7 +178,7 @@ def onward(p, mode, phi, code, power, image, tangent, w):
         since, time, turns, doubts = time, time + flight, turns + more, doubts + (1 if unsure else 0)
         w.held[0] += flight
         if which == NO_FUNCTION or not bounded(w):
-            ended = RESTS if p.resting[mode] else UNDECIDED if doubts > 0 and bounded(w) else LOST
+            ended = RESTS if p.resting[mode] and flight >= p.horizon else UNDECIDED if doubts > 0 and bounded(w) else LOST
             return ended, marked(p, code, power, w)[0], since + w.lapse[3] if ended == RESTS else math.nan, 0
         outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
         doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)

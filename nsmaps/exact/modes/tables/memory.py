@@ -127,7 +127,7 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
         return NO_PIECE
     n, own, width, count = p.first.shape[1] - 1, p.own, p.resets.shape[2], len(p.parameters)
     rows = own * (own + 3) if directions else 0
-    law = own * (own + 3) + p.kinds.shape[1] * (own + 1)
+    law = own * (own + 3) + p.kinds.shape[1] * (own + 2)
     varied = np.zeros(rows)
     varied[own:].reshape(-1, own + 2)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
     return Piece(

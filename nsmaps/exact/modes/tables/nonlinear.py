@@ -62,7 +62,7 @@ def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Flo
 def rates_at(table: Any, mode: int, states: Floats, phase: Floats) -> Floats:
     """The rates of own and derived states in a mode with Taylor flights, shape (M, n), as `derived_at`."""
     own, flat = table.own, table.kinds.shape[1]
-    written = _written(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 1),))
+    written = _written(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 2),))
     rates, derived = written[:, : own * (own + 3) : own + 3], derived_at(table, states, phase)
     more = np.einsum("mri,mi->mr", derived[..., 1 : own + 1], rates) + table.rate * derived[..., own + 1]
     return np.concatenate([rates, more], axis=1)
