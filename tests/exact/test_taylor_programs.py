@@ -149,17 +149,18 @@ def test_derived_states_come_with_their_derivatives():
 def test_rates_come_with_sizes_derivatives_and_functions_with_flat_parts():
     made = tangent()
     made.smooth = ((A * sp.tanh(3 * X) - sp.sqrt(1 + X**2) * sp.cos(PHI) + sp.exp(-X),),)
+    made.states, made.transitions = ("x",), ()
     ((address,), (kinds,)) = rate_law(made), flat_kinds(made)
     assert sorted(kinds) == sorted([TANH, ORIGIN, EXP])
-    out = written(address, 4 + 2 * 3)
+    out = written(address, 4 + 3 * 3)
     root, fall = np.sqrt(1 + START**2), np.exp(-START)
     push, pull = RATE * np.tanh(3 * START), root * np.cos(PHASE)
     slope = 3 * RATE / np.cosh(3 * START) ** 2 - START / root * np.cos(PHASE) - fall
     assert out[:4].tolist() == pytest.approx([push - pull + fall, push + pull + fall, slope, root * np.sin(PHASE)], rel=1e-13)
-    parts = {kind: out[4 + 2 * k : 6 + 2 * k].tolist() for k, kind in enumerate(kinds)}
-    assert parts[TANH] == pytest.approx([3 * START, RATE])
-    assert parts[ORIGIN] == pytest.approx([1 + START**2, -np.cos(PHASE)])
-    assert parts[EXP] == pytest.approx([-START, 1])
+    parts = {kind: out[4 + 3 * k : 7 + 3 * k].tolist() for k, kind in enumerate(kinds)}
+    assert parts[TANH] == pytest.approx([3 * START, RATE, 0])
+    assert parts[ORIGIN] == pytest.approx([1 + START**2, -np.cos(PHASE), 0])
+    assert parts[EXP] == pytest.approx([-START, 1, 0])
 
 
 def test_functions_without_series_are_refused_by_name():
