@@ -1,12 +1,41 @@
-"""The bouncing ball's impacts in 60 digits, until they accumulate, and its flight from the release."""
+"""Systems with modes whose impacts accumulate; the bouncing ball's in 60 digits until then, and its flight from the release."""
 
 from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
+import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
+from nsmaps_two_masses import TwoMasses
 
-from nsmaps import CompleteChatter
+from nsmaps import CompleteChatter, Guard, HybridSystem, Section
+
+
+class Ball(HybridSystem):
+    """The bouncing ball, whose states are relative to the table."""
+
+    Gamma: float
+    r: float
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))
+
+
+class Held(TwoMasses):
+    """The first of two masses rests at its stop; its release depends on the second."""
+
+    def guards(self, t, y):
+        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
 
 
 def flight(gamma, speed, phase, guess):

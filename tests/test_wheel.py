@@ -20,8 +20,8 @@ Path("made").write_text(f"{'vi_pair' in names} {sys.version_info[:2]}")
 
 @pytest.mark.parametrize(("version", "made"), [("standard", f"True {sys.version_info[:2]}"), ("editable", None)])
 def test_entries_are_made_for_the_python_that_builds_except_for_editable_installs(version, made, tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(ROOT)
-    from hatch_build import MAKE, LinkedEntries
+    monkeypatch.syspath_prepend(ROOT / "tests" / "exact")
+    from link_wheel import MAKE, LinkedEntries
 
     (tmp_path / MAKE).parent.mkdir(parents=True)
     (tmp_path / MAKE).write_text(MAKES)

@@ -2,44 +2,15 @@
 
 import numpy as np
 import pytest
-import sympy as sp
-from chattering import slopes_to_rest, sums_to_rest
+from chattering import Ball, Held, slopes_to_rest, sums_to_rest
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_buck_converter import BuckConverter
-from nsmaps_two_masses import TwoMasses
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, Outcome, Section, chatter_cascade, continue_branch
+from nsmaps import CompleteChatter, Outcome, chatter_cascade, continue_branch
 from nsmaps.errors import NsmapsError
 
 VALUES = {"Gamma": 1.3, "r": 0.5}
-
-
-class Ball(HybridSystem):
-    """The bouncing ball, whose states are relative to the table."""
-
-    Gamma: float
-    r: float
-    states = ("x", "v")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return Section("B", ("v", "phi"))
-
-
-class Held(TwoMasses):
-    """The first of two masses rests at its stop; its release depends on the second."""
-
-    def guards(self, t, y):
-        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
 
 
 BALL, PAIR = CompleteChatter(Ball(**VALUES)), CompleteChatter(Held(b=0.05, w=0.3, f=1.5, d=0, r=0.4, k2=2.0))

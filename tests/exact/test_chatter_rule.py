@@ -5,9 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from chattering import until_rest
+from chattering import Ball, Held, until_rest
 from nsmaps_bouncing_ball import BouncingBall
-from nsmaps_two_masses import TwoMasses
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Outcome, Section
@@ -19,38 +18,11 @@ SHARES = (0.0, SUMMED_SPEED, 1e-6, np.inf)
 VALUES, START = {"Gamma": 1.3, "r": 0.5}, np.array([[0.3, 3.5]])
 
 
-class Ball(HybridSystem):
-    """The bouncing ball, whose states are relative to the table."""
-
-    Gamma: float
-    r: float
-    states = ("x", "v")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return Section("B", ("v", "phi"))
-
-
 class After(Ball):
     """The same, seen after impacts."""
 
     def section(self, t, y):
         return Section("B", ("v", "phi"), side="after")
-
-
-class Held(TwoMasses):
-    """The first of two masses rests at its stop; its release depends on the second."""
-
-    def guards(self, t, y):
-        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
 
 
 def until_release(returns, sign=1.0):

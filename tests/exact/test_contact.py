@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from chattering import Held
 from hybrid import BeforeWall
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_recoil_pair import RecoilPair
-from nsmaps_two_masses import TwoMasses
 from nsmaps_vi_pair import VIPair
 from scipy.integrate import solve_ivp
 
@@ -127,13 +127,6 @@ def test_ball_and_capsule_move_as_one_in_contact() -> None:
     assert numbers == pytest.approx([force.get(name, 0) / 1.3 for name in table.states])
     assert float(rows["V"].remainder.subs(values).subs(sp.Symbol("_phi", real=True), 0)) == pytest.approx((1 - 0.3 * 0.2) / 1.3)
     assert all(c == 0 for c in (*rows["v"].coefficients, rows["v"].remainder))
-
-
-class Held(TwoMasses):
-    """The first mass may rest at the stop."""
-
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v}, rests="held")}
 
 
 def test_release_by_a_second_mass() -> None:

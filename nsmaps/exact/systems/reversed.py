@@ -105,16 +105,6 @@ def factors_of(system: FlowSystem) -> Floats:
     return factors
 
 
-def to_reversed(system: FlowSystem, states: Floats) -> Floats:
-    """States (N, n) of a system as states of the reversed one."""
-    return np.asarray(states * factors_of(system))
-
-
-def of_reversed(system: FlowSystem, states: Floats) -> Floats:
-    """States (N, n) of the reversed system as states of the system."""
-    return np.asarray(states / factors_of(system))
-
-
 @lru_cache(maxsize=64)
 def _class(cls: type[ImpactSystem]) -> type[ImpactSystem]:
     """The class of an impact system in reversed time."""

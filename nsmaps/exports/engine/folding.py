@@ -4,26 +4,22 @@ Conditions on constants, loops without a round, variables with one value, and ca
 """
 
 import ast
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
-from itertools import takewhile
 from typing import Any
 
-import numpy as np
-
-from nsmaps.exports.engine.evaluation import LEAVING, PLAIN, SIGNS, Unknown, numeral
-from nsmaps.exports.engine.kinds import CONSTANTS, OPEN, Array, Bound, Kind, Known, Record, array_of
-from nsmaps.exports.engine.pruning import Pruning, Result, assignment, calls, indices
+from nsmaps.exports.engine.evaluation import LEAVING, Evaluation, Unknown, numeral
+from nsmaps.exports.engine.kinds import Array, Kind, Known
+from nsmaps.exports.engine.pruning import Pruning, Result, assignment, calls
 
 
-class Folding(ast.NodeTransformer):
+class Folding(Evaluation, ast.NodeTransformer):
     """One function, of which arguments of these kinds are known; `called` answers what a call returns if that is a constant."""
 
     def __init__(self, tree: ast.FunctionDef, known: dict[str, Any], given: dict[str, Kind], called: Callable[..., Any]) -> None:
-        self.tree, self.known, self.given, self.called = tree, known, given, called
-        self.constants, self.aliases, self.facts = dict[str, Any](), dict[str, ast.expr](), dict[str, bool]()
+        super().__init__(known, given, called)
+        self.tree, self.aliases = tree, dict[str, ast.expr]()
         before = ""
         while before != (now := ast.dump(tree)):
             before = now
@@ -59,105 +55,6 @@ class Folding(ast.NodeTransformer):
                 self.learn(got.test, False)
         self.facts = before
         return found
-
-    def learn(self, test: ast.expr, holds: bool) -> None:
-        """Keep in mind whether a condition on variables that do not change holds in the rest of a block."""
-        nodes = list(ast.walk(test))
-        plain = not any(isinstance(node, ast.Attribute | ast.Subscript | ast.Call) for node in nodes)
-        if plain and all(self.count[node.id] <= 1 for node in nodes if isinstance(node, ast.Name)):
-            self.facts[ast.dump(test)] = holds
-
-    def kind(self, node: ast.expr) -> Kind:
-        """The kind of an array, a record or a function, None of anything else."""
-        match node:
-            case ast.Name(id=name) if name in self.given and self.count[name] == 1:
-                return self.given[name]
-            case ast.Name(id=name) if name not in self.count and isinstance(self.known.get(name), np.ndarray):
-                return array_of(self.known[name], fixed=True)
-            case ast.Constant(value=bool() as value):
-                return Known(value)
-            case ast.Name(id=name) if name not in self.count and hasattr(self.known.get(name), "py_func"):
-                return Bound(self.known[name])
-            case ast.Attribute(value=inner, attr=name) if isinstance(record := self.kind(inner), Record):
-                return record.kind(name)
-            case ast.Subscript(value=inner, slice=at) if isinstance(array := self.kind(inner), Array):
-                return array.at(len(indices(at)))
-        return None
-
-    def value(self, node: ast.expr) -> Any:
-        """The constant that an expression is. Raises Unknown."""
-        if self.facts and isinstance(node, ast.Compare) and (fact := self.facts.get(ast.dump(node))) is not None:
-            return fact
-        match node:
-            case ast.Constant(value=value):
-                return value
-            case ast.Name(id=name) if name in self.constants:
-                return self.constants[name]
-            case ast.Name(id=name) if name not in self.count and isinstance(self.known.get(name), CONSTANTS):
-                return self.known[name]
-            case ast.Attribute(value=ast.Name(id="math"), attr="inf" | "nan" as name):
-                return getattr(math, name)
-            case ast.Attribute(value=inner, attr=name):
-                record = self.kind(inner)
-                if isinstance(record, Record) and record.fixed and isinstance(record.kind(name), str):
-                    return getattr(record.value, name)
-            case ast.Subscript():
-                return self.entry(node)
-            case ast.Tuple(elts=parts):
-                return tuple(self.value(part) for part in parts)
-            case ast.BinOp(left=left, op=sign, right=right) if type(sign) in SIGNS:
-                return SIGNS[type(sign)](self.value(left), self.value(right))
-            case ast.UnaryOp(op=sign, operand=inner):
-                return SIGNS[type(sign)](self.value(inner))
-            case ast.Compare(left=left, ops=[sign], comparators=[right]) if type(sign) in SIGNS:
-                return SIGNS[type(sign)](self.value(left), self.value(right))
-            case ast.Call():
-                return self.answer(node)
-        raise Unknown
-
-    def entry(self, node: ast.Subscript) -> Any:
-        """An entry of a shape, of a tuple, or of a fixed array, all of whose entries that it may be are the same."""
-        if isinstance(node.value, ast.Attribute) and node.value.attr == "shape":
-            return self.length(node.value.value, self.value(node.slice))
-        array = self.kind(node.value)
-        if array is None:
-            return self.value(node.value)[self.value(node.slice)]
-        if not isinstance(array, Array) or array.value is None or len(indices(node.slice)) < len(array.shape):
-            raise Unknown
-        found = np.unique(array.value[tuple(map(self.index, indices(node.slice)))])
-        if len(found) != 1:
-            raise Unknown
-        return found.item()
-
-    def index(self, node: ast.expr) -> Any:
-        """An index, or all where it is not known."""
-        try:
-            return self.value(node)
-        except Unknown:
-            return slice(None)
-
-    def length(self, node: ast.expr, axis: int) -> int:
-        """How long an array is along an axis."""
-        array = self.kind(node)
-        if isinstance(array, Record):
-            return len(array.value)
-        if not isinstance(array, Array) or (array.shape[axis] == OPEN and not array.fixed):
-            raise Unknown
-        return array.shape[axis]
-
-    def answer(self, node: ast.Call) -> Any:
-        """What a call returns."""
-        match node.func:
-            case ast.Name(id="len"):
-                return self.length(node.args[0], 0)
-            case ast.Name(id=name) if name in PLAIN:
-                return PLAIN[name](*map(self.value, node.args))
-            case ast.Attribute(value=ast.Name(id="math"), attr=name):
-                return getattr(math, name)(*map(self.value, node.args))
-            case ast.Name() as name if isinstance(function := self.kind(name), Bound):
-                plain = takewhile(lambda each: not isinstance(each, ast.Starred), node.args)
-                return self.called(function.compiled, list(map(self.kind, plain)))
-        raise Unknown
 
     def visit(self, node: Any) -> Any:
         """A node with what is known put in: truth values, whole numbers, and names of constants and of arrays."""

@@ -29,8 +29,8 @@ RELATIONS: dict[type, str] = {
 CHOICE, EITHER, BOTH, RELATION, UNARY, WHOLE = 0, 1, 2, 4, 7, 9  #: how tightly operators bind, sums 5 and products 6
 
 
-class Printer(Functions):
-    """The functions that some entries of the engine reach, callees first, and their text."""
+class Language(Functions):
+    """What a language says in its own way: its words, tuples, complex numbers and functions."""
 
     stop: str  #: the end of a statement
     arrow: str  #: between a record and its field
@@ -38,6 +38,46 @@ class Printer(Functions):
     elseif: str
     otherwise: str
     end: str  #: of a block
+
+    def whole(self, function: Function) -> str:
+        """A function whose lines are written."""
+        raise NotImplementedError
+
+    def tuple_of(self, nodes: list[Node], kind: Kind) -> tuple[str, int]:
+        """Expressions as a tuple of this kind."""
+        raise NotImplementedError
+
+    def directions(self, node: Node, axis: int) -> str:
+        """The same, of an axis that is as long as there are directions."""
+        raise NotImplementedError
+
+    def handed(self, nodes: list[Node], kinds: Iterable[Kind]) -> list[str]:
+        """Expressions as values of these kinds, those of starred tuples too."""
+        raise NotImplementedError
+
+    def complex(self, real: str, imaginary: str) -> str:
+        """A complex number from its parts."""
+        raise NotImplementedError
+
+    def of_complex(self, sign: ast.operator, left: Node, right: Node) -> tuple[str, int]:
+        """A sum, difference, product or quotient of complex numbers, and how tightly it binds."""
+        raise NotImplementedError
+
+    def quotient(self, left: str, right: str) -> str:
+        """The whole quotient of integers above zero."""
+        raise NotImplementedError
+
+    def counted(self, text: str) -> str:
+        """One for a truth value that holds, otherwise zero."""
+        raise NotImplementedError
+
+    def library(self, name: str, node: Node) -> str:
+        """What a function of `math`, `numpy` or Python is called in a call."""
+        raise NotImplementedError
+
+
+class Printer(Language):
+    """The functions that some entries of the engine reach, callees first, and their text."""
 
     def __init__(self, own: dict[str, Kind]) -> None:
         """`own` is what those functions return that the program has in place of the engine's."""
@@ -58,10 +98,6 @@ class Printer(Functions):
         self.declared, self.above = set(function.arguments), list[str]()
         self.block(function.tree.body)
         return self.whole(function)
-
-    def whole(self, function: Function) -> str:
-        """A function whose lines are written."""
-        raise NotImplementedError
 
     def first(self, target: Node) -> str | None:
         """The name of a variable that an assignment declares; one that is first assigned in a block is declared above all."""
@@ -236,10 +272,6 @@ class Printer(Functions):
         pairs = [(node, kind) for node, kind in zip(nodes, kinds, strict=True) if passed(kind)]
         return self.handed([node for node, _ in pairs], [kind for _, kind in pairs])
 
-    def tuple_of(self, nodes: list[Node], kind: Kind) -> tuple[str, int]:
-        """Expressions as a tuple of this kind."""
-        raise NotImplementedError
-
     def _Tuple(self, node: Node, kind: Kind) -> tuple[str, int]:
         return self.tuple_of(node.elts, kind)
 
@@ -247,34 +279,6 @@ class Printer(Functions):
         """How long an array is along an axis."""
         size = node.kind.shape[axis]
         return str(size) if size or node.kind.fixed else self.directions(node, axis)
-
-    def directions(self, node: Node, axis: int) -> str:
-        """The same, of an axis that is as long as there are directions."""
-        raise NotImplementedError
-
-    def handed(self, nodes: list[Node], kinds: Iterable[Kind]) -> list[str]:
-        """Expressions as values of these kinds, those of starred tuples too."""
-        raise NotImplementedError
-
-    def complex(self, real: str, imaginary: str) -> str:
-        """A complex number from its parts."""
-        raise NotImplementedError
-
-    def of_complex(self, sign: ast.operator, left: Node, right: Node) -> tuple[str, int]:
-        """A sum, difference, product or quotient of complex numbers, and how tightly it binds."""
-        raise NotImplementedError
-
-    def quotient(self, left: str, right: str) -> str:
-        """The whole quotient of integers above zero."""
-        raise NotImplementedError
-
-    def counted(self, text: str) -> str:
-        """One for a truth value that holds, otherwise zero."""
-        raise NotImplementedError
-
-    def library(self, name: str, node: Node) -> str:
-        """What a function of `math`, `numpy` or Python is called in a call."""
-        raise NotImplementedError
 
 
 def about(function: Function) -> str:

@@ -67,30 +67,26 @@ def _defined(
 ) -> Definition:
     """The definition from the rates of the modes that are given, the events, and the section."""
     forced, names = reader.phase_rate != 0, tuple(reader.states)
-    events = _events(reader, guards, rates)
-    events = with_kink_crossings(reader, events, tuple(rates.values()))
+    events = with_kink_crossings(reader, _events(reader, guards, rates), tuple(rates.values()))
     transitions, parts = divided(reader.name, events, len(rates), {sign: later(sign) for sign in reader.kinks.signs.values()})
     signs = [signs_of(reader, events, tuple(rates.values()), *part) for part in parts]
     transitions = tuple(in_part(one, signs[one.mode], signs[one.target] if one.target >= 0 else {}) for one in transitions)
+    named = [tuple(rates.items())[mode] for mode, _ in parts]
+    flows = tuple(tuple(row.subs(known) for row in rows) for (_, rows), known in zip(named, signs, strict=True))
     coordinates = coordinates_of(reader.name, names, section, forced)
     starts = starts_of(reader, section, transitions)
     after = section.side == "after" and not all(nothing_changes(transitions[start.transition]) for start in starts)
     surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
-    modes, flows = (
-        tuple(tuple(rates)[k] for k, _ in parts),
-        tuple(tuple(row.subs(known) for row in tuple(rates.values())[k]) for (k, _), known in zip(parts, signs, strict=True)),
-    )
-    variables = tuple(reader.states.values())
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
     clock = clock_of(reader, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
     definition = Definition(
         symbols,
         names,
-        variables,
+        tuple(reader.states.values()),
         reader.phase_rate,
         horizon,
-        modes,
+        tuple(mode for mode, _ in named),
         flows,
         transitions,
         coordinates,
