@@ -12,6 +12,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, between, bplus, bsub, high, low, size
 from nsmaps.exact.enclosure.flight.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import bent, gap_to, landed
+from nsmaps.exact.enclosure.subdivide import GONE, LANDED, SPENT, SetFlight
 from nsmaps.exact.enclosure.taylor_set import box_of, box_set, launched, put_set, radii, view
 from nsmaps.exact.engine.constants import FAR, INWARD, NO_SPEED, SIXTH
 from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
@@ -22,7 +23,6 @@ from nsmaps.exact.engine.steps import closes, converged, first_step, safe_step, 
 MOST_LEAPS = 400  # steps of one flight of a Taylor set
 CLOSER = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
 CHATTERED = (1.0 + 1e-6) * SUMMED_SPEED  # of the speed gained in a radian: slower impacts on the base wall are summed
-LANDED, RESTED, GONE, SPENT = 0, 1, 2, 3  # how the flight of a set ended; except for the first, perhaps for some states only
 
 
 @inner
@@ -131,7 +131,7 @@ def stays(p, up, base_up, own, row):
 
 @inner
 def first_impacts(p, up, row, table):
-    """All possible first impacts of the set in a row, written into a table: (how its flight ended, rows, spread by x)."""
+    """Write all possible first impacts of the set in a row into a table: (the `SetFlight`, the spread by x)."""
     has_up, has_down, base_up = walls_of(p)
     flight, (a, j), jerk, snap = launched(p, up, row)
     room = bsub(*ball_places(p))
@@ -139,7 +139,7 @@ def first_impacts(p, up, row, table):
     motion, s, n, by, narrow = (NOTHING, flight[0], a, j), 0.0, 0, radii(row), True
     own = gap_to(up, NOTHING, motion)
     if stays(p, up, base_up, own, row):
-        return RESTED, 0, by
+        return SetFlight(SPENT, 0, True), by
     first = first_step(max(low(own[1]), 0.0), low(own[2]), low(own[3]), jerk, snap) * INWARD
     away = (first, -1.0) if up else (-1.0, first)
     for _ in range(2 * MOST_LEAPS):
@@ -150,18 +150,18 @@ def first_impacts(p, up, row, table):
         if surely and low(gap[0]) > 0.0 and (not (has_up and has_down) or keeps_off(behind, jerk, s, 1.25 * x)):
             steep, by = touchdown(p, up, flight, row, upper, ahead_room, gap, s, x, jerk, snap, table[n])
             if steep:
-                return LANDED, n + 1, by
+                return SetFlight(LANDED, n + 1, False), by
         if not narrow:
             motion, by = view(p, flight, s)
             narrow = True
             continue
         if (has_up and high(to_up[0]) < 0.0) or (has_down and high(to_down[0]) < 0.0):
-            return LANDED, n, by
+            return SetFlight(LANDED, n, False), by
         clear = steps(has_up, has_down, to_up, to_down, jerk, snap, away)
         h, n = onward(p, (has_up, has_down), (to_up, to_down), clear, jerk, s, row, table, n)
         s, away = s + h, (-1.0, -1.0)
         if not s < horizon(p) or n + 2 > len(table):
-            return SPENT if s < horizon(p) else GONE, n, by
+            return SetFlight(SPENT if s < horizon(p) else GONE, n, True), by
         at_time(p, (s, 0.0))
         motion, narrow = ball_motion(p, p.whole, flight[0], 3), False
-    return SPENT, n, by
+    return SetFlight(SPENT, n, True), by

@@ -6,9 +6,10 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI
+from nsmaps.exact.enclosure.cells import all_box_images, set_memory
 from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
 from nsmaps.exact.enclosure.images import BoxImages, as_boxes
-from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, all_box_images
+from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, ImageRows
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.walls import ImpactFormulas
@@ -22,18 +23,16 @@ def image_boxes(system: ImpactFormulas, boxes: ArrayLike) -> BoxImages:
     start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
     below, none = start[:, 0].T < 0
     start[:, 0] = np.maximum(start[:, 0], 0)
-    found = images_in_chunks(system, start, MOST_IMAGES, lambda *room: all_box_images(ball_flow(table), *room))
+    found = images_in_chunks(system, start, lambda *given: all_box_images(ball_flow(table), set_memory(), *given))
     kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
     return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
 
 
-def images_in_chunks(system: FlowSystem, start: Floats, most_images: int, enclose: Callable[..., int]) -> BoxImages:
+def images_in_chunks(system: FlowSystem, start: Floats, enclose: Callable[[Floats, ImageRows], int]) -> BoxImages:
     """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
 
     Args:
-        most_images: upper bound on the image boxes of one box.
-        enclose: of a chunk of boxes; it fills the codes and images of as many rows as it returns, and for each box the number
-            of its images, whether a state may have none, and whether they are bounded.
+        enclose: of a chunk of boxes; it fills `ImageRows`, as many rows of images as it returns.
     """
     (n, m), angles = start.shape[:2], system.coordinates.angles
     low, high = start[:, :, 0], start[:, :, 1]
@@ -44,9 +43,9 @@ def images_in_chunks(system: FlowSystem, start: Floats, most_images: int, enclos
     parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
 
     def run(k: slice) -> None:
-        rows = len(start[k]) * most_images  # memory is used for the rows that are written
+        rows = len(start[k]) * MOST_IMAGES  # memory is used for the rows that are written
         codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
-        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
+        rows = enclose(start[k], ImageRows(codes, images, number[k], empty[k], bounded[k]))
         if circles[k].any():
             images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
         parts[k.start] = codes[:rows], images[:rows]

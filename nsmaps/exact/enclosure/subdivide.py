@@ -1,193 +1,236 @@
-"""Images of boxes of states, which are subdivided into cells where that tightens them."""
+"""Images of boxes of states, for each kind of sets: cells of boxes, and the sets of a cell from event to event to the section.
+
+A box is halved into cells where that tightens its images (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to interval
+analysis*, SIAM 2009, on refinement). A kind of sets is given by three functions, for which numba compiles the driver:
+
+- `cell_images(p, k, w)`: the `CellImages` of cell k, which are written into the memory of boxes;
+- `first_events(p, part, w)`: the `SetFlight` of a set that waits, whose possible first events are written into the workspace;
+- `take_event(p, hit, word, progress, w)`: the `Progress` after one of these events: images are added, or sets that wait.
+
+Here p is the table of a system, and w the workspace of the kind, with the memory of boxes `w.box`.
+"""
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsmaps.exact.enclosure.arithmetic.balls import badd, between, high, low, reduced, size
-from nsmaps.exact.enclosure.encounters import GONE, LANDED, first_impacts
-from nsmaps.exact.enclosure.taylor_set import ROW, SMOOTH, UPPER, box_of, box_set, get_set, put_set
-from nsmaps.exact.engine.flight.flow import walls_of
-from nsmaps.exact.engine.jit import entry, inner
-from nsmaps.exact.engine.returns import spell
+from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, bneg, high, low, reduced
+from nsmaps.exact.engine.jit import inner
 
 MOST_IMAGES = 16  #: words distinguished in one box
 MOST_CELLS = 16  #: cells of a box and their halves, to tighten its images
 ALL_CELLS = 32  #: the same, to bound them
-MOST_PARTS = 64  #: Taylor sets of one cell in flight at a time
-MOST_FLIGHTS = 64  #: impacts of the sets of one cell
-MOST_HITS = 48  #: impacts of one flight of a set
-LOOSE, SLACK = 1.1, 1.25  #: width of an image over its linear part, above which corners are used, cells cut
-SMALL = 1e-9  #: half sides that are not subdivided, of a speed (relative) and in radians
+MOST_PARTS = 64  #: sets of one cell that wait to be followed
+MOST_FLIGHTS = 96  #: flights of the sets of one cell
+MOST_HITS = 48  #: events of one flight of a set
+SLACK = 1.25  #: width of an image over its linear part, above which cells are halved
+SMALL = 1e-9  #: of the size of a coordinate, or of a radian: half sides that are not halved
+LANDED, GONE, SPENT = range(3)  #: how the flight of a set ended; except for the first, perhaps for some states only
+FIRST = 0  #: place of the box among its cells, of the set of a cell among those that wait
+LOWER, UPPER = range(2)  #: ends of the side of a box
+CODE, PLACE_VALUE = range(2)  #: of a word so far
+
+
+class BoxMemory(NamedTuple):
+    """Memory for one box at a time in m coordinates."""
+
+    phase: int  #: coordinate that is the phase of the forcing, -1 for none
+    cells: Any  #: shape (ALL_CELLS, m, 2)
+    spread: Any  #: shape (m,), how much the images of a cell depend on each coordinate
+    side: Any  #: shape (m, 2), an image that is to be added
+    codes: Any  #: shape (MOST_IMAGES,), words of the images of a cell
+    images: Any  #: shape (MOST_IMAGES, m, 2)
+    words: Any  #: shape (MOST_PARTS + 1, 2), of each set that waits: code of its word so far, place value of the next letter
+
+
+class ImageRows(NamedTuple):
+    """Rows that are filled for N boxes, up to `MOST_IMAGES` of each, in order."""
+
+    codes: Any  #: shape (M,), words
+    images: Any  #: shape (M, m, 2)
+    number: Any  #: shape (N,), images of each box
+    empty: Any  #: shape (N,), whether some state may have no image
+    bounded: Any  #: shape (N,), whether the images contain those of all states
+
+
+class Word(NamedTuple):
+    """A word so far."""
+
+    code: int
+    place_value: int  #: of the next letter; zero if the word is longer than codes hold
+
+
+class SetFlight(NamedTuple):
+    """The flight of a set to all of its possible first events."""
+
+    ended: int  #: LANDED, GONE or SPENT
+    events: int  #: their number
+    missing: bool  #: whether some state may have no event
+
+
+class Progress(NamedTuple):
+    """How far the sets of a cell have been followed."""
+
+    waiting: int  #: number of sets that wait; negative where there is no room for them
+    images: int  #: number of images of the cell
+    missing: bool  #: whether some state may have no image
+    whole: bool  #: whether all states take one way: no graze cuts the sets
+
+
+class CellImages(NamedTuple):
+    """The images of a cell."""
+
+    number: int
+    bounded: bool  #: whether they contain those of all states
+    missing: bool  #: whether some state may have no image
+    loose: bool  #: whether halves of the cell have tighter images
+
+
+def box_memory(coordinates: int, phase: int) -> BoxMemory:
+    """Memory for boxes of so many coordinates."""
+    return BoxMemory(
+        phase=phase,
+        cells=np.zeros((ALL_CELLS, coordinates, 2)),
+        spread=np.zeros(coordinates),
+        side=np.zeros((coordinates, 2)),
+        codes=np.zeros(MOST_IMAGES, np.int64),
+        images=np.zeros((MOST_IMAGES, coordinates, 2)),
+        words=np.zeros((MOST_PARTS + 1, 2), np.int64),
+    )
 
 
 @inner
-def add_image(codes, images, n, code, v_low, v_high, phi_low, phi_high):
+def put_word(box, part, code, place_value):
+    """Write the word so far of a set that waits."""
+    box.words[part, CODE], box.words[part, PLACE_VALUE] = code, place_value
+
+
+@inner
+def unite_image(codes, images, number, code, side):
     """Unite an image with those of its word; returns the number of images afterwards."""
     k = 0
-    while k < n and codes[k] != code:
+    while k < number and codes[k] != code:
         k += 1
     if k == len(codes):  # too many words: the last image has several
         k -= 1
         codes[k] = 0
-    if k == n:
-        codes[k] = code
-        images[k, 0], images[k, 1], images[k, 2], images[k, 3] = v_low, v_high, phi_low, phi_high
-        return n + 1
-    images[k, 0], images[k, 1] = min(images[k, 0], v_low), max(images[k, 1], v_high)
-    images[k, 2], images[k, 3] = min(images[k, 2], phi_low), max(images[k, 3], phi_high)
-    return n
+    for c in range(len(side)):
+        lower, upper = side[c, LOWER], side[c, UPPER]
+        if k < number:
+            lower, upper = min(images[k, c, LOWER], lower), max(images[k, c, UPPER], upper)
+        images[k, c, LOWER], images[k, c, UPPER] = lower, upper
+    if k < number:
+        return number
+    codes[k] = code
+    return number + 1
 
 
 @inner
-def cell_images(p, v, phi, tables):
-    """The images of one cell, in the tables: (number, True if all are bounded, True if some state may have none, True if all are
-    smooth, spread).
-
-    The map is smooth where no grazing curve crosses the cell. A cell with one smooth image has it in the first row of `hits`.
-    """
-    parts, names, hits, codes, images, _ = tables
-    has_up, has_down, base_up = walls_of(p)
-    base = 5 if has_up and has_down else 4  # number of codes, as in `first_return`
-    put_set(parts[0], base_up, box_set(v, phi), True)
-    names[0, 0], names[0, 1] = spell(0, 1, base, 1, 1)
-    waiting, m = 1, 0
-    empty, bounded, smooth, by = False, True, True, (v[1], phi[1])
-    for flights in range(MOST_FLIGHTS):
-        if waiting == 0:
-            break
-        waiting -= 1
-        code, power = names[waiting, 0], names[waiting, 1]
-        ended, n, spread_by = first_impacts(p, parts[waiting, UPPER] > 0.0, parts[waiting], hits)
-        if ended != LANDED:
-            empty, bounded = True, bounded and ended == GONE
-        if flights == 0:
-            by = spread_by
-        if waiting + n > len(parts) or power == 0:
-            return m, False, True, False, by
-        for k in range(n):
-            upper = hits[k, UPPER] > 0.0
-            on_base = upper == base_up
-            more, next_power = spell(code, power, base, 1 if on_base else 2, 1)
-            smooth = smooth and hits[k, SMOOTH] > 0.0
-            if on_base:
-                v, phi = box_of(hits[k])
-                m = add_image(codes, images, m, more, max(low(v), 0.0), high(v), low(phi), high(phi))
-            else:
-                names[waiting, 0], names[waiting, 1] = more, next_power
-                for c in range(ROW):
-                    parts[waiting, c] = hits[k, c]
-                waiting += 1
-    return m, bounded and waiting == 0 and all_finite(images, m), empty or waiting > 0, smooth, by
+def add_image(box, number, code):
+    """Add the image in `box.side` to those of a cell; returns their number."""
+    return unite_image(box.codes, box.images, number, code, box.side)
 
 
 @inner
-def sharpened(p, cell, tables, widest):
-    """Tighten the one image of a cell where the map is monotone: (True if it is still loose, its spread by each coordinate).
-
-    A component whose derivatives have no zero in the cell takes its extrema at corners.
-    """
-    _, _, hits, codes, images, _ = tables
-    _, _, one, d, _, r, v, phi = get_set(hits[0])
-    code, ends, loose = codes[0], tables[5], False
-    for k in range(4):
-        ends[k] = images[0, k]
-    for row in range(2):
-        a, b = d[2 * row], d[2 * row + 1]
-        linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL * (1.0 if row else size(v))
-        wide = (phi[1] if row else v[1]) / linear
-        if not wide > widest:
-            continue
-        if not (abs(a[0]) > a[1] and abs(b[0]) > b[1]):
-            loose = loose or wide > SLACK
-            continue
-        for end in range(2):
-            corner = (cell[end if a[0] > 0.0 else 1 - end], 0.0), (cell[2 + (end if b[0] > 0.0 else 1 - end)], 0.0)
-            n, bounded, _, smooth, _ = cell_images(p, corner[0], corner[1], tables)
-            if n == 1 and bounded and smooth:
-                k = 2 * row + end
-                ends[k] = max(ends[k], images[0, k]) if end == 0 else min(ends[k], images[0, k])
-            else:
-                loose = True
-    codes[0] = code
-    for k in range(4):
-        images[0, k] = ends[k]
-    return loose, ((size(d[0]) + size(d[2])) * r[0], (size(d[1]) + size(d[3])) * r[1])
-
-
-@inner
-def all_finite(images, n):
-    """True if the first n images are finite boxes."""
-    for k in range(n):
-        for c in range(0, 4, 2):
-            if not (images[k, c] <= images[k, c + 1] and images[k, c] > -math.inf and images[k, c + 1] < math.inf):
+def all_finite(images, number):
+    """True if the first images, so many, are finite boxes."""
+    for k in range(number):
+        for c in range(images.shape[1]):
+            lower, upper = images[k, c, LOWER], images[k, c, UPPER]
+            if not (lower <= upper and lower > -math.inf and upper < math.inf):
                 return False
     return True
 
 
 @inner
-def cut(cells, k, last, first):
-    """Add the halves of cell k after the last cell."""
-    c = 0 if first else 2
-    middle = 0.5 * (cells[k, c] + cells[k, c + 1])
-    for i in range(4):
-        cells[last, i] = cells[last + 1, i] = cells[k, i]
-    cells[last, c + 1], cells[last + 1, c] = middle, middle
+def follow_sets(p, images, w, first_events, take_event):
+    """Follow the set in the first place to the section: (the `Progress` beyond so many images, whether all are bounded)."""
+    progress = Progress(1, images, False, True)
+    for _ in range(MOST_FLIGHTS):
+        if progress.waiting <= 0:
+            break
+        part = progress.waiting - 1
+        word = Word(w.box.words[part, CODE], w.box.words[part, PLACE_VALUE])
+        flight = first_events(p, part, w)
+        missing = progress.missing or flight.missing or flight.ended != LANDED
+        progress = Progress(-1 if flight.ended == SPENT else part, progress.images, missing, progress.whole)
+        for hit in range(flight.events):
+            if progress.waiting >= 0:
+                progress = take_event(p, hit, word, progress, w)
+    bounded = progress.waiting == 0
+    return Progress(progress.waiting, progress.images, progress.missing or not bounded, progress.whole), bounded
 
 
 @inner
-def box_images(p, cells, tables, codes, images):
-    """The images of the box in the first cell, subdivided where that helps: (number, True if all are bounded, True if some state
-    may have none).
+def halve(box, k, last):
+    """Add the halves of cell k after the last cell, across the coordinate on which most depends; False if all sides are small."""
+    best, cells = -1, box.cells
+    for c in range(cells.shape[1]):
+        lower, upper = cells[k, c, LOWER], cells[k, c, UPPER]
+        size = 1.0 if c == box.phase else max(abs(lower), abs(upper))
+        if upper - lower > 2.0 * SMALL * size and (best < 0 or box.spread[c] > box.spread[best]):
+            best = c
+    if best < 0:
+        return False
+    for c in range(cells.shape[1]):
+        lower, upper = cells[k, c, LOWER], cells[k, c, UPPER]
+        middle = 0.5 * (lower + upper)
+        cells[last, c, LOWER], cells[last, c, UPPER] = lower, middle if c == best else upper
+        cells[last + 1, c, LOWER], cells[last + 1, c, UPPER] = middle if c == best else lower, upper
+    return True
+
+
+@inner
+def enclose_box(p, codes, images, w, cell_images):
+    """Write the images of the box in the first cell, halved where that helps: (number, whether all are bounded, whether some
+    state may have none).
     """
-    m, last, empty, k = 0, 1, False, 0
+    number, last, missing, k = 0, 1, False, 0
     while k < last:
-        v, phi = between(cells[k, 0], cells[k, 1]), between(cells[k, 2], cells[k, 3])
-        n, bounded, without, smooth, by = cell_images(p, v, phi, tables)
-        loose = without or not smooth
-        if n == 1 and bounded and not loose:
-            loose, by = sharpened(p, cells[k], tables, SLACK if k > 0 else LOOSE)
-        max_cells = MOST_CELLS if bounded and not without else len(cells)
-        if loose and last + 2 <= max_cells and (v[1] > SMALL * v[0] or phi[1] > SMALL):
-            cut(cells, k, last, (by[0] >= by[1] and v[1] > 0.0) or phi[1] == 0.0)
+        cell = cell_images(p, k, w)
+        limit = MOST_CELLS if cell.bounded and not cell.missing else len(w.box.cells)
+        if (cell.loose or not cell.bounded) and last + 2 <= limit and halve(w.box, k, last):
             last += 2
-        elif not bounded:
+        elif not cell.bounded:
             return 0, False, True
         else:
-            empty = empty or without
-            for i in range(n):
-                image = tables[4][i]
-                m = add_image(codes, images, m, tables[3][i], image[0], image[1], image[2], image[3])
+            missing = missing or cell.missing
+            for i in range(cell.number):
+                number = unite_image(codes, images, number, w.box.codes[i], w.box.images[i])
         k += 1
-    return m, True, empty
+    return number, True, missing
 
 
-@entry
-def all_box_images(p, boxes, codes, images, numbers, empty, bounded):
-    """The images of boxes of shape (N, 2, 2), written in order into `codes` and `images`; returns their number."""
-    cells, found = np.empty((ALL_CELLS, 4)), np.empty((MOST_IMAGES, 4))
-    tables = (
-        np.empty((MOST_PARTS, ROW)),
-        np.empty((MOST_PARTS, 2), np.int64),
-        np.empty((MOST_HITS, ROW)),
-        np.empty(MOST_IMAGES, np.int64),
-        np.empty((MOST_IMAGES, 4)),
-        np.empty(4),
-    )
-    m = 0
+@inner
+def first_cell(box, sides):
+    """Write the first cell, with the phase in the first turn of its circle; returns the angle of the turns removed, a ball."""
+    turns = NOTHING
+    for c in range(len(sides)):
+        lower, upper = sides[c, LOWER], sides[c, UPPER]
+        if c == box.phase:
+            _, turns = reduced((0.5 * (lower + upper), 0.0))
+            lower, upper = low(badd((lower, 0.0), bneg(turns))), high(badd((upper, 0.0), bneg(turns)))
+        box.cells[FIRST, c, LOWER], box.cells[FIRST, c, UPPER] = lower, upper
+    return turns
+
+
+@inner
+def enclose_boxes(p, boxes, rows, w, cell_images):
+    """Write the images of boxes of shape (N, m, 2) into `ImageRows`; returns their number."""
+    total, room = 0, len(w.box.codes)
     for i in range(len(boxes)):
-        _, turns = reduced((0.5 * (boxes[i, 1, 0] + boxes[i, 1, 1]), 0.0))
-        cells[0, 0], cells[0, 1] = boxes[i, 0, 0], boxes[i, 0, 1]
-        cells[0, 2] = low(badd((boxes[i, 1, 0], 0.0), (-turns[0], turns[1])))
-        cells[0, 3] = high(badd((boxes[i, 1, 1], 0.0), (-turns[0], turns[1])))
-        numbers[i], bounded[i], empty[i] = box_images(p, cells, tables, codes[m : m + MOST_IMAGES], found)
-        if not bounded[i]:
-            numbers[i], codes[m] = 1, 0
-            found[0, 0] = found[0, 2] = -math.inf
-            found[0, 1] = found[0, 3] = math.inf
-        for k in range(numbers[i]):
-            images[m, 0, 0], images[m, 0, 1] = found[k, 0], found[k, 1]
-            images[m, 1, 0] = low(badd((found[k, 2], 0.0), turns)) if bounded[i] else found[k, 2]
-            images[m, 1, 1] = high(badd((found[k, 3], 0.0), turns)) if bounded[i] else found[k, 3]
-            m += 1
-    return m
+        turns = first_cell(w.box, boxes[i])
+        codes, images = rows.codes[total : total + room], rows.images[total : total + room]
+        number, bounded, empty = enclose_box(p, codes, images, w, cell_images)
+        if not bounded:
+            number, codes[FIRST] = 1, 0
+            images[FIRST, :, LOWER], images[FIRST, :, UPPER] = -math.inf, math.inf
+        elif w.box.phase >= 0:
+            for k in range(number):
+                lower, upper = images[k, w.box.phase, LOWER], images[k, w.box.phase, UPPER]
+                images[k, w.box.phase, LOWER] = low(badd((lower, 0.0), turns))
+                images[k, w.box.phase, UPPER] = high(badd((upper, 0.0), turns))
+        rows.number[i], rows.bounded[i], rows.empty[i] = number, bounded, empty
+        total += number
+    return total

@@ -23,7 +23,7 @@ from nsmaps.exact.enclosure.flight.flow import (
 from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
 
-UPPER, SMOOTH, ROW = 38, 39, 40  # columns of a table of Taylor sets
+ON_TOP, SMOOTH, ROW = 38, 39, 40  # columns of a table of Taylor sets
 
 
 @inlined
@@ -42,7 +42,7 @@ def put_set(t, upper, taylor_set, smooth):
     for each in (v, phi, *d, *all_x, *h, r, box_v, box_phi):
         t[k], t[k + 1] = each
         k += 2
-    t[UPPER], t[SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
+    t[ON_TOP], t[SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
 
 
 @inlined

@@ -8,6 +8,7 @@ time, and the set continues as if the guards were absent, until no state of it c
 
 import math
 
+from nsmaps.exact.enclosure.subdivide import GONE, LANDED, SPENT
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import closes
 from nsmaps.exact.modes.enclosure.flow import clear_time, flow_to, measure
@@ -17,7 +18,6 @@ from nsmaps.exact.modes.enclosure.tables import CELLS
 
 MOST_LEAPS = 2_000  # steps of one flight of a set
 SHORT = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
-LANDED, GONE, SPENT = 0, 1, 2  # how the flight of a set ended; except for the first, perhaps for some states only
 
 
 @inlined
@@ -62,8 +62,8 @@ def noted(w, number, function, known):
 def depends(p, function, w):
     """Write how much a function depends on the symbols, the first of which are those of the coordinates."""
     apply_row(p.functions[function, 0], w.z, w.rows[0])
-    for c in range(len(w.by)):
-        w.by[c] = abs(w.rows[0, 1 + c])
+    for c in range(len(w.box.spread)):
+        w.box.spread[c] = abs(w.rows[0, 1 + c])
 
 
 @inner

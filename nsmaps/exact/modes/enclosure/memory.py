@@ -4,20 +4,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.enclosure.subdivide import MOST_HITS, MOST_PARTS, BoxMemory, box_memory
 from nsmaps.exact.modes.enclosure.tables import RATES, BallTables
-
-MOST_IMAGES = 16  #: words distinguished in one box
-MOST_PARTS = 64  #: sets of one cell that wait to be followed
-MOST_HITS = 48  #: events of one flight of a set
-ALL_CELLS = 32  #: cells of a box and their halves
 
 
 class BallMemory(NamedTuple):
     """Memory for the boxes of one thread; a set has n + 1 forms of n + 3 numbers, q in all."""
 
+    box: BoxMemory
     parts: Any  #: shape (MOST_PARTS + 1, n + 1, q), sets that wait; the last place is that of the set in flight
     kind: Any  #: shape (MOST_PARTS + 1, 3): mode, the transition behind, and what is known of it (`STARTED`, `FALLING`, `LOOSE`)
-    names: Any  #: shape (MOST_PARTS + 1, 2), code of the word so far, place of the next letter
     hits: Any  #: shape (MOST_HITS + 1, n + 1, q), sets at events; the last place is for a copy
     met: Any  #: shape (MOST_HITS, 2): function, what is known of the event
     start: Any  #: shape (N, q), features at the start of a flight
@@ -38,16 +34,13 @@ class BallMemory(NamedTuple):
     proper: Any  #: shape (S,), whether every state's function was positive at the start, or began to rise
     lower: Any  #: shape (N,), a box of features
     upper: Any
-    by: Any  #: shape (m,), how much an event depends on each coordinate
-    codes: Any  #: shape (MOST_IMAGES,)
-    images: Any  #: shape (MOST_IMAGES, m, 2)
-    excess: Any  #: shape (1,), the largest width of an image over its linear part
-    cells: Any  #: shape (ALL_CELLS, m, 2)
+    excess: Any  #: shape (m,), the largest width of an image of a cell over its linear part
 
 
 def ball_memory(p: BallTables) -> BallMemory:
     """Memory for a table."""
-    functions, width, n, m = len(p.functions), p.resets.shape[2], p.resets.shape[1], len(p.places)
+    functions, width, n = len(p.functions), p.resets.shape[2], p.resets.shape[1]
+    phase = int(np.argmin(p.places)) if (p.places < 0).any() else -1
     q = n + 3
     matrices = {name: np.zeros((width, width)) for name in ("e", "off", "f", "f_off")}
     features = {name: np.zeros((width, q)) for name in ("start", "z", "rates", "bends")}
@@ -56,9 +49,9 @@ def ball_memory(p: BallTables) -> BallMemory:
         **matrices,
         **features,
         **values,
+        box=box_memory(len(p.places), phase),
         parts=np.zeros((MOST_PARTS + 1, n + 1, q)),
         kind=np.zeros((MOST_PARTS + 1, 3), np.int64),
-        names=np.zeros((MOST_PARTS + 1, 2), np.int64),
         hits=np.zeros((MOST_HITS + 1, n + 1, q)),
         met=np.zeros((MOST_HITS, 2), np.int64),
         rows=np.zeros((RATES, q)),
@@ -68,9 +61,5 @@ def ball_memory(p: BallTables) -> BallMemory:
         proper=np.zeros(functions, bool),
         lower=np.zeros(width),
         upper=np.zeros(width),
-        by=np.zeros(m),
-        codes=np.zeros(MOST_IMAGES, np.int64),
-        images=np.zeros((MOST_IMAGES, m, 2)),
-        excess=np.zeros(1),
-        cells=np.zeros((ALL_CELLS, m, 2)),
+        excess=np.zeros(len(p.places)),
     )

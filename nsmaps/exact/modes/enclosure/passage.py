@@ -3,6 +3,7 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import GROW
+from nsmaps.exact.enclosure.subdivide import LOWER, SMALL, UPPER, Progress, add_image, put_word
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.events import copied
 from nsmaps.exact.modes.enclosure.forms import (
@@ -22,33 +23,17 @@ from nsmaps.exact.modes.enclosure.landing import FALLING, LOOSE
 from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import seen_before
 
-SMALL = 1e-9  # of the size of a coordinate: half sides that are not subdivided
-
 
 @inlined
-def add_image(p, a_set, code, n, w):
+def image_of(p, a_set, code, n, w):
     """Unite the image that is a set at the section with those of its word; returns the number of images afterwards."""
-    k = 0
-    while k < n and w.codes[k] != code:
-        k += 1
-    if k == len(w.codes):  # too many words: the last image has several
-        k -= 1
-        w.codes[k] = 0
     for c in range(len(p.places)):
         form = a_set[p.places[c]] if p.places[c] >= 0 else a_set[len(a_set) - 1]
-        lower, upper = least(form), greatest(form)
-        if not finite(form):
-            lower, upper = -math.inf, math.inf
-        if k == n:
-            w.images[k, c, 0], w.images[k, c, 1] = lower, upper
-        else:
-            w.images[k, c, 0], w.images[k, c, 1] = min(w.images[k, c, 0], lower), max(w.images[k, c, 1], upper)
+        known = finite(form)
+        w.box.side[c, LOWER], w.box.side[c, UPPER] = (least(form), greatest(form)) if known else (-math.inf, math.inf)
         straight = linear(form) + SMALL * SMALL * largest(form)
-        w.excess[0] = max(w.excess[0], radius(form) / straight) if finite(form) else math.inf
-    if k == n:
-        w.codes[k] = code
-        return n + 1
-    return n
+        w.excess[c] = max(w.excess[c], radius(form) / straight) if known else math.inf
+    return add_image(w.box, n, code)
 
 
 @inner
@@ -59,8 +44,8 @@ def conditioned(p, k, a_set, z, w):
         apply_row(p.where[c], z, w.late)
         if least(w.late) < 0.0:
             surely = False
-            for i in range(len(w.by)):
-                w.by[i] = abs(w.late[1 + i])
+            for i in range(len(w.box.spread)):
+                w.box.spread[i] = abs(w.late[1 + i])
             if not shave(a_set, w.late, 0.0):
                 return False, False
     return True, surely
@@ -137,12 +122,17 @@ def may_repel(p, mode, a_set, w):
 
 
 @inner
-def happened(p, hit, waiting, code, power, m, w):
-    """Follow an event through the transitions that may take place: (sets that wait, images, whether some state may have no image,
-    whether all take one way; `waiting` is negative where there is no room).
-    """
+def take_event(p, hit, word, progress, w):
+    """Follow an event through the transitions that may take place."""
     f, known, n = w.met[hit, 0], w.met[hit, 1], p.resets.shape[1]
-    without, smooth, settled, last = False, known & LOOSE == 0, False, len(w.hits) - 1
+    waiting, m, missing, smooth, settled, last = (
+        progress.waiting,
+        progress.images,
+        False,
+        known & LOOSE == 0,
+        False,
+        len(w.hits) - 1,
+    )
     for place in range(p.choices[f], p.choices[f + 1]):
         k = p.chosen[place]
         if settled:
@@ -153,28 +143,26 @@ def happened(p, hit, waiting, code, power, m, w):
         if not may:
             continue
         smooth = smooth and settled
-        more, next_power = lengthened(p.base, p.digit[k], code, power)
+        code, place_value = lengthened(p.base, p.digit[k], word.code, word.place_value)
         if p.target[k] < 0:
-            without = True
+            missing = True
             continue
-        if p.is_section[k] and not p.after:
-            m = add_image(p, w.hits[last], more, m, w)
-            continue
-        after_reset(p, k, w.hits[last], w)
+        if p.after or not p.is_section[k]:
+            after_reset(p, k, w.hits[last], w)
         if p.is_section[k]:
-            m = add_image(p, w.hits[last], more, m, w)
+            m = image_of(p, w.hits[last], code, m, w)
             continue
         if waiting + 2 > len(w.parts):
-            return -1, m, True, False
+            return Progress(-1, m, True, False)
         copied(w.hits[last], w.parts[waiting])
         w.kind[waiting, 0], w.kind[waiting, 1] = p.target[k], k
         w.kind[waiting, 2] = (known & FALLING) | (0 if smooth else LOOSE)
-        w.names[waiting, 0], w.names[waiting, 1] = more, next_power
+        put_word(w.box, waiting, code, place_value)
         waiting += 1
     if not settled:
         features(w.hits[hit], w.z, n)
-        without = without or not exhaustive(p, f, known, w.z, w)
-    return waiting, m, without, smooth and settled
+        missing = missing or not exhaustive(p, f, known, w.z, w)
+    return Progress(waiting, m, progress.missing or missing, progress.whole and smooth and settled)
 
 
 @inner

@@ -1,0 +1,145 @@
+"""Images of cells of states of a system with modes, as affine forms."""
+
+import math
+
+from nsmaps.exact.enclosure.subdivide import (
+    FIRST,
+    LANDED,
+    SLACK,
+    SPENT,
+    CellImages,
+    SetFlight,
+    all_finite,
+    enclose_boxes,
+    follow_sets,
+    put_word,
+)
+from nsmaps.exact.engine.jit import inner, long_entry
+from nsmaps.exact.modes.enclosure.events import copied, first_events
+from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
+from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
+from nsmaps.exact.modes.enclosure.passage import after_reset, begun, may_repel, take_event, valid
+from nsmaps.exact.modes.march.returns import lengthened
+from nsmaps.exact.modes.march.section import AS_NEAR
+
+STEP = 4.0  # a longest step is at least a cell, and shorter than so many
+MOST_BELOW = 1_000_000  # functions below zero at a start
+
+
+@inner
+def distance(p, b, w):
+    """Bounds on how far the states of a set are from a start, as `away` of `march/section.py`; its features are `w.z`."""
+    nearest, farthest, k = 0.0, 0.0, p.starts[b]
+    mode = p.mode[k]
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        row = p.functions[f, 0]
+        apply_row(row, w.z, w.late)
+        large, small = 0.0, 0.0
+        for j in range(len(row)):
+            large += abs(row[j]) * largest(w.z[j])
+            small += abs(row[j]) * max(abs(w.z[j, 0]) - radius(w.z[j]), 0.0)
+        own = f == p.function[k]
+        apply_row(p.functions[f, 1], w.z, w.rows[0])
+        large += STEP * largest(w.rows[0])
+        small += max(abs(w.rows[0, 0]) - radius(w.rows[0]), 0.0)
+        low_wrong = max(least(w.late), -greatest(w.late)) if own else -greatest(w.late)
+        high_wrong = largest(w.late) if own else -least(w.late)
+        if low_wrong > 0.0:
+            nearest = max(nearest, low_wrong / large * (1.0 - 1e-14))
+        if high_wrong > 0.0:
+            farthest = max(farthest, high_wrong / small * (1.0 + 1e-14))
+    return nearest, farthest
+
+
+@inner
+def nearest_start(p, cell, w):
+    """The least of the distances within which some start of all states of a cell certainly is."""
+    bound = math.inf
+    for b in range(len(p.starts)):
+        _, sure = begun(p, b, cell, w)
+        far = distance(p, b, w)[1]
+        if sure and far < bound:
+            bound = far
+    return bound + AS_NEAR
+
+
+@inner
+def most_below(p, b, w):
+    """A bound on how many functions are below zero at a start, as `below_after` of `march/section.py`; its features are `w.z`."""
+    mode = p.mode[p.starts[b]]
+    count = p.below[mode]
+    for f in range(p.watched[mode], p.watched[mode + 1]):
+        apply_row(p.functions[f, 0], w.z, w.late)
+        if f != p.function[p.starts[b]] and least(w.late) <= AS_NEAR * largest(w.late):
+            count += 1
+    return count
+
+
+@inner
+def fewest_below(p, cell, w):
+    """The least of these bounds at starts where all states of a cell certainly are, and fall."""
+    fewest = MOST_BELOW
+    for b in range(len(p.starts)):
+        _, sure = begun(p, b, cell, w)
+        if sure and distance(p, b, w)[1] <= AS_NEAR:
+            count = most_below(p, b, w)
+            if valid(p, b, w)[1]:
+                fewest = min(fewest, count)
+    return fewest
+
+
+@inner
+def first_events_of(p, part, w):
+    """All possible first events of a set that waits, which is copied: sets that wait later take its place."""
+    here = len(w.parts) - 1
+    copied(w.parts[part], w.parts[here])
+    for c in range(w.kind.shape[1]):
+        w.kind[here, c] = w.kind[part, c]
+    repelled = may_repel(p, w.kind[here, 0], w.parts[here], w)
+    ended, events = first_events(p, w.kind[here, 0], here, w)
+    lost = ended == LANDED and events == 0 and w.kind[here, 2] & STARTED != 0
+    return SetFlight(SPENT if lost else ended, events, repelled)
+
+
+@inner
+def start_images(p, b, number, w):
+    """The images of the set of a start in the first place, beyond so many: see `follow_sets`."""
+    k = p.starts[b]
+    if not p.after:
+        after_reset(p, k, w.parts[FIRST], w)
+    w.kind[0, 0], w.kind[0, 1], w.kind[0, 2] = p.target[k], b, STARTED | (0 if p.after else FALLING)
+    code, place_value = lengthened(p.base, p.digit[k], 0, 1)
+    put_word(w.box, FIRST, code, place_value)
+    return follow_sets(p, number, w, first_events_of, take_event)
+
+
+@inner
+def cell_images(p, k, w):
+    """The images of a cell."""
+    cell, number, bounded, missing, whole, used, sure_start = w.box.cells[k], 0, True, False, True, 0, False
+    w.excess[:] = 0.0
+    w.box.spread[:] = 0.0
+    several = len(p.starts) > 1
+    reach, fewest = (nearest_start(p, cell, w), fewest_below(p, cell, w)) if several else (math.inf, MOST_BELOW)
+    for b in range(len(p.starts)):
+        may, surely = begun(p, b, cell, w)
+        if not may or (several and (distance(p, b, w)[0] > reach or p.below[p.mode[p.starts[b]]] > fewest)):
+            continue
+        may, falls = valid(p, b, w)
+        sure_start = sure_start or (surely and falls)
+        if may:
+            used += 1
+            found, each = start_images(p, b, number, w)
+            number, bounded = found.images, bounded and each
+            missing, whole = missing or found.missing, whole and found.whole
+    missing = missing or number == 0 or not sure_start
+    loose = missing or not whole or used > 1 or number != 1
+    for c in range(len(w.excess)):
+        loose = loose or w.excess[c] > SLACK
+    return CellImages(number, bounded and all_finite(w.box.images, number), missing, loose)
+
+
+@long_entry
+def all_box_images(p, w, boxes, rows):
+    """Write the images of boxes of shape (N, m, 2) into `ImageRows`; returns their number."""
+    return enclose_boxes(p, boxes, rows, w, cell_images)
