@@ -8,19 +8,14 @@ from collections.abc import Callable
 Reach = Callable[[str, frozenset[int]], frozenset[int]]  #: a word, places where a part may begin -> where it may end
 
 
-def matches(pattern: str, word: str) -> bool:
-    """True if a pattern of letters, `+`, `*`, `?`, `|` and parentheses matches the whole word.
+def reach_of(pattern: str) -> Reach:
+    """The function from places to reachable places of a pattern of letters, `+`, `*`, `?`, `|` and parentheses.
 
     The pattern must be one that `re.compile` accepts.
 
-    >>> [word for word in ("BTB", "BBTB", "BBB") if matches("B+TB", word)]
+    >>> [word for word in ("BTB", "BBTB", "BBB") if len(word) in reach_of("B+TB")(word, frozenset({0}))]
     ['BTB', 'BBTB']
     """
-    return len(word) in compiled(pattern)(word, frozenset({0}))
-
-
-def compiled(pattern: str) -> Reach:
-    """The function from places to reachable places of a pattern."""
     reach, at = _alternatives(pattern, 0)
     assert at == len(pattern), "parentheses are closed, as `re.compile` demands"
     return reach
@@ -28,24 +23,25 @@ def compiled(pattern: str) -> Reach:
 
 def _alternatives(pattern: str, at: int) -> tuple[Reach, int]:
     """The alternatives from a place on, up to the end or to the closing parenthesis, and the place of that."""
-    found: list[list[Reach]] = [[]]
+    parts: list[Reach] = []
+    alternatives = [parts]
     while at < len(pattern) and pattern[at] != ")":
         if pattern[at] == "|":
-            found.append([])
+            alternatives.append(parts := [])
             at += 1
         else:
-            reach, at = _repeated(pattern, at)
-            found[-1].append(reach)
-    return lambda word, starts: frozenset().union(*(_one_by_one(parts, word, starts) for parts in found)), at
+            reach, at = _repetition(pattern, at)
+            parts.append(reach)
+    return lambda word, starts: frozenset().union(*(_concatenation(parts, word, starts) for parts in alternatives)), at
 
 
-def _one_by_one(parts: list[Reach], word: str, starts: frozenset[int]) -> frozenset[int]:
+def _concatenation(parts: list[Reach], word: str, starts: frozenset[int]) -> frozenset[int]:
     for part in parts:
         starts = part(word, starts)
     return starts
 
 
-def _repeated(pattern: str, at: int) -> tuple[Reach, int]:
+def _repetition(pattern: str, at: int) -> tuple[Reach, int]:
     """A letter or a group in parentheses, with the sign after it, and where it ends; `+?` and `++` are read as `+`."""
     if pattern[at] == "(":
         one, at = _alternatives(pattern, at + 1)
@@ -55,14 +51,14 @@ def _repeated(pattern: str, at: int) -> tuple[Reach, int]:
     if sign not in ("+", "*", "?") or not sign:
         return one, at + 1
     at += 3 if pattern[at + 2 : at + 3] in ("?", "+") and pattern[at + 2 : at + 3] else 2
-    return (lambda word, starts: starts | one(word, starts)) if sign == "?" else _again(one, sign), at
+    return (lambda word, starts: starts | one(word, starts)) if sign == "?" else _repeat(one, sign), at
 
 
 def _letter(letter: str) -> Reach:
     return lambda word, starts: frozenset(k + 1 for k in starts if word.startswith(letter, k))
 
 
-def _again(one: Reach, sign: str) -> Reach:
+def _repeat(one: Reach, sign: str) -> Reach:
     """A part any number of times, with `+` at least once."""
 
     def reach(word: str, starts: frozenset[int]) -> frozenset[int]:

@@ -179,7 +179,8 @@ class Returns(WithCoordinates):
             margin = Margin(np.concatenate([m.clearance for m in margins]), np.concatenate([m.slowest for m in margins]))
         if any(part.number is not None for part in parts):
             rows["number"] = np.concatenate([part.numbers for part in parts])
-        return replace(parts[0], **rows, margin=margin)
+        first, *_ = parts
+        return replace(first, **rows, margin=margin)
 
     def counts(self) -> dict[str, int]:
         """The number of returns for each outcome, by name."""

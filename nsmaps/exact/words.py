@@ -17,9 +17,8 @@ HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement ha
 class Alphabet:
     """What letters stand for in the names of motions, which say how often they occur."""
 
-    section: tuple[str, ...] | None = (
-        None  #: letters of the section's events, "" for one without a letter; None: the first and last of each word
-    )
+    #: letters of the section's events, "" for one without a letter; None: the first and last of each word
+    section: tuple[str, ...] | None = None
     clocks: tuple[str, ...] = ()  #: letters of events at fixed times alone, which do not count
     turns: int = 0  #: of the phase on every return, where the section is a clock and the phase therefore no coordinate
 
@@ -31,6 +30,15 @@ def _letters(walls: Sequence[str], turns: bool) -> tuple[str, ...]:
     return (*walls, CHATTER, REST, *((HIGHEST, LOWEST) if turns else ()))
 
 
+def base_of_words(walls: Sequence[str], turns: bool = False) -> int:
+    """The base of the codes of words over these letters, in which the symbol zero ends a word.
+
+    >>> base_of_words(("B", "T")), base_of_words(("B", "T"), turns=True)
+    (5, 7)
+    """
+    return len(_letters(walls, turns)) + 1
+
+
 def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
     """The word of a code: a letter for each impact in order, `~` after a wall on which chatter accumulated,
     `_` after one on which the ball rested, `...` where the word is longer than the code holds. With `turns` the code is that of
@@ -39,15 +47,12 @@ def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
     >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
     ('B_~', 'BTB')
     """
-    letters = ("", *_letters(walls, turns))
-    text, code = "", int(code)
-    if code < 0:
-        text, code = LONGER, -code
-    word = ""
-    while code:
-        code, digit = divmod(code, len(letters))
-        word += letters[digit]
-    return word + text
+    letters, base = ("", *_letters(walls, turns)), base_of_words(walls, turns)
+    word, remaining = "", abs(int(code))
+    while remaining:
+        remaining, symbol = divmod(remaining, base)
+        word += letters[symbol]
+    return word + LONGER if code < 0 else word
 
 
 def encode(word: str, walls: Sequence[str]) -> int:
@@ -56,16 +61,18 @@ def encode(word: str, walls: Sequence[str]) -> int:
     >>> decode(encode("BTTB", ("B", "T")), ("B", "T"))
     'BTTB'
     """
-    letters = _letters(walls, turns=False)
-    code, power, remaining = 0, 1, word
+    symbols = {letter: symbol for symbol, letter in enumerate(_letters(walls, turns=False), 1)}
+    code, place_value, remaining = 0, 1, word
     while remaining:
-        digit = next((k for k, letter in enumerate(letters, 1) if remaining.startswith(letter)), 0)
-        if not digit:
+        letter = next((letter for letter in symbols if remaining.startswith(letter)), None)
+        if letter is None:
             raise StateError(
                 f"the word {word!r} has no letter at {remaining!r}; expected: the walls {', '.join(walls)}, "
                 f"{CHATTER!r} (chatter) and {REST!r} (rest)"
             )
-        code, power, remaining = code + digit * power, power * (len(letters) + 1), remaining[len(letters[digit - 1]) :]
+        code += symbols[letter] * place_value
+        place_value *= base_of_words(walls)
+        remaining = remaining.removeprefix(letter)
     return code
 
 
@@ -75,7 +82,7 @@ def longer_than(letters: int, codes: Ints, walls: Sequence[str], turns: bool = F
     >>> longer_than(2, np.array([encode("BB", ("B", "T")), encode("BTB", ("B", "T"))]), ("B", "T"))
     array([False,  True])
     """
-    return (codes < 0) | (codes >= (len(_letters(walls, turns)) + 1) ** letters)
+    return (codes < 0) | (codes >= base_of_words(walls, turns) ** letters)
 
 
 def decoded(codes: Ints, walls: Sequence[str], turns: bool = False) -> NDArray[np.str_]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from nsmaps.exact.patterns import matches
+from nsmaps.exact.patterns import reach_of
 from nsmaps.exact.surfaces.family import WordFamily
 
 ATOMS = st.sampled_from(["B", "T", "~"])
@@ -20,6 +20,10 @@ PATTERNS = st.recursive(
     ),
     max_leaves=6,
 )
+
+
+def matches(pattern: str, word: str) -> bool:
+    return len(word) in reach_of(pattern)(word, frozenset({0}))
 
 
 @given(PATTERNS, st.text(st.sampled_from("BT~"), max_size=7))

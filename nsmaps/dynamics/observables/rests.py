@@ -61,7 +61,8 @@ def _slopes(formulas: Formulas, plan: Plan) -> tuple[Callable[..., Floats], ...]
     Functions of speed, phase, or both, and of the parameters. Their values have shape (formulas, derivatives), each formula
     before its derivatives by these; those of a rest have none by the phase.
     """
-    place, law = formulas.numbers[0 if formulas.sides[2] else 1], formulas.laws[1 if formulas.sides[2] else 0]
+    upper, numbers, laws = formulas.sides.base_is_upper, formulas.numbers, formulas.laws
+    place, law = (numbers.top, laws.upper) if upper else (numbers.bottom, laws.lower)
     symbols, known = formulas.symbols, {"v": V, "v_after": law, "place": place, "velocity": sp.S.Zero}
     given = {
         of: dict(zip(plan.vocabulary.variables(of), (known[name] for name in names), strict=True))
@@ -77,5 +78,5 @@ def _slopes(formulas: Formulas, plan: Plan) -> tuple[Callable[..., Floats], ...]
     return (
         compiled(impacts, (V, PHI, *symbols), (V, PHI, *symbols)),
         compiled([law], (V, *symbols), (V, *symbols)),
-        compiled([one / formulas.numbers[2] for one in rests], symbols, (PHI, *symbols)),
+        compiled([one / numbers.phase_rate for one in rests], symbols, (PHI, *symbols)),
     )

@@ -19,19 +19,18 @@ def release_rates(system: ImpactFormulas, phases: Floats, rates: Mapping[str, fl
     The acceleration of a ball that is held at the wall is zero there, whence they follow by the implicit function theorem.
     """
     by_phase, *by_each = _slopes(formulas_of(system))(phases, *system.parameters.values())
-    moved = sum(rate * each for rate, each in zip(system.direction(rates), by_each, strict=True))
-    return np.asarray(-moved / by_phase * np.ones(len(phases)))
+    along = sum(rate * each for rate, each in zip(system.direction(rates), by_each, strict=True))
+    return np.asarray(-along / by_phase * np.ones(len(phases)))
 
 
 @lru_cache(maxsize=64)
 def _slopes(formulas: Formulas) -> Callable[..., Any]:
     """The derivatives of that acceleration by the phase and by each parameter, at a phase and the parameters."""
-    top, bottom, turning, _ = formulas.numbers
-    _, _, base_is_upper = formulas.sides
-    at = top if base_is_upper else bottom
+    numbers = formulas.numbers
+    at = numbers.top if formulas.sides.base_is_upper else numbers.bottom
     if formulas.acceleration is None:
         held = sp.diff(formulas.displacement, S, 2).subs({S: 0, Z: at, W: 0})
     else:
-        held = formulas.acceleration.subs({S: PHI / turning, Z: at, W: 0})
+        held = formulas.acceleration.subs({S: PHI / numbers.phase_rate, Z: at, W: 0})
     arguments = (PHI, *formulas.symbols)
     return sp.lambdify(arguments, [sp.diff(held, x) for x in arguments], "numpy", cse=True)

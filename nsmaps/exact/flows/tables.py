@@ -4,8 +4,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
@@ -34,15 +35,39 @@ from nsmaps.exact.systems.walls import ImpactFormulas
 FLIGHTS = 4096  #: number of flights that are remembered, about 1 kB each
 
 
+class Scalars(NamedTuple):
+    """Formulas of numbers of a system, or their derivatives by its parameters."""
+
+    top: sp.Expr  #: place of the upper wall; of the base wall where there is none
+    bottom: sp.Expr  #: place of the lower wall
+    phase_rate: sp.Expr  #: radians of phase a unit of time
+    horizon: sp.Expr  #: longest flight, in the system's time
+
+
+class Laws(NamedTuple):
+    """The speeds after impacts of the speed V, or their derivatives by the parameters of the system."""
+
+    lower: sp.Expr
+    upper: sp.Expr
+
+
+class Sides(NamedTuple):
+    """The walls that there are."""
+
+    has_upper: bool
+    has_lower: bool
+    base_is_upper: bool
+
+
 @dataclass(frozen=True, eq=False)
 class Formulas:
     """The formulas of a system's class, or their derivatives by its parameters, from which tables are computed."""
 
     symbols: tuple[sp.Symbol, ...]  #: of the parameters, followed for derivatives by their rates of change
     displacement: sp.Expr
-    numbers: list[sp.Expr]  #: places of the upper and lower wall, radians of phase a unit of time, longest flight
-    laws: list[sp.Expr]  #: speed after an impact on the lower wall and on the upper, by V
-    sides: tuple[bool, bool, bool]  #: True if there is an upper wall, a lower one, if the base wall is the upper one
+    numbers: Scalars
+    laws: Laws
+    sides: Sides
     acceleration: sp.Expr | None = None  #: by S (the time), Z and W, of flights without a closed form, whose displacement is zero
 
     @cached_property
@@ -66,18 +91,20 @@ class Formulas:
         return [(at.LAW + k, law) for k, law in laws] + [(at.LAW_SLOPE + k, sp.diff(law, V)) for k, law in laws]
 
     @cached_property
-    def flown(self) -> list[bool]:
+    def in_displacement(self) -> list[bool]:
         """Whether the flight depends on each parameter; walls and laws may depend on the others."""
         return [symbol in self.displacement.free_symbols for symbol in self.symbols]
 
     def table(self, values: list[float]) -> Floats:
         """The table at these values of the parameters, shape (M,)."""
-        table = _flight(self, tuple(x if flown else 0.0 for x, flown in zip(values, self.flown, strict=True))).copy()
+        used = tuple(x if counts else 0.0 for x, counts in zip(values, self.in_displacement, strict=True))
+        table = _flight(self, used).copy()
         numbers, _ = self.scalars.floats(values)
         begin = int(table[at.AT_PARAMETERS])
         table[begin : begin + len(values)] = values
-        table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON]] = numbers[:4]
-        table[at.RESTITUTION : at.LAW] = numbers[4:]
+        scalars, factors = np.split(numbers, [len(self.numbers)])
+        table[[at.TOP, at.BOTTOM, at.PHASE_RATE, at.HORIZON]] = scalars
+        table[at.RESTITUTION : at.LAW] = factors
         table[[at.HAS_UP, at.HAS_DOWN, at.BASE_UP]] = self.sides
         for place, law in self.curved:
             table[place] = law_address(law, V, self.symbols)
@@ -100,15 +127,13 @@ def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
 
 @lru_cache(maxsize=64)
 def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
-    ways = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
-    pairs = list(zip(formulas.symbols, ways, strict=True))
+    rates = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
 
-    def moved(expr: sp.Expr) -> sp.Expr:
-        return sp.Add(*(way * sp.diff(expr, symbol) for symbol, way in pairs))
+    def tangent(expr: sp.Expr) -> sp.Expr:
+        return sp.Add(*(rate * sp.diff(expr, symbol) for symbol, rate in zip(formulas.symbols, rates, strict=True)))
 
-    symbols = formulas.symbols + ways
-    displacement = moved(formulas.displacement)
-    numbers, laws = ([moved(x) for x in exprs] for exprs in (formulas.numbers, formulas.laws))
+    symbols, displacement = formulas.symbols + rates, tangent(formulas.displacement)
+    numbers, laws = Scalars(*map(tangent, formulas.numbers)), Laws(*map(tangent, formulas.laws))
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
 
@@ -172,10 +197,9 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     except SystemDefinitionError as error:
         place = place_of(cls, cls.flight())
         raise SystemDefinitionError(f"{str(error).removesuffix(place)}{place}") from error
-    places, laws = impact_law(symbolic)
-    laws.reverse()  # the lower wall first
-    check_symbols(cls.__name__, [*places, *laws, period], set(symbols.values()))
-    numbers = [*places, 2 * sp.pi / period, periods_of(symbolic) * period]
+    (top, bottom), (upper, lower) = impact_law(symbolic)
+    check_symbols(cls.__name__, [top, bottom, upper, lower, period], set(symbols.values()))
+    numbers = Scalars(top, bottom, 2 * sp.pi / period, periods_of(symbolic) * period)
     base, *_ = sides
-    known, order = tuple(symbols.values()), (1 in sides, -1 in sides, base == 1)
-    return Formulas(known, given, numbers, laws, order, acceleration)
+    order = Sides(1 in sides, -1 in sides, base == 1)
+    return Formulas(tuple(symbols.values()), given, numbers, Laws(lower, upper), order, acceleration)

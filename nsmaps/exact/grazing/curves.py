@@ -5,6 +5,7 @@ Start points come from a scan of itineraries, the curves from `equations.py`.
 
 from collections import Counter
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,18 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box, nearest_turn
 from nsmaps.errors import StateError
-from nsmaps.exact.engine.itinerary import itinerary as itinerary_of
-from nsmaps.exact.grazing.equations import NEAR, Frame, Touch
+from nsmaps.exact.engine.itinerary import itinerary
+from nsmaps.exact.grazing.equations import NEAR, PHASE, SPEED, TIME, Frame, Touch
 from nsmaps.exact.kernel import Kernel, closed_form_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import HIGHEST, LOWEST
 
 BESIDE = 1e-11  # distance from a curve at which its two sides are examined, as a share of the highest speed and in radians
 HALVINGS = 36  # as a share of the distance of two neighbours of the scan
+SLOWEST = 1e-9  # speed of the scan, as a share of the highest
+BESIDE_REST = 0.1  # of the speed of a point, by which the sides of a curve are apart at most
+CHORD = 0.02  # of the distance of two points of a curve, by which it may bend away from their chord
+STEPPED, FARTHER = 0.3, 1e4  # an image jumps if it does not shrink to this share where its sides are as much nearer
 CHANGES = 8  # changes of itinerary that are sought between two neighbours of the scan
 
 
@@ -56,11 +61,11 @@ class GrazingCurve(WithCoordinates):
         return tuple(pair for pair, number in inner.items() if 100 * number > len(pairs))
 
 
-def _word(itinerary: str) -> str:
-    return itinerary.replace(HIGHEST, "").replace(LOWEST, "")
+def _word(turns: str) -> str:
+    return turns.replace(HIGHEST, "").replace(LOWEST, "")
 
 
-def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> tuple[GrazingCurve, ...]:
+def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: float) -> tuple[GrazingCurve, ...]:
     """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
     frame, kernel = _frame(system, box)
     if not (lines >= 2 and spacing > 0):
@@ -69,19 +74,20 @@ def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int = 400, spaci
     for (hits, upper), seeds in _seeds(kernel, frame, lines).items():
         kind = Touch(frame, hits, upper)
         while len(seeds):
-            traced = kind.curve(seeds[0], spacing)
-            seeds = seeds[1:]
+            seed, seeds = next(iter(seeds)), seeds[1:]
+            traced = kind.curve(seed, spacing)
             if traced is not None:
-                curves.append(_described(system, kind, *traced))
-                seeds = seeds[~_on(frame, traced[0], seeds)]
+                places, ends = traced
+                curves.append(_curve(system, kind, places, ends))
+                seeds = seeds[~_on(frame, places, seeds)]
     return tuple(curves)
 
 
 def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, Kernel]:
     """The box, checked, and the kernel of the system."""
     low, high = as_box(box, system.coordinates, whole_turn=True).T
-    if not low[0] >= 0:
-        raise StateError(f"the speeds are from {low[0]:g} to {high[0]:g}; expected: none below zero")
+    if not low[SPEED] >= 0:
+        raise StateError(f"the speeds are from {low[SPEED]:g} to {high[SPEED]:g}; expected: none below zero")
     kernel = closed_form_of(system, "grazing curves")
     return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate())), kernel
 
@@ -89,29 +95,29 @@ def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, Kernel]:
 def _seeds(kernel: Kernel, frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
     """Places next to grazing curves, by the kind of touch (impacts before it, upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
-    for ends in _changes(kernel, frame, lines):
-        seen = [itinerary_of(frame.p, *state, 0.0)[1] for state in ends]
-        one, state = min(zip(seen, ends, strict=True), key=lambda pair: pair[0].gap)
-        if one.gap_time > 0:
-            place = np.array([*state, one.gap_time]) / frame.scale
-            point = Touch(frame, one.gap_flight, one.gap_up).evaluate(place)
-            if point is not None and one.gap < NEAR * np.linalg.norm(point.jacobian[0]):
-                found.setdefault((one.gap_flight, one.gap_up), []).append(place)
+    for one, other in _changes(kernel, frame, lines):
+        (_, nearer), (_, farther) = itinerary(frame.p, *one, 0.0), itinerary(frame.p, *other, 0.0)
+        state = one if nearer.gap <= farther.gap else other
+        seen = min(nearer, farther, key=attrgetter("gap"))
+        if seen.gap_time > 0:
+            place = np.array([*state, seen.gap_time]) / frame.scale
+            point = Touch(frame, seen.gap_flight, seen.gap_up).evaluate(place)
+            if point is not None and seen.gap < NEAR * np.linalg.norm(point.by_gap):
+                found.setdefault((seen.gap_flight, seen.gap_up), []).append(place)
     return {kind: np.array(places) for kind, places in found.items()}
 
 
 def _changes(kernel: Kernel, frame: Frame, lines: int) -> Floats:
     """Pairs of states on either side of a change of itinerary, along both directions of a scan, shape (K, 2, 2)."""
-    low, high = np.maximum(frame.low, [1e-9 * frame.high[0], -np.inf]), frame.high
+    low, high = np.maximum(frame.low, [SLOWEST * frame.fastest, -np.inf]), frame.high
     mesh = np.stack(np.meshgrid(*np.linspace(low, high, lines).T, indexing="ij"), axis=-1)
     codes = _codes(kernel, mesh)
     pairs: list[tuple[Any, Any]] = [(np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])]  # neighbours in v, in phi
-    differ = [codes[one] != codes[other] for one, other in pairs]
-    (a, before), (b, beyond) = (
-        [np.concatenate([of[pair[k]][change] for pair, change in zip(pairs, differ, strict=True)]) for of in (mesh, codes)]
-        for k in (0, 1)
-    )
-    _, *sides = bisect_changes(lambda states: _codes(kernel, states), a, b, before, beyond, CHANGES, HALVINGS)
+    ends = [
+        [values[side][codes[one] != codes[other]] for values in (mesh, codes) for side in (one, other)] for one, other in pairs
+    ]
+    low, high, before, beyond = map(np.concatenate, zip(*ends, strict=True))
+    _, *sides = bisect_changes(lambda states: _codes(kernel, states), low, high, before, beyond, CHANGES, HALVINGS)
     return np.stack(sides, axis=1)
 
 
@@ -128,44 +134,46 @@ def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
     for k, place in enumerate(places):
         back = frame.difference_of(place - curve[:-1])
         share = np.clip(np.einsum("ij,ij->i", back, step) / length**2, 0, 1)
-        on[k] = (np.linalg.norm(back - share[:, None] * step, axis=1) < 0.02 * length + NEAR).any()
+        on[k] = (np.linalg.norm(back - share[:, None] * step, axis=1) < CHORD * length + NEAR).any()
     return on
 
 
-def _described(system: ImpactFormulas, kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
+def _curve(system: ImpactFormulas, kind: Touch, places: Floats, ends: tuple[str, str]) -> GrazingCurve:
     """A curve with the itineraries and images on both of its sides."""
-    frame, names = kind.frame, system.letters
-    points = places[:, :2] * frame.scale[:2]
+    frame, (base_letter, *others) = kind.frame, system.letters
+    *_, other_letter = base_letter, *others
+    points = places[:, :TIME] * frame.scale[:TIME]
+    speeds, phases = points.T
     if frame.circle:
-        points[:, 1] -= TWO_PI * np.floor((points[0, 1] - frame.low[1]) / TWO_PI)
-    unit = np.array([frame.high[0], 1.0])
+        phases -= TWO_PI * np.floor((next(iter(phases)) - frame.low[PHASE]) / TWO_PI)
+    unit = np.array([frame.fastest, 1.0])
     known = [point for place in places if (point := kind.evaluate(place)) is not None]
-    across = np.array([point.jacobian[0, :2] for point in known]) / frame.scale[:2] * unit
+    across = np.array([point.by_gap[:TIME] for point in known]) / frame.scale[:TIME] * unit
     across *= unit / np.linalg.norm(across, axis=1)[:, None]
 
     def beside(distance: float) -> tuple[Floats, Floats]:
-        least = np.minimum(distance, 0.1 * points[:, :1] / unit[0])
+        least = np.minimum(distance, BESIDE_REST * speeds / frame.fastest)[:, None]
         return points - least * across, points + least * across
 
     def jump(distance: float) -> Floats:
         hit, missed = (system.first_return(side).image for side in beside(distance))
-        missed[:, 1] = nearest_turn(missed[:, 1], hit[:, 1])
+        missed[:, PHASE] = nearest_turn(missed[:, PHASE], hit[:, PHASE])
         return np.linalg.norm((hit - missed) / unit, axis=1)
 
     hit, missed = (system.itineraries(side).words for side in beside(BESIDE))
     near = jump(BESIDE)
-    base = frame.base_up
+    first, _ = ends
     return GrazingCurve(
         coordinates=system.coordinates,
-        wall=names[0] if kind.upper == base else names[1],
-        word=names[0] + names[-1] * kind.hits,
+        wall=base_letter if kind.upper == frame.base_up else other_letter,
+        word=base_letter + other_letter * kind.hits,
         points=points,
-        touch=places[:, 2] * frame.scale[2],
+        touch=places[:, TIME] * frame.scale[TIME],
         length=np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0) / unit, axis=1))),
-        closed=ends[0] == "closed",
+        closed=first == "closed",
         ends=ends,
         hit=hit,
         missed=missed,
         jump=near,
-        jumps=bool(np.mean(near > 0.3 * jump(1e4 * BESIDE)) > 0.5),
+        jumps=bool(np.mean(near > STEPPED * jump(FARTHER * BESIDE)) > 0.5),
     )

@@ -3,7 +3,7 @@
 With s the time from the last impact before the touch, gap and rate of the flight vanish together: two equations in (v, phi, s).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite, sqrt
 from operator import mul
 
@@ -21,6 +21,10 @@ NEAR = 1e-6  # as a share of the size of the box: a point nearer to a curve than
 ROUNDED = 1e-14  # relative rounding of a point, by which a wall may be met shortly before it would be touched
 BEND = 0.995  # least cosine between the directions at both ends of a step
 MAX_POINTS = 20_000
+WHOLE = 1e-12  # of a turn: boxes that lack less contain every phase
+EARLY = 1e-5  # of the time of a touch, at least: an impact so shortly before it is the touch itself
+CROWDED = 0.02  # of the greatest step, below which points are left out
+SPEED, PHASE, TIME = range(3)  # columns of points, the first two also of states
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,22 +40,33 @@ class Frame:
     @property
     def circle(self) -> bool:
         """True if the box contains every phase."""
-        return bool(self.high[1] - self.low[1] >= TWO_PI * (1 - 1e-12))
+        return bool(self.high[PHASE] - self.low[PHASE] >= TWO_PI * (1 - WHOLE))
+
+    @property
+    def turn(self) -> float:
+        """A turn of the phase in units of the scale."""
+        return TWO_PI / float(self.scale[PHASE])
+
+    @property
+    def fastest(self) -> float:
+        """The highest speed of the box."""
+        return float(self.high[SPEED])
 
     def difference_of(self, difference: Floats) -> Floats:
         """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:
-            turn, difference = TWO_PI / self.scale[1], difference.copy()
-            phi = difference[..., 1]
-            phi -= turn * np.rint(phi / turn)
+            difference = difference.copy()
+            phi = difference[..., PHASE]
+            phi -= self.turn * np.rint(phi / self.turn)
         return difference
 
     def outside(self, y: Floats) -> str:
         """The reason why a point is outside the box, or an empty string."""
         v, phi, s = map(mul, y.tolist(), self.scale.tolist())
-        if v <= SMALLEST * self.scale[0] or s <= SHORTEST * self.scale[2]:
+        if v <= SMALLEST * self.scale[SPEED] or s <= SHORTEST * self.scale[TIME]:
             return "rest"
-        return "" if self.low[0] <= v <= self.high[0] and (self.circle or self.low[1] <= phi <= self.high[1]) else "box"
+        (low_v, low_phi), (high_v, high_phi) = self.low.tolist(), self.high.tolist()
+        return "" if low_v <= v <= high_v and (self.circle or low_phi <= phi <= high_phi) else "box"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +78,18 @@ class TouchPoint:
     jacobian: Floats  #: their derivatives, shape (2, 3)
     why: str  #: the reason why there is no such touch nearby; "" where there is one
     slowest: float  #: least speed of the impacts before it
+
+    @property
+    def by_gap(self) -> Floats:
+        """The derivatives of the gap, shape (3,)."""
+        gap, _ = self.jacobian
+        return np.asarray(gap)
+
+    @property
+    def near(self) -> bool:
+        """True if the gap is within reach of a curve."""
+        gap, _ = self.residual
+        return bool(abs(gap) < NEAR * np.linalg.norm(self.by_gap))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,14 +106,19 @@ class Touch:
         v, phi, s = map(mul, y.tolist(), scale)
         if not (v > 0 and s > 0):
             return None
-        slowest, share, gap, rate, a, by = touch(self.frame.p, v, phi, s, self.hits, self.upper)
-        rows = [*map(mul, (by[0], by[1], rate), scale)], [*map(mul, (by[2], by[3], a), scale)]
-        if not all(map(isfinite, (gap, rate, *rows[0], *rows[1]))):
+        found = touch(self.frame.p, v, phi, s, self.hits, self.upper)
+        gap_v, gap_phi, rate_v, rate_phi = found.by_state
+        by_gap = [*map(mul, (gap_v, gap_phi, found.rate), scale)]
+        by_rate = [*map(mul, (rate_v, rate_phi, found.acceleration), scale)]
+        if not all(map(isfinite, (found.gap, found.rate, *by_gap, *by_rate))):
             return None
-        jacobian = np.array(rows)
-        early = max(1e-5, sqrt(2 * ROUNDED * length(jacobian[0]) / a) / s) if a > 0 else 0.0
-        why = "inflection" if a <= 0 else "" if share > 1 - early else "graze"
-        return TouchPoint(y, np.array([gap, rate]), jacobian, why if slowest > 0 else "graze", float(slowest))
+        point = TouchPoint(y, np.array([found.gap, found.rate]), np.array([by_gap, by_rate]), "graze", float(found.slowest))
+        if not found.slowest > 0:
+            return point
+        if found.acceleration <= 0:
+            return replace(point, why="inflection")
+        early = max(EARLY, sqrt(2 * ROUNDED * length(point.by_gap) / found.acceleration) / s)
+        return replace(point, why="") if found.share > 1 - early else point
 
     def exists(self, point: TouchPoint) -> bool:
         """True if the flight of a solution is that of a state in the box and meets no wall on its way."""
@@ -110,9 +142,9 @@ class Touch:
         if reason := self.frame.outside(beyond):
             return reason
         there = self.evaluate(beyond)
-        if there is None or abs(there.residual[0]) >= NEAR * np.linalg.norm(there.jacobian[0]):
+        if there is None or not there.near:
             return "graze"
-        return (there.why or "lost") if point.slowest > 100 * NEAR * self.frame.scale[0] else "graze"
+        return (there.why or "lost") if point.slowest > 100 * NEAR * self.frame.scale[SPEED] else "graze"
 
     def branch(self, start: TouchPoint, along: Floats, max_points: float) -> tuple[str, list[Floats]]:
         """The curve from a point on it in one direction: (the reason why it ends, or `closed`; its further points)."""
@@ -136,18 +168,20 @@ class Touch:
         along = self.direction(start)
         last, ahead = self.branch(start, along, max_points)
         if last == "closed":
-            turn = TWO_PI / self.frame.scale[1]
-            whole = np.array([0.0, np.round((ahead[-1] - start.y)[1] / turn) * turn, 0.0])
+            *_, end = ahead
+            whole = np.zeros_like(start.y)
+            whole[PHASE] = np.round((end - start.y)[PHASE] / self.frame.turn) * self.frame.turn
             return np.array([start.y, *ahead, start.y + whole]), ("closed", "closed")
         first, behind = self.branch(start, -along, max_points)
         points = [*behind[::-1], start.y, *ahead]
-        return (_thinned(points, 0.02 * max_points), (first, last)) if len(points) > 1 else None
+        return (_thinned(points, CROWDED * max_points), (first, last)) if len(points) > 1 else None
 
 
 def _thinned(points: list[Floats], least: float) -> Floats:
     """The points without those whose states crowd at an end; both ends are preserved."""
-    kept = points[:1]
-    for point in points[1:-1]:
-        if min(np.linalg.norm((point - other)[:2]) for other in (kept[-1], points[-1])) > least:
-            kept.append(point)
-    return np.array([*kept, points[-1]])
+    first, *inner, end = points
+    kept, last = [first], first
+    for point in inner:
+        if min(np.linalg.norm((point - other)[:TIME]) for other in (last, end)) > least:
+            kept.append(last := point)
+    return np.array([*kept, end])

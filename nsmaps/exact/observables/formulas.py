@@ -133,7 +133,7 @@ def _of_walls(formulas: Any, names: tuple[str, ...], letters: tuple[str, ...]) -
     """The vocabulary of an impact system, by its formulas."""
     inputs = {"impacts": ("v", f"v{AFTER}", "place"), "flights": ("place", "velocity")}
     places = dict.fromkeys(("impacts", "flights"), (*letters, "")[:2])
-    return Vocabulary(inputs, formulas.symbols, names, formulas.numbers[2], places, (True, True))
+    return Vocabulary(inputs, formulas.symbols, names, formulas.numbers.phase_rate, places, (True, True))
 
 
 @lru_cache(maxsize=64)
@@ -255,7 +255,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     The forcing is the acceleration less its mean over the phase. Of the mean, what vanishes with the velocity is damping.
     """
     place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
-    rate = formulas.numbers[2]
+    rate = formulas.numbers.phase_rate
     if formulas.acceleration is None:
         force = sp.diff(formulas.displacement, S, 2).subs(S, 0)
     else:

@@ -8,10 +8,12 @@ import numpy as np
 
 from nsmaps.arrays import Ints
 from nsmaps.exact.returns import Margin, Returns
-from nsmaps.exact.words import CHATTER, LONGER, REST, decode, encode
+from nsmaps.exact.words import CHATTER, LONGER, REST, base_of_words, decode, encode
 
 if TYPE_CHECKING:
     from nsmaps.exact.returnmap import ReturnMap
+
+LARGEST_CODE = 2**63 - 1  #: of a word, an int64
 
 
 def joined(first: Returns, second: Returns) -> Returns:
@@ -63,7 +65,7 @@ def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
     if LONGER in one or not two:
         return first if LONGER in one else 0
     word = one + two.removesuffix(LONGER)[1:]
-    letters = int(math.log(2**63 - 1, len(walls) + 3)) - 1  # as many as the kernel's
+    letters = int(math.log(LARGEST_CODE, base_of_words(walls))) - 1  # as many as the kernel's
     return -encode(word[:letters], walls) if len(word) > letters or LONGER in two else encode(word, walls)
 
 
@@ -73,5 +75,5 @@ def most_returns(word: str) -> int:
     >>> [most_returns(word) for word in ("BB", "BTTB", "BBTB", "B~", "B~TB")]
     [1, 1, 2, 1, 2]
     """
-    base = word[0]
+    base = word[:1]
     return max(word.count(base) - 1 + word.count(base + CHATTER) + word.count(base + REST), 1)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.patterns import compiled
+from nsmaps.exact.patterns import reach_of
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import joined, most_returns
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
@@ -141,6 +141,6 @@ def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
         return returns.has_word(word)
     encode(letters_of(word), returns.walls)  # the word contains a letter that is not a wall
     codes, inverse = np.unique(returns.codes, return_inverse=True)
-    reach = compiled(word)
+    reach = reach_of(word)
     matching = [len(text) in reach(text, frozenset({0})) for text in (decode(int(code), returns.walls) for code in codes)]
     return np.array(matching, bool)[inverse.reshape(-1)]

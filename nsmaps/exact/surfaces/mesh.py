@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
 
 Part = Callable[[Returns], NDArray[np.integer]]  #: a number for each of N returns, shape (N,), negative to leave one out
+CORNERS, QUADRILATERAL = 3, 4  #: corners of triangles and of cells
+FIRST, LAST = 0, -1  #: rows of a block
 FINER = 2  #: parts of each side of a divided cell
 CHANGES = 6  #: of the smooth piece on such a part, at most
 HALVINGS = 26  #: of such a part, to find one
@@ -52,10 +54,10 @@ class Mesh:
         points, at = np.stack([self.returns.start, self.returns.image], axis=1), self.returns.start[:, k]
         above = at >= (value if value > at.min() else np.nextafter(at.min(), np.inf))
         count = np.sum([above[corner] for corner in self.triangles.T], axis=0)
-        corners, count = (rows[(count > 0) & (count < 3)] for rows in (self.triangles, count))
+        corners, count = (rows[(count > 0) & (count < CORNERS)] for rows in (self.triangles, count))
         alone = np.argmax(above[corners] == (count == 1)[:, None], axis=1)
-        tip = corners[np.arange(len(corners)), alone]
-        ends = [corners[np.arange(len(corners)), (alone + j) % 3] for j in (1, 2)]
+        turned = np.take_along_axis(corners, (alone[:, None] + np.arange(CORNERS)) % CORNERS, axis=1)
+        tip, *ends = turned.T
         shares = [((value - at[tip]) / (at[end] - at[tip]))[:, None, None] for end in ends]
         found = [points[tip] + share * (points[end] - points[tip]) for share, end in zip(shares, ends, strict=True)]
         return np.stack(found, axis=1)
@@ -85,7 +87,7 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared(pieces, pairs)])
     label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
-    triangles = same[np.concatenate([lattice.whole[:, [0, 1, 2]], lattice.whole[:, [0, 2, 3]], *fans])]
+    triangles = same[np.concatenate([*_halves(lattice.whole), *fans])]
     states, triangles = refined(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
     used = np.zeros(len(states), bool)
     used[triangles] = True
@@ -160,24 +162,43 @@ def _refined(pieces: _Pieces, surface: Surface) -> _Lattice:
     states[coarse.ravel()] = surface.grid.states()
     key[coarse.ravel()[surface.member]] = pieces.keys(surface.returns)
     cells = _around(coarse)
-    alike = np.logical_and.reduce([column[cells[:, k]] == column[cells[:, 0]] for column in key.T for k in (1, 2, 3)])
+    first, *others = cells.T
+    alike = np.logical_and.reduce([(key[other] == key[first]).all(axis=1) for other in others])
     parts = lattice[:FINER, :FINER].reshape(-1, 1) + _around(lattice[:2, :2])
     divided = (cells[~alike, :1, None] + parts).reshape(-1, 4)
     new = np.zeros(fine.size, bool)
     new[divided], new[coarse] = True, False
     key[new] = pieces(states[new])
-    whole = cells[alike & (key[cells[:, 0], 0] > 0)]
-    block = lattice[: FINER + 1, : FINER + 1]
-    walk = np.concatenate([block[:-1, 0], block[-1, :-1], block[:0:-1, -1], block[0, :0:-1]])
+    whole = cells[alike & _on_surface(key[first])]
+    walk = _rim(lattice[: FINER + 1, : FINER + 1])
     rims = whole[:, :1] + walk
     named = new[rims] | (np.arange(len(walk)) % FINER == 0)
-    beside = named.sum(axis=1) > 4
+    beside = named.sum(axis=1) > QUADRILATERAL
     return _Lattice(states, key, whole[~beside], np.where(named, rims, -1)[beside], divided)
 
 
 def _around(lattice: Ints) -> Ints:
     """The points around each cell of a lattice, in turn, shape (C, 4)."""
     return np.stack([lattice[:-1, :-1], lattice[1:, :-1], lattice[1:, 1:], lattice[:-1, 1:]], axis=-1).reshape(-1, 4)
+
+
+def _rim(block: Ints) -> Ints:
+    """The points on the rim of a square block of a lattice, shape (n, n), in turn, shape (4 n - 4,)."""
+    left, right = block.T[[FIRST, LAST]]
+    bottom, top = block[[FIRST, LAST]]
+    return np.concatenate([left[:-1], top[:-1], right[:0:-1], bottom[:0:-1]])
+
+
+def _halves(cells: Ints) -> tuple[Ints, Ints]:
+    """Two triangles of each of the cells (W, 4)."""
+    a, b, c, d = cells.T
+    return np.column_stack([a, b, c]), np.column_stack([a, c, d])
+
+
+def _on_surface(key: Ints) -> Bools:
+    """Whether keys, shape (P, c), are those of states on the surface, shape (P,)."""
+    member, *_ = key.T
+    return np.asarray(member > 0)
 
 
 def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
@@ -187,8 +208,8 @@ def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
     counted from L on, and -1 in between.
     """
     cells, states, key = lattice.divided, lattice.states, lattice.key
-    code = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)]), axis=0)
-    sides, of_side = np.unique(code[0] * len(states) + code[1], return_inverse=True)
+    lower, upper = np.sort(np.stack([cells, np.roll(cells, -1, axis=1)]), axis=0)
+    sides, of_side = np.unique(lower * len(states) + upper, return_inverse=True)
     first, second = np.divmod(sides, len(states))
     crossed = np.flatnonzero((key[first] != key[second]).any(axis=1))
     first, second = first[crossed], second[crossed]
@@ -220,8 +241,9 @@ def _shared(pieces: _Pieces, pairs: Floats) -> Ints:
 def _labels(key: Ints, outlines: Ints) -> Ints:
     """A number for each key of the points on outlines, shape (P,), -1 where a point is on none or not on the surface."""
     label, named = np.full(len(key), -1), np.unique(outlines[outlines >= 0])
-    label[named] = np.unique(key[named], axis=0, return_inverse=True)[1].ravel()
-    return np.where(key[:, 0] > 0, label, -1)
+    _, number = np.unique(key[named], axis=0, return_inverse=True)
+    label[named] = number.ravel()
+    return np.where(_on_surface(key), label, -1)
 
 
 def _fans(outlines: Ints, label: Ints) -> Ints:
@@ -236,9 +258,11 @@ def _fans(outlines: Ints, label: Ints) -> Ints:
     run = _runs(cell, own)
     pairs, of_pair = np.unique(np.column_stack([cell, own]), axis=0, return_inverse=True)  # of cells and labels
     of_pair = of_pair.ravel()
-    several = np.bincount(of_pair[np.unique(run, return_index=True)[1]], minlength=len(pairs)) > 1
+    _, begin = np.unique(run, return_index=True)
+    several = np.bincount(of_pair[begin], minlength=len(pairs)) > 1
     with_corner = np.bincount(of_pair, slot % (1 + 2 * CHANGES) == 0, len(pairs)) > 0
-    parted = several & with_corner & (np.bincount(pairs[:, 0], several)[pairs[:, 0]] > 1)
+    cell_of_pair, _ = pairs.T
+    parted = several & with_corner & (np.bincount(cell_of_pair, several)[cell_of_pair] > 1)
     group = np.where(parted[of_pair], len(pairs) + run, of_pair)
     order = np.argsort(group, kind="stable")
     group, point, own = group[order], point[order], own[order]

@@ -89,7 +89,8 @@ def _sides(triangles: Ints, points: int) -> tuple[Ints, Ints]:
     The k-th side is opposite to the k-th corner.
     """
     ends = np.sort(np.stack([np.roll(triangles, -1, axis=1), np.roll(triangles, -2, axis=1)]), axis=0)
-    codes, number = np.unique(ends[0] * points + ends[1], return_inverse=True)
+    lower, upper = ends
+    codes, number = np.unique(lower * points + upper, return_inverse=True)
     return np.stack(np.divmod(codes, points), axis=1), number.reshape(triangles.shape)
 
 
@@ -111,7 +112,8 @@ def _divided(triangles: Ints, middle: Ints) -> Ints:
 
 def _jumps(images: Images, ends: Floats, values: Floats) -> Bools:
     """Whether the image jumps between ends (S, 2, n) with values (S, 2, n), shape (S,)."""
-    asked = np.flatnonzero((np.abs(values[:, 1] - values[:, 0]) > STEEP * FLAT).any(axis=1))
+    below, above = values.swapaxes(0, 1)
+    asked = np.flatnonzero((np.abs(above - below) > STEEP * FLAT).any(axis=1))
     (low, high), (below, above) = ends[asked].swapaxes(0, 1), values[asked].swapaxes(0, 1)
     for _ in range(HALVINGS):
         middle = (low + high) / 2

@@ -49,10 +49,9 @@ def slice_along(system: "System", along: str, axis: Axis, at: Mapping[str, float
 
     x = axis.values()
     keys = _keys(system, states(x))
-    edges = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
-    low, high, _ = bisect_change(
-        lambda x: _keys(system, states(x)), x[edges], x[edges + 1], keys[edges], keys[edges + 1], halvings=HALVINGS
-    )
+    changed = (keys[1:] != keys[:-1]).any(axis=1)
+    sides = x[:-1][changed], x[1:][changed], keys[:-1][changed], keys[1:][changed]
+    low, high, _ = bisect_change(lambda x: _keys(system, states(x)), *sides, halvings=HALVINGS)
     x = np.unique(np.concatenate([x, low, high]))
     returns = system.first_return(states(x))
     below = np.isin(x[:-1], low) & np.isin(x[1:], high)

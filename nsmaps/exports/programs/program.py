@@ -10,7 +10,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.words import CHATTER, REST
+from nsmaps.exact.words import CHATTER, REST, base_of_words
 from nsmaps.exports.engine.c import CPrinter
 from nsmaps.exports.engine.julia import JuliaPrinter
 from nsmaps.exports.engine.kinds import Kind, Record
@@ -102,7 +102,7 @@ def _known(what: FirstReturn, name: str, printer: Printer) -> dict[str, Any]:
         "functions": functions,
         "first_return": what.entry.py_func.__name__,
         "letters": ", ".join(map(json.dumps, letters)),
-        "base": len(letters) + 1,
+        "base": base_of_words(what.letters),
         "chatter": SUMMED_SPEED,
         "names": ", ".join(json.dumps(each.name) for each in Outcome),
         "outcomes": ", ".join(f"{each.value} {each.name}" for each in Outcome if each.value in what.outcomes and each.value != 5),

@@ -1,6 +1,7 @@
 """Rows of formulas in numbers over the features: the states, 1, and cosine and sine of the multiples of the phase."""
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import sympy as sp
@@ -44,8 +45,8 @@ class Numbers:
             formula: in_features(program, wave, highest if self.harmonics is None else self.harmonics)
             for formula, wave in waves.items()
         }
-        rows = [[*map(program.number, row.coefficients), *features[row.remainder]] for row in self.rows]
-        return [x for row in rows for x in row], len(rows[0])
+        first, *others = ([*map(program.number, row.coefficients), *features[row.remainder]] for row in self.rows)
+        return [*first, *chain(*others)], len(first)
 
 
 def in_features(program: Program, waves: dict[int, Number], harmonics: int) -> list[Number]:

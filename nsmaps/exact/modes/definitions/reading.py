@@ -107,9 +107,9 @@ def _events(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[s
     events = tuple(replace(one, held=held.get(one.mode, ())) for one in events)
     check_held(reader, tuple(rates), events)
     left = {one.mode for one in events if not one.begins}
-    if closed := [mode for number, mode in enumerate(rates) if number not in left]:
+    for closed in (mode for number, mode in enumerate(rates) if number not in left):
         raise SystemDefinitionError(
-            f"{reader.name}.guards: none is watched in the mode {closed[0]!r}, which a motion never leaves; expected: a guard "
+            f"{reader.name}.guards: none is watched in the mode {closed!r}, which a motion never leaves; expected: a guard "
             "there, or `ends=True` for the guards that lead to it"
         )
     return events
@@ -160,7 +160,7 @@ def _guarded(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) ->
     function = reader.row(guard.function, f"the function of {what}")
     where = tuple(reader.row(one, f"a condition of {what}") for one in guard.where)
     reset, curved = _reset(reader, guard, what)
-    letter = name[0] if guard.letter is None else guard.letter
+    letter = name[:1] if guard.letter is None else guard.letter
     for mode in guard.watched:
         target = -1 if guard.ends else modes.index(guard.to or mode)
         contact = name if guard.rests else ""

@@ -120,6 +120,21 @@ def is_sum_of_waves(expr: sp.Expr) -> bool:
     return True
 
 
+def equal(one: Row, other: Row) -> bool:
+    """Whether two functions are the same."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    return all(a == b or sp.simplify(a - b) == 0 for a, b in pairs)
+
+
+def factor_of(one: Row, other: Row) -> sp.Expr | None:
+    """The factor free of states and phase by which a function is another one that is not zero; None where there is none."""
+    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+    factor = next((sp.simplify(a / b) for a, b in pairs if b != 0), None)
+    if factor is None or factor.has(PHI, *one.variables, *other.variables) or not equal(one, other.scaled(factor)):
+        return None
+    return factor
+
+
 def same_row(state: int, n: int) -> Row:
     """The row of a state itself, by its position among n."""
     return Row(tuple(sp.Integer(k == state) for k in range(n)), sp.S.Zero)

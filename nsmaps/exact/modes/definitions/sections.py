@@ -1,7 +1,7 @@
 """The section of a system with modes: its coordinates, and the state and phase that they give at each of its events."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import sympy as sp
 
@@ -9,10 +9,9 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Start, Transition
-from nsmaps.exact.modes.definitions.events.crossings import equal
 from nsmaps.exact.modes.definitions.events.sliding import Rates
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
-from nsmaps.exact.modes.definitions.rows import Row, vanishes
+from nsmaps.exact.modes.definitions.rows import Row, equal, factor_of, vanishes
 from nsmaps.exact.systems.guards import Section
 
 
@@ -25,8 +24,9 @@ def coordinates_of(name: str, states: tuple[str, ...], section: Section, forced:
     others = [each for each in section.coordinates if each not in states]
     wanted = f"names of the states {', '.join(states)}" + ", and of one phase" * forced
     if not section.coordinates:
+        first, *_ = states
         raise SystemDefinitionError(
-            f"{name}.section has no coordinates, and a map needs one; expected: {wanted}, such as ({states[0]!r},); one that the "
+            f"{name}.section has no coordinates, and a map needs one; expected: {wanted}, such as ({first!r},); one that the "
             "guard gives already may be named too"
         )
     if len(others) > forced or len(set(section.coordinates)) < len(section.coordinates):
@@ -106,11 +106,11 @@ def _solved(
     zeros = [one.at(states).of(variables) for one in zeros_at(section, transition)]
     unknown = [reader.states[state] for state in left]
     for chosen in combinations(zeros, len(left)):
-        if not (_linear(chosen, unknown) or (len(unknown) == 1 and _monotone(chosen[0], unknown[0]))):
+        if not (_linear(chosen, unknown) or (len(unknown) == 1 and _monotone(*chosen, *unknown))):
             continue  # several states may solve it
-        found = _solutions(chosen, unknown)
-        if len(found) == 1 and len(found[0]) == len(unknown) and not any(value.has(*unknown) for value in found[0].values()):
-            return {state: reader.row(found[0][reader.states[state]], f"{reader.name}.section: {state}") for state in left}
+        first, *others = _solutions(chosen, unknown) or [{}]
+        if not others and len(first) == len(unknown) and not any(value.has(*unknown) for value in first.values()):
+            return {state: reader.row(first[reader.states[state]], f"{reader.name}.section: {state}") for state in left}
     names = " and ".join(left)
     what = f"the guard {transition.name!r}" + " with its reset" * (section.side == "after")
     depends = f"{what} does not depend on {names}" if len(left) == 1 else f"{what} does not give {names}"
@@ -198,21 +198,21 @@ def check_starts(
         SystemDefinitionError: says which events or states, and what is expected.
     """
     for start in starts:
-        one = transitions[start.transition]
+        name = transitions[start.transition].name
         for zero in start.zeros:
             if not any(zero.coefficients) and zero.remainder.is_number and abs(sp.N(zero.remainder)) > NEAR:
                 raise SystemDefinitionError(
-                    f"{reader.name}.section gives states of which none is just {section.side} {one.name!r}: a function that is "
+                    f"{reader.name}.section gives states of which none is just {section.side} {name!r}: a function that is "
                     f"zero there is {sp.N(zero.remainder, 6)}; expected: other `states`, or those that the guard gives left out"
                 )
     for first, second in combinations(starts, 2):
-        names = [transitions[start.transition].name for start in (first, second)]
-        known = not (after and names[0] != names[1]) and _distinct(reader, transitions, flows, first, second)
+        one, other = (transitions[start.transition].name for start in (first, second))
+        known = not (after and one != other) and _distinct(reader, transitions, flows, first, second)
         if not all(map(equal, first.states, second.states)) and not known:
             pairs = zip(reader.states, first.states, second.states, strict=True)
             left = [state for state, a, b in pairs if not equal(a, b)]
             raise SystemDefinitionError(
-                f"{reader.name}.section is at {names[0]!r} and {names[1]!r}, whose functions are zero at different "
+                f"{reader.name}.section is at {one!r} and {other!r}, whose functions are zero at different "
                 f"{', '.join(left)} for the same coordinates, which do not distinguish them; expected: "
                 f"{' and '.join(map(repr, left))} among the `coordinates`, or one event"
             )
@@ -231,14 +231,8 @@ def _distinct(reader: Reader, transitions: Sequence[Transition], flows: Sequence
 
 def _opposite(one: Row, other: Row) -> bool:
     """Whether a row is a negative multiple of another one."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    lead = next((a / b for a, b in pairs if a != 0 and b != 0), None)
-    if lead is None:
-        return False
-    factor = sp.simplify(lead)
-    if factor.has(PHI, *one.variables, *other.variables) or not all(sp.N(factor.subs(values)) < 0 for values in trials(factor)):
-        return False
-    return equal(one, other.scaled(factor))
+    factor = factor_of(one, other)
+    return factor is not None and all(sp.N(factor.subs(values)) < 0 for values in trials(factor))
 
 
 def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start], forced: bool) -> int:
@@ -254,8 +248,8 @@ def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence
             f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r}, "
             f"{shown(one.function.remainder)}, is not a sum of harmonics; expected: one with the same zero, such as -sin(w t)"
         )
-    if all(clocks) and all(equal(one.function, ones[0].function) for one in ones):
-        return starts[0].transition
+    if all(clocks) and all(equal(one.function, other.function) for one, other in pairwise(ones)):
+        return next(start.transition for start in starts)
     for start, one in zip(starts, ones, strict=True):
         fixed = any(zero.remainder.has(PHI) for zero in start.zeros) or not forced
         values = [x for zero in start.zeros for x in (*zero.coefficients, zero.remainder.subs(PHI, 0))]

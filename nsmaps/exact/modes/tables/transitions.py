@@ -8,6 +8,7 @@ import numpy as np
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.rows import Rows
+from nsmaps.exact.words import base_of_words
 
 
 @lru_cache(maxsize=64)
@@ -47,7 +48,7 @@ def stated(definition: Definition) -> dict[str, Any]:
         "curved": np.array([[k in dict(one.curved) for k in range(len(definition.states))] for one in transitions]),
         "conditions": np.cumsum([0, *(len(one.where) for one in transitions)]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
-        "base": len(letters) + 3,
+        "base": base_of_words(letters),
         "impacts": np.array([guards.index(one.guard) if one.guard and not one.begins else -1 for one in transitions]),
         "contacts": np.array([guards.index(one.guard) if one.begins else -1 for one in transitions]),
         "releases": np.array([one.releases for one in transitions]),

@@ -38,9 +38,9 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
         SystemDefinitionError: its event is not an impact in one mode, or its direction depends on states that it changes.
     """
     what = f"{reader.name}.guards: {name!r} with rests={guard.rests!r}"
-    free = guard.watched[0]
+    free, *others = guard.watched
     check_names(f"{what} names the mode", (free,), tuple(rates))
-    if len(guard.watched) > 1 or guard.to not in ("", free) or guard.ends:
+    if others or guard.to not in ("", free) or guard.ends:
         raise SystemDefinitionError(
             f"{what} concerns several modes; expected: an impact in one mode, which follows it too; {FRICTION}"
         )
@@ -87,7 +87,8 @@ def _fixed(share: sp.Expr, changed: set[sp.Symbol], what: str) -> sp.Expr:
             f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a "
             "direction of the impact that is free of the states that it changes"
         )
-    return values[0]
+    value, *_ = values
+    return value
 
 
 def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[sp.Expr]) -> None:

@@ -11,9 +11,8 @@ from itertools import product
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.definition import Transition
-from nsmaps.exact.modes.definitions.rows import Row, same_row
+from nsmaps.exact.modes.definitions.rows import Row, equal, factor_of, same_row
 
 MOST_MODES = 64
 
@@ -43,22 +42,22 @@ class Crossings:
                     yield from self.passed(one, below) if nothing_changes(one) else self.changed(one, below)
         for (mode, below), number in self.numbers.items():
             for k, function in enumerate(self.functions[mode]):
-                others = [each for each in transitions if each.mode == mode and each.function == function and crosses(each)]
+                like, *others = (one for one in transitions if one.mode == mode and one.function == function and crosses(one))
                 if below[k]:
-                    yield silent(others[0], number, opposite(function), self.at(mode, below, k, False))
-                elif all(each.where for each in others):
-                    yield silent(others[0], number, function, self.at(mode, below, k, True))
+                    yield silent(like, number, opposite(function), self.at(mode, below, k, False))
+                elif all(each.where for each in (like, *others)):
+                    yield silent(like, number, function, self.at(mode, below, k, True))
 
     def at(self, mode: int, below: Flags, k: int, flag: bool) -> int:
         """The part of a mode in which the function k has another flag."""
-        return self.numbers[mode, (*below[:k], flag, *below[k + 1 :])]
+        return self.numbers[mode, tuple(flag if i == k else each for i, each in enumerate(below))]
 
     def known(self, after: Row, one: Transition, below: Flags) -> bool | None:
         """Whether a function is below zero just after an event in a part of its mode; None where that depends on the state.
 
         On the surface that is crossed it counts as below, unless it surely rises; what an event does not change keeps its sign.
         """
-        if proportional(after, one.function):
+        if factor_of(after, one.function) is not None:
             return not rises(after, one.function)
         for function, flag in zip(self.functions[one.mode], below, strict=True):
             if equal(after, function):
@@ -75,8 +74,8 @@ class Crossings:
         if all(below[i] for i in back):
             others = [side(each, below[i]) for i, each in enumerate(functions) if i != k and i not in back]
             flags = tuple(i == k or (below[i] and i not in back) for i in range(len(functions)))
-            numbers = self.numbers[one.mode, below], self.numbers[one.mode, flags]
-            yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *others))
+            mode, target = self.numbers[one.mode, below], self.numbers[one.mode, flags]
+            yield replace(one, mode=mode, target=target, where=(*one.where, *others))
 
     def changed(self, one: Transition, below: Flags) -> Iterator[Transition]:
         """An event at which something changes, in a part of its mode.
@@ -91,8 +90,8 @@ class Crossings:
         for flags in self.flags(one.target):
             if all(part in (None, flag) for part, flag in zip(known, flags, strict=True)):
                 sides = [side(row, flag) for row, flag, part in zip(after, flags, known, strict=True) if part is None]
-                numbers = self.numbers[one.mode, below], self.numbers[one.target, flags]
-                yield replace(one, mode=numbers[0], target=numbers[1], where=(*one.where, *sides))
+                mode, target = self.numbers[one.mode, below], self.numbers[one.target, flags]
+                yield replace(one, mode=mode, target=target, where=(*one.where, *sides))
 
 
 def crosses(one: Transition) -> bool:
@@ -150,23 +149,7 @@ def side(function: Row, below: bool) -> Row:
     return opposite(function) if below else function
 
 
-def equal(one: Row, other: Row) -> bool:
-    """Whether two functions are the same."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    return all(a == b or sp.simplify(a - b) == 0 for a, b in pairs)
-
-
 def negative_of(one: Row, other: Row) -> bool:
     """Whether a function is another times a negative number, whatever the parameters."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    lead = next((a / b for a, b in pairs if b != 0), sp.S.One)
-    return sp.simplify(lead).is_negative is True and proportional(one, other)
-
-
-def proportional(one: Row, other: Row) -> bool:
-    """Whether a function is zero wherever another one is."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    lead = next((pair for pair in pairs if pair[1] != 0), None)
-    if lead is None or sp.simplify(lead[0] / lead[1]).has(PHI, *one.variables, *other.variables):  # a factor that changes
-        return False
-    return all(sp.simplify(a * lead[1] - b * lead[0]) == 0 for a, b in pairs)
+    factor = factor_of(one, other)
+    return factor is not None and factor.is_negative is True

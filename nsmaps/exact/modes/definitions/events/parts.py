@@ -11,10 +11,10 @@ import sympy as sp
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import trials
 from nsmaps.exact.modes.definitions.definition import Transition
-from nsmaps.exact.modes.definitions.events.crossings import Flags, crosses, equal
+from nsmaps.exact.modes.definitions.events.crossings import Flags, crosses
 from nsmaps.exact.modes.definitions.events.sliding import Rates
 from nsmaps.exact.modes.definitions.formulas import Reader, shown
-from nsmaps.exact.modes.definitions.rows import Row, row_of
+from nsmaps.exact.modes.definitions.rows import Row, factor_of, row_of
 
 Signs = Mapping[sp.Symbol, int]  #: of the arguments of kinks in a part of a mode
 NEWTON = 40  #: steps to a state at which an argument is zero
@@ -107,13 +107,9 @@ def _symbols(rates: Rates, own: Sequence[Transition]) -> set[sp.Symbol]:
 
 
 def _ratio(function: Row, others: Sequence[Row]) -> int:
-    """The sign of the factor by which a function is one of some others, 0 if it is proportional to none."""
-    for other in others:
-        pairs = [*zip(function.coefficients, other.coefficients, strict=True), (function.remainder, other.remainder)]
-        number = next((sp.cancel(a / b) for a, b in pairs if a != 0 and b != 0), sp.S.Zero)
-        if number.is_number and number != 0 and equal(function, other.scaled(number)):
-            return 1 if number > 0 else -1
-    return 0
+    """The sign of the number by which a function is a multiple of one of some others, 0 if it is one of none."""
+    factors = (factor_of(function, other) for other in others)
+    return next((int(sp.sign(factor)) for factor in factors if factor is not None and factor.is_number and factor != 0), 0)
 
 
 def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) -> None:

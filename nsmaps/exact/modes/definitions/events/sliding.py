@@ -111,7 +111,7 @@ def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[
     def event(
         before: str, after: str, function: Row, reset: Rates, where: Sequence[Row] = (), held: Sequence[Row] = ()
     ) -> Transition:
-        letter = given.letters.get(after, after[0])
+        letter = given.letters.get(after, after[:1])
         return Transition(
             f"{before} to {after}",
             letter,
