@@ -14,7 +14,6 @@ import nsmaps
 from nsmaps.cells.certified import Orders
 from nsmaps.exact.engine.observers import Track, trajectory
 from nsmaps.exact.engine.returns import Impact
-from nsmaps.exact.kernel import kernel_of
 from nsmaps.verify.arrivals import LEFT
 from nsmaps.verify.certificate import read
 
@@ -49,7 +48,7 @@ def ladder(system, orders, states, rng):
 
 def followed(system, orders, wall, phase, speed):
     """Follow orbits from states of cells with an order."""
-    kernel, base = kernel_of(system), orders.letters.index(system.letters[0])
+    kernel, base = system._kernel(), orders.letters.index(system.letters[0])
     on_base, marks = np.empty((2, len(wall), IMPACTS), np.int8)
     times, phases, speeds = np.full((3, len(wall), IMPACTS), np.nan)  # an orbit that ends is in no cell then
     for i in range(len(wall)):

@@ -1,4 +1,4 @@
-"""The motion of a system with modes at and between its events, sampled, and its first arrivals at the section."""
+"""The motion of a system at and between impacts or events, sampled, and first arrivals at a section."""
 
 from dataclasses import dataclass
 
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, brief, finite_rows
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
+from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import decoded
 
 
@@ -23,6 +24,36 @@ class Events:
     phase: Floats  #: shape (M,), radians in [0, 2 pi); zero without forcing
     before: Floats  #: shape (M, n), states just before; at a start just after the section's reset, those after it
     after: Floats  #: shape (M, n), states just after
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Track:
+    """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, with W walls.
+
+    A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls; places are those of
+    `ImpactSystem.absolute`, relative to an observer at rest.
+    """
+
+    __repr__ = brief
+
+    impacts: Impacts
+    sides: NDArray[np.int8]  #: shape (W,), +1 for a wall that growing displacement meets, else -1
+    at: Floats  #: shape (W,), displacement of each wall
+    time: Floats  #: shape (M - 1, samples), since the start, in the system's time
+    displacement: Floats  #: shape (M - 1, samples)
+    velocity: Floats  #: shape (M - 1, samples), rate of the displacement
+    ball: Floats  #: shape (M - 1, samples), place of the ball
+    walls: Floats  #: shape (W, M - 1, samples), places of the walls
+
+    @property
+    def rates(self) -> Floats:
+        """Velocity just before each impact, shape (M,): the impact speed with the sign of its wall's side."""
+        return np.asarray(self.sides[self.impacts.wall] * self.impacts.speed, float)
+
+    @property
+    def moving(self) -> bool:
+        """True if the system defines the motion of its walls."""
+        return bool((np.ptp(self.walls.reshape(len(self.at), -1), axis=1) > 0).any())
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

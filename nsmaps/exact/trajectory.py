@@ -1,49 +1,14 @@
 """The exact motion at and between impacts or events, sampled, for figures of trajectories."""
 
-from dataclasses import dataclass
 from typing import overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
-from nsmaps.exact.events import ModeTrack, check_samples
-from nsmaps.exact.returns import Impacts
+from nsmaps.exact.events import ModeTrack, Track, check_samples
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-
-
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Track:
-    """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, with W walls.
-
-    A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls; places are those of
-    `ImpactSystem.absolute`, relative to an observer at rest.
-    """
-
-    __repr__ = brief
-
-    impacts: Impacts
-    sides: NDArray[np.int8]  #: shape (W,), +1 for a wall that growing displacement meets, else -1
-    at: Floats  #: shape (W,), displacement of each wall
-    time: Floats  #: shape (M - 1, samples), since the start, in the system's time
-    displacement: Floats  #: shape (M - 1, samples)
-    velocity: Floats  #: shape (M - 1, samples), rate of the displacement
-    ball: Floats  #: shape (M - 1, samples), place of the ball
-    walls: Floats  #: shape (W, M - 1, samples), places of the walls
-
-    @property
-    def rates(self) -> Floats:
-        """Velocity just before each impact, shape (M,): the impact speed with the sign of its wall's side."""
-        return np.asarray(self.sides[self.impacts.wall] * self.impacts.speed, float)
-
-    @property
-    def moving(self) -> bool:
-        """True if the system defines the motion of its walls."""
-        return bool((np.ptp(self.walls.reshape(len(self.at), -1), axis=1) > 0).any())
 
 
 @overload
@@ -66,15 +31,4 @@ def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: 
     """
     check_samples(n, samples)
     check_chatter(chatter)
-    system = FlowSystem.require(system, "a trajectory")
-    if isinstance(system, HybridSystem):
-        return system._kernel().track(np.asarray(state, float), n, samples, chatter)
-    assert isinstance(system, ImpactSystem)
-    impacts = system.impacts(state, n, chatter)
-    time, displacement, velocity = system._kernel().trajectory(impacts, samples)
-    walls = system.walls().values()
-    sides, at = np.array([wall.side for wall in walls], np.int8), np.array([float(wall.at) for wall in walls])
-    clock = time + impacts.phase[0] / system.phase_rate()
-    ball = system.absolute(clock, displacement)
-    places = np.array([system.absolute(clock, np.full(clock.shape, z)) for z in at])
-    return Track(impacts, sides, at, time, displacement, velocity, np.asarray(ball, float), places)
+    return FlowSystem.require(system, "a trajectory")._track(state, n, samples, chatter)

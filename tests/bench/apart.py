@@ -11,13 +11,13 @@ from nsmaps.bench.programs.ours import OneCore, TwoCores, cores, pair_system, re
 from nsmaps.bench.programs.solver import Solver
 from nsmaps.bench.task import Answer, Pair
 from nsmaps.exact.engine.flight.layout import WIDE
-from nsmaps.exact.kernel import Kernel
+from nsmaps.exact.engine.kernel import SpectralKernel
 from nsmaps.exact.returns import Returns
 
 BATCH = 10_000
 
 
-def scalar(kernel: Kernel) -> Kernel:
+def scalar(kernel: SpectralKernel) -> SpectralKernel:
     """The same kernel with a table that no batch is taken side by side of: every return by itself, as a single state is."""
     table = kernel.table.copy()
     table[WIDE] = 0.0

@@ -19,11 +19,10 @@ import nsmaps
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.flight.layout import FLIGHT_SIZE, TOP
 from nsmaps.exact.engine.observers import first_return
-from nsmaps.exact.kernel import kernel_of
 
 SYSTEM = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 START, PERIODS, SAMPLE, ROUNDS = [0.8, 0.3], 32, 2000, 3
-SIZE = len(kernel_of(SYSTEM).table)
+SIZE = len(SYSTEM._kernel().table)
 
 
 def plane(pixels: int) -> dict[str, np.ndarray]:
@@ -48,7 +47,7 @@ def bare(p: np.ndarray, size: int, v: float, phi: float, returns: int) -> float:
 
 def table(d: float, r: float) -> np.ndarray:
     """The numbers of a system, with room for the coefficients of a flight."""
-    numbers = kernel_of(SYSTEM.at(d=d, r=r)).table
+    numbers = SYSTEM.at(d=d, r=r)._kernel().table
     return np.concatenate([numbers, np.zeros(int(numbers[FLIGHT_SIZE]))])
 
 

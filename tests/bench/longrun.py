@@ -15,12 +15,11 @@ import nsmaps
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.flight.layout import AT_PARAMETERS, BOTTOM, FLIGHT_SIZE, TOP
 from nsmaps.exact.engine.observers import first_return
-from nsmaps.exact.kernel import kernel_of
 
 VALUES, TRANSIENT, RETURNS, ROUNDS = np.linspace(0.26, 0.35, 600), 2000, 100, 7
 START = [0.8, 0.3]
 SYSTEM = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
-TABLE = kernel_of(SYSTEM).table
+TABLE = SYSTEM._kernel().table
 SIZE = len(TABLE)
 PARAMETERS = np.concatenate([TABLE, np.zeros(int(TABLE[FLIGHT_SIZE]))])  # with room for the coefficients of a flight
 OTHERS = np.delete(PARAMETERS, TOP)
@@ -31,7 +30,7 @@ def check_table() -> None:
     for d in VALUES:
         table = TABLE.copy()
         table[[TOP, BOTTOM, int(TABLE[AT_PARAMETERS]) + list(SYSTEM.parameters).index("d")]] = d / 2, -d / 2, d
-        np.testing.assert_array_equal(table, kernel_of(SYSTEM.at(d=d)).table)
+        np.testing.assert_array_equal(table, SYSTEM.at(d=d)._kernel().table)
 
 
 @njit

@@ -119,7 +119,7 @@ def memory(n: int, m: int, dim: int, derivative: bool) -> list[Any]:
 def jobs(map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) -> list[Any]:
     """The loop by hand and the compiled loop of the map, in the same memory each time and in new memory, for n returns."""
     dim, rng = len(map.coordinates), np.random.default_rng(0)
-    start, compiled = rng.uniform(0, 0.1, (m, dim)), map._compiled()
+    start, compiled = rng.uniform(0, 0.1, (m, dim)), map._kernel()
     by = compiled.formulas.variables if derivative else ()
     values, ours, theirs = np.array(list(map.parameters.values())), compiled._room(n, m, by), memory(n, m, dim, derivative)
     return [

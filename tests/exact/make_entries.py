@@ -52,7 +52,7 @@ def call_all() -> None:
     CALLS["boxes"](capsule)
     CALLS["noise"](capsule)
     duffing = nsmaps.load_study("duffing/diagram").system_object()
-    bent, start = duffing._modes(), np.array([1.5, 0.5])
+    bent, start = duffing._kernel().modes, np.array([1.5, 0.5])
     duffing.first_return([start])
     duffing.trajectory(start, 4)
     duffing.arrivals([[0.0, 0.1, 0.5]])

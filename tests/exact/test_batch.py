@@ -12,8 +12,8 @@ from toys import BouncingBall, Oscillator, Table
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.blocks import batch
 from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.engine.kernel import flow_of
 from nsmaps.exact.engine.observers import Rows
-from nsmaps.exact.kernel import flow_of
 from nsmaps.exact.outcome import Outcome
 
 SYSTEMS = {

@@ -16,12 +16,12 @@ import pytest
 import sympy as sp
 from numba.core.registry import CPUDispatcher
 
-from nsmaps.exact import kernel
 from nsmaps.exact.compiling import compiled, kept, libraries
 from nsmaps.exact.compiling.compiled import code_of, njit
 from nsmaps.exact.engine import march, returns
 from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import flow, layout
+from nsmaps.exact.systems import flow as flows
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall
 from nsmaps.reduced.adaptive import kernel as strips
@@ -48,17 +48,17 @@ class Dropped(ImpactSystem):
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder of compiled code, and a memory that is empty before and after."""
     monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
-    kernel._kernel.cache_clear()
+    flows._kernel.cache_clear()
     kept._warn.cache_clear()
     yield tmp_path
-    kernel._kernel.cache_clear()
+    flows._kernel.cache_clear()
 
 
 def named() -> str:
     """What the kernel of `Dropped` is called now."""
-    kernel._kernel.cache_clear()
+    flows._kernel.cache_clear()
     compiled._described.cache_clear()
-    return kernel.kernel_of(Dropped()).name
+    return Dropped()._kernel().name
 
 
 def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -66,7 +66,7 @@ def test_defaults_of_the_base_class_are_those_of_the_kernel(monkeypatch: pytest.
 
     def law_and_horizon() -> tuple[float, float]:
         names.append(named())
-        table = kernel.kernel_of(Dropped()).table
+        table = Dropped()._kernel().table
         return table[layout.RESTITUTION], table[layout.HORIZON]
 
     assert law_and_horizon() == (0.5, pytest.approx(2000 * math.pi, rel=1e-15))

@@ -14,7 +14,7 @@ import sympy as sp
 import nsmaps
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
-from nsmaps.exact.modes.kernel import kernel_of
+from nsmaps.exact.systems.flow import _kernel
 from nsmaps.exact.taylor import linking, programs
 from nsmaps.exact.taylor.expressions import expression, heyoka
 from nsmaps.exact.taylor.laws import EXP, ORIGIN, TANH, derived_law, flat_kinds, rate_law
@@ -113,9 +113,9 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
     machine = Swing(a=0.5).first_return(starts)
     monkeypatch.setattr(linking, "linked", None)
     monkeypatch.setattr(programs, "_step", cache(programs._step.__wrapped__))
-    kernel_of.cache_clear()
+    _kernel.cache_clear()
     python = Swing(a=0.5).first_return(starts)
-    kernel_of.cache_clear()
+    _kernel.cache_clear()
     assert set(machine.words.tolist()) == {"RR", "RLR"}
     assert np.array_equal(machine.image, python.image)
 

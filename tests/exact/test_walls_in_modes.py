@@ -12,6 +12,7 @@ from toys import Table
 
 from nsmaps import Wall
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
 
@@ -65,7 +66,10 @@ def starts(n):
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_returns_are_those_of_the_flights(name):
     system, states = SYSTEMS[name], starts(300)
-    found, expected = system._modes().first_returns(states, True), system.first_return(states, derivative=True)
+    found, expected = (
+        system._kernel().modes.first_returns(states, True, SUMMED_SPEED),
+        system.first_return(states, derivative=True),
+    )
     decided = (found.outcome != Outcome.undecided) & (expected.outcome != Outcome.undecided)
     assert decided.sum() >= 280  # of slow impacts with equal rates the flight by exponentials leaves some undecided
     assert found.outcome[decided].tolist() == expected.outcome[decided].tolist()
@@ -84,7 +88,7 @@ def test_derivatives_by_parameters_are_those_of_the_flights(name):
     system, states = SYSTEMS[name], starts(100)[25:]
     size = np.maximum(1, np.abs(system.first_return(states, derivative=True).derivative).max(axis=(1, 2)))[:, None]
     for parameter in system.parameter_names():
-        found = system._modes().sensitivities(states, system.direction({parameter: 0.7}))
+        found = system._kernel().modes.sensitivities(states, system.direction({parameter: 0.7}), SUMMED_SPEED)
         expected = system.sensitivity(states, {parameter: 0.7})
         assert np.isfinite(expected).all(axis=1).sum() > 60
         assert not (np.abs(found - expected) > 1e-11 * size**2).any()

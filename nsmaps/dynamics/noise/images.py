@@ -23,7 +23,7 @@ def kicked_orbits(map: ReturnMap, start: Floats, kicks: Floats) -> Returns:
     Angles stay on the circle. The loop is compiled where the map is given by formulas.
     """
     if isinstance(map, PiecewiseMap):
-        return map._compiled().kicked_orbits(start, kicks)
+        return map._kernel().kicked_orbits(start, kicks)
     parts = list[Returns]()
     for kick in kicks:
         found = _moved(map.first_return(parts[-1].image if parts else start), kick)

@@ -24,7 +24,7 @@ from nsmaps.interrupts import threads
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
 
 if TYPE_CHECKING:
-    from nsmaps.exact.kernel import Kernel
+    from nsmaps.exact.engine.kernel import SpectralKernel
     from nsmaps.exact.noise.driven import DrivenKernel
 
 CHUNK = 8  #: realisations of a task of an executor
@@ -233,9 +233,8 @@ def usual_step(system: System, tau: float) -> float:
 
 def linear_law(system: ImpactSystem) -> tuple[float, float]:
     """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
-    from nsmaps.exact.kernel import closed_form_of
-
-    return closed_form_of(system, "orbits under noise").law
+    law: tuple[float, float] = system._kernel().closed_form("orbits under noise").law
+    return law
 
 
 def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
@@ -269,12 +268,11 @@ def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
     }
 
 
-def _kernel_of(system: FlowSystem, step: float) -> "Kernel | DrivenKernel":
+def _kernel_of(system: FlowSystem, step: float) -> "SpectralKernel | DrivenKernel":
     """What computes one realisation."""
     if isinstance(system, ImpactSystem):
-        from nsmaps.exact.kernel import closed_form_of
-
-        return closed_form_of(system, "orbits under noise")
+        kernel: SpectralKernel = system._kernel().closed_form("orbits under noise")
+        return kernel
     from nsmaps.exact.noise.driven import driven_kernel
 
     assert isinstance(system, HybridSystem)

@@ -11,7 +11,7 @@ from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
 from nsmaps.exact.enclosure.images import BoxImages, as_boxes
 from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, ImageRows
 from nsmaps.exact.kernel import in_chunks
-from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import decoded
 
@@ -28,7 +28,7 @@ def image_boxes(system: ImpactFormulas, boxes: ArrayLike) -> BoxImages:
     return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
 
 
-def images_in_chunks(system: FlowSystem, start: Floats, enclose: Callable[[Floats, ImageRows], int]) -> BoxImages:
+def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[[Floats, ImageRows], int]) -> BoxImages:
     """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
 
     Args:

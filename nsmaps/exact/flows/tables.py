@@ -137,11 +137,6 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
     return Formulas(symbols, displacement, numbers, laws, formulas.sides)
 
 
-def written(cls: type[ImpactFormulas]) -> tuple[Any, ...]:
-    """All of a class that flights depend on."""
-    return cls, cls.horizon, *cls.formulas().values()
-
-
 def formulas_of(system: ImpactFormulas) -> Formulas:
     """The formulas of a system's class and of its fields that are not numbers; they are checked on first use.
 
@@ -149,7 +144,7 @@ def formulas_of(system: ImpactFormulas) -> Formulas:
         SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; states which and why.
     """
     cls, fixed = type(system), choices_of(system)
-    key = *written(cls), *sorted((name, repr(value)) for name, value in fixed.items())
+    key = *cls.written(), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
         with refused(cls):
             KNOWN[key] = _formulas(cls, fixed)

@@ -16,8 +16,8 @@ from nsmaps.continuation.bisection import bisect_changes
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box, nearest_turn
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary
+from nsmaps.exact.engine.kernel import SpectralKernel
 from nsmaps.exact.grazing.equations import NEAR, PHASE, SPEED, TIME, Frame, Touch
-from nsmaps.exact.kernel import Kernel, closed_form_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import HIGHEST, LOWEST
 
@@ -83,16 +83,16 @@ def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: fl
     return tuple(curves)
 
 
-def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, Kernel]:
+def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, SpectralKernel]:
     """The box, checked, and the kernel of the system."""
     low, high = as_box(box, system.coordinates, whole_turn=True).T
     if not low[SPEED] >= 0:
         raise StateError(f"the speeds are from {low[SPEED]:g} to {high[SPEED]:g}; expected: none below zero")
-    kernel = closed_form_of(system, "grazing curves")
+    kernel: SpectralKernel = system._kernel().closed_form("grazing curves")
     return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate())), kernel
 
 
-def _seeds(kernel: Kernel, frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
+def _seeds(kernel: SpectralKernel, frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:
     """Places next to grazing curves, by the kind of touch (impacts before it, upper wall), from a scan of the box."""
     found: dict[tuple[int, bool], list[Floats]] = {}
     for one, other in _changes(kernel, frame, lines):
@@ -107,7 +107,7 @@ def _seeds(kernel: Kernel, frame: Frame, lines: int) -> dict[tuple[int, bool], F
     return {kind: np.array(places) for kind, places in found.items()}
 
 
-def _changes(kernel: Kernel, frame: Frame, lines: int) -> Floats:
+def _changes(kernel: SpectralKernel, frame: Frame, lines: int) -> Floats:
     """Pairs of states on either side of a change of itinerary, along both directions of a scan, shape (K, 2, 2)."""
     low, high = np.maximum(frame.low, [SLOWEST * frame.fastest, -np.inf]), frame.high
     mesh = np.stack(np.meshgrid(*np.linspace(low, high, lines).T, indexing="ij"), axis=-1)
@@ -121,7 +121,7 @@ def _changes(kernel: Kernel, frame: Frame, lines: int) -> Floats:
     return np.stack(sides, axis=1)
 
 
-def _codes(kernel: Kernel, states: Floats) -> NDArray[np.int64]:
+def _codes(kernel: SpectralKernel, states: Floats) -> NDArray[np.int64]:
     """The itineraries of states (..., 2), as numbers; every impact on the base wall is a return."""
     return kernel.itineraries(np.ascontiguousarray(states.reshape(-1, 2)), 0.0).codes.reshape(states.shape[:-1])
 

@@ -2,19 +2,19 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from hashlib import sha256
 from itertools import pairwise
+from typing import ClassVar, NoReturn
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats, Ints
-from nsmaps.coordinates import Coordinates, as_states
-from nsmaps.errors import StateError, SystemDefinitionError
+from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.coordinates import as_states
+from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.events import Arrivals, ModeTrack
-from nsmaps.exact.kernel import in_chunks
+from nsmaps.exact.kernel import START, MotionKernel, ReturnRows, in_chunks, return_rows
 from nsmaps.exact.modes.blocks.lanes import block_of, motions
 from nsmaps.exact.modes.blocks.wide import FEW, returns
 from nsmaps.exact.modes.definitions.definition import Definition
@@ -25,36 +25,41 @@ from nsmaps.exact.modes.paths.impacts import flights_of, impacts_of
 from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_section, surfaces_of, why_off
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
-from nsmaps.exact.modes.tables.memory import Memory, Moved, Record, memory, record
+from nsmaps.exact.modes.tables.memory import Memory, Record, memory
 from nsmaps.exact.modes.tables.nonlinear import varied
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
-from nsmaps.exact.returns import Impacts, Itineraries, Returns
+from nsmaps.exact.returns import Impacts, Itineraries
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.interrupts import check_stop
 
 CHUNK = 5_000  #: returns a thread takes at a time
+NEAR = 3  #: numbers of a return's margin, as of `Record`
 
 
-@dataclass(frozen=True, slots=True)
-class ModeKernel:
+@dataclass(frozen=True, eq=False)
+class ModeKernel(MotionKernel):
     """The compiled engine with the table of one system."""
 
+    system: HybridFormulas
     definition: Definition
     table: Tables
     values: tuple[float, ...]  #: of the parameters
     surfaces: Surfaces  #: on which starts lie, where some coordinates determine others
+    chunk: ClassVar[int] = CHUNK
 
-    @property
-    def coordinates(self) -> Coordinates:
-        """The coordinates of the return map."""
-        return self.definition.coordinates
+    def __post_init__(self) -> None:
+        known = {name: getattr(self.definition, name) for name in ("coordinates", "letters", "alphabet")}
+        for name, value in (known | {"integrated": bool(self.definition.smooth)}).items():
+            object.__setattr__(self, name, value)
 
-    @property
-    def letters(self) -> tuple[str, ...]:
-        """The letters of words."""
-        return self.definition.letters
+    @classmethod
+    def of(cls, system: HybridFormulas) -> "ModeKernel":
+        """The kernel of a system."""
+        definition, values = known_definition(system), tuple(system.parameters.values())
+        table = tables_of(definition, values)
+        return cls(system, definition, table, values, surfaces_of(definition, table))
 
     @property
     def name(self) -> str:
@@ -63,30 +68,60 @@ class ModeKernel:
         text = "\0".join([*map(str, (d.states, d.phase_rate, d.horizon, *d.rows, d.starts)), code_of(returns), *compilers()])
         return sha256(text.encode()).hexdigest()[:20]
 
-    def first_returns(self, start: Floats, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
-        """First returns of a batch, shape (N, n), on all cores."""
-        return self._returns(self._batch(start, start.shape[1] if derivative else 0, chatter), derivative)
+    @property
+    def modes(self) -> "ModeKernel":
+        """This kernel."""
+        return self
 
-    def orbits(self, start: Floats, n: int, derivative: bool, chatter: float = SUMMED_SPEED) -> Returns:
-        """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first."""
-        found = record(start, n, start.shape[1] if derivative else 0)
-        self._prepare(found.tangents.shape[-1])
-        self._computed(found, memory(self.table, found.tangents.shape[-1], chatter=chatter))
-        return self._returns(found, derivative)
+    def closed_form(self, what: str, refusal: type[NsmapsError] = NsmapsError) -> NoReturn:
+        """Refused, as flights are not in closed form."""
+        raise refusal(
+            f"{what} need flights in closed form, and {type(self.system).__name__} {self.system.obstacle()}; expected: a system "
+            "with a displacement, and no wall at which motions end"
+        )
 
-    def itineraries(self, start: Floats, chatter: float = SUMMED_SPEED, speeds: Floats | None = None) -> Itineraries:
-        """Itineraries and margins of the first returns of a batch, shape (N, n), these as shares of speeds by transition (T,)."""
-        units = np.ones(len(self.table.functions)) if speeds is None else speeds[self._leads]
-        found = self._batch(start, 0, chatter, units=units)
-        clearance, slowest, turns = found.near[0].T
-        return Itineraries(self.letters, found.codes[0], turns.astype(np.int32), clearance, slowest, found.outcome[0])
+    def compute(self, rows: ReturnRows, chatter: float) -> None:
+        """Compute returns from the starts in `rows`."""
+        self._march(rows, memory(self.table, rows.tangents.shape[-1], chatter=chatter))
 
-    def sensitivities(self, start: Floats, rates: Floats, chatter: float = SUMMED_SPEED) -> Floats:
-        """The derivatives of the images of a batch, shape (N, n), by the parameters along a direction."""
+    def itineraries(self, start: Floats, chatter: float, speeds: Floats | None = None) -> Itineraries:
+        """Itineraries and margins of first returns, these as shares of speeds by transition, shape (T,), if they are given."""
+        units = np.ones(len(self.table.functions)) if speeds is None else speeds[self.table.chosen[self.table.choices[:-1]]]
+        rows, near = return_rows(start, 1, 0), np.zeros((1, len(start), NEAR))
+
+        def run(k: slice) -> None:
+            self._march(rows.part(k), memory(self.table, 0, None, units, chatter), near[:, k])
+
+        in_chunks(len(start), run, self.chunk)
+        (clearance, slowest, turns), (codes,), (outcome,) = near.reshape(-1, NEAR).T, rows.codes, rows.outcome
+        return Itineraries(self.letters, codes, turns.astype(np.int32), clearance, slowest, outcome)
+
+    def sensitivities(self, start: Floats, rates: Floats, chatter: float) -> Floats:
+        """The derivatives of first images by the parameters, which change at the rates (P,), shape (N, n)."""
         if not rates.any():
             return np.zeros(start.shape)
-        moved = moved_of(self.definition, self.table, self.values, rates)
-        return self._batch(start, 1, chatter, moved).tangents[0, :, :, 0]
+        rows, moved = return_rows(start, 1, 1), moved_of(self.definition, self.table, self.values, rates)
+        in_chunks(len(start), lambda k: self._march(rows.part(k), memory(self.table, 1, moved, None, chatter)), self.chunk)
+        return rows.tangents.reshape(start.shape)
+
+    def _march(self, rows: ReturnRows, w: Memory, near: Floats | None = None) -> None:
+        """Compute returns, and their margins if these are asked for; many in blocks where no more than the image is asked for."""
+        p, directions = self.table, rows.tangents.shape[-1]
+        if directions:
+            varied(self.definition, p.variations)
+        margins = np.zeros((*rows.codes.shape, NEAR)) if near is None else near
+        found = Record(*map(np.ascontiguousarray, (*rows, margins)))
+        given = rows.start.copy()
+        found.states[START] = self.starts(given)
+        plain = not directions and near is None and (p.contacts < 0).all() and not p.taylor.any()
+        wide = plain and rows.states.shape[1] >= FEW
+        at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
+        while not returns(p, found, at, w, o, b):
+            check_stop()
+        if found.states is rows.states:
+            rows.start[:] = given
+        else:
+            rows.images[:] = found.states[START + 1 :]
 
     def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None, derivative: bool) -> Arrivals:
         """As `HybridSystem.arrivals`."""
@@ -94,7 +129,7 @@ class ModeKernel:
 
     def rests(self, start: Floats) -> Floats:
         """The shortest rest within each first return of a batch, shape (N, n), in units of time; NaN without."""
-        known = self.first_returns(start, False).valid & self.table.resting.any()
+        known = self.first_returns(start, False, SUMMED_SPEED).valid & self.table.resting.any()
         rests = np.full(len(start), np.nan)
         rests[known] = [shortest_rest(self.definition, self.table, row) for row in start[known]]
         return rests
@@ -106,31 +141,26 @@ class ModeKernel:
             speeds[self.table.chosen[begin:end]] = found[function] or 1.0
         return speeds
 
-    @property
-    def _leads(self) -> Ints:
-        """The first transition of each function, shape (S,)."""
-        return np.asarray(self.table.chosen[self.table.choices[:-1]])
-
     def extents(self, start: Floats) -> Floats:
         """As `HybridSystem.extents`, of a batch, shape (N, n)."""
         return extents_of(self.definition, self.table, start)
 
-    def track(self, start: Floats, n: int, samples: int, chatter: float = SUMMED_SPEED) -> ModeTrack:
+    def track(self, start: Floats, n: int, samples: int, chatter: float) -> ModeTrack:
         """The motion from one state, shape (m,), through at most n events. Raises as `mode_track` and `as_states`."""
-        rows = as_states(start[None], self.coordinates)
+        (row,) = rows = as_states(start[None], self.coordinates)
         if not on_section(self.table, self.surfaces, rows).all():
-            raise StateError(self._why_off(rows[0]))
-        return mode_track(self.definition, self.table, rows[0], n, samples, chatter)
+            raise StateError(self._why_off(row))
+        return mode_track(self.definition, self.table, row, n, samples, chatter)
 
-    def impacts(self, start: Floats, n: int, chatter: float = SUMMED_SPEED) -> Impacts:
-        """As `ImpactSystem.impacts`, of a state that is a start, shape (2,)."""
+    def impacts(self, start: Floats, n: int, chatter: float) -> Impacts:
+        """The first n impacts and releases of an impact system from one state, shape (2,)."""
         return impacts_of(self.definition, self.table, start, n, chatter)
 
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
         return flights_of(self.definition, self.table, impacts, samples)
 
-    def reasons(self, start: Floats, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
+    def reasons(self, start: Floats, chatter: float) -> tuple[str, ...]:
         """As `HybridSystem.reasons`."""
         known = on_section(self.table, self.surfaces, start)
         sentences = iter(reasons_of(self.definition, self.table, start[known], chatter))
@@ -151,64 +181,6 @@ class ModeKernel:
         """As `HybridSystem.arrival_reasons`."""
         return arrival_reasons_of(self.definition, self.table, states, modes)
 
-    def _batch(
-        self, start: Floats, directions: int, chatter: float, moved: Moved | None = None, units: Floats | None = None
-    ) -> Record:
-        """First returns of a batch, shape (N, n), on all cores."""
-        parts: dict[int, Record] = {}
-        self._prepare(directions)
-
-        def run(k: slice) -> None:
-            parts[k.start] = record(start[k], 1, directions)
-            self._computed(parts[k.start], memory(self.table, directions, moved, units, chatter))
-
-        in_chunks(len(start), run, CHUNK)
-        ordered = [parts[begin] for begin in sorted(parts)] or [record(start, 1, directions)]
-        return (
-            ordered[0]
-            if len(ordered) == 1
-            else Record(*(np.concatenate(arrays, axis=1) for arrays in zip(*ordered, strict=True)))
-        )
-
-    def _prepare(self, directions: int) -> None:
-        """Make the programs of derivatives of nonlinear modes, if there are directions."""
-        if directions:
-            varied(self.definition, self.table.variations)
-
-    def _computed(self, found: Record, memory: Memory) -> None:
-        """Compute a record; many returns in blocks, where no more than the image is asked for.
-
-        Ctrl-C is heard within about a second.
-        """
-        p = self.table
-        plain = found.tangents.shape[-1] == 0 and np.isnan(memory.near[0]) and (p.contacts < 0).all() and not p.taylor.any()
-        wide = plain and found.states.shape[1] >= FEW
-        at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
-        given = found.states[0].copy()
-        found.states[0] = self.starts(given)
-        while not returns(p, found, at, memory, o, b):
-            check_stop()
-        found.states[0] = given
-
-    def _returns(self, found: Record, derivative: bool) -> Returns:
-        """A record as a result, one row a return."""
-        m = found.states.shape[-1]
-        start, image, turns = (array.reshape(-1, m) for array in (found.states[:-1], found.states[1:], found.turns))
-        rows = found.codes.ravel(), found.outcome.ravel(), found.time.ravel()
-        slopes = found.tangents.reshape(-1, m, m) if derivative else None
-        named = self.coordinates, self.letters
-        integrated = bool(self.definition.smooth)
-        return Returns(*named, start, image, turns, *rows, slopes, integrated=integrated, alphabet=self.definition.alphabet)
-
-
-@lru_cache(maxsize=256)
-def kernel_of(system: HybridFormulas) -> ModeKernel:
-    """The kernel of a system; those used last are remembered."""
-    definition = known_definition(system)
-    values = tuple(system.parameters.values())
-    table = tables_of(definition, values)
-    return ModeKernel(definition, table, values, surfaces_of(definition, table))
-
 
 DEFINITIONS: dict[object, Definition] = {}  #: by class, its fields other than numbers, and its formulas
 
@@ -217,7 +189,7 @@ def known_definition(system: HybridFormulas, driven: bool = False) -> Definition
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
     cls = type(system)
     fixed = tuple((name, repr(value)) for name, value in choices_of(system).items())
-    key = cls, fixed, cls.horizon, driven, cls.noise, *cls.formulas().values()
+    key = fixed, driven, *cls.written()
     if key not in DEFINITIONS:
         try:
             DEFINITIONS[key] = definition_of(system, driven)

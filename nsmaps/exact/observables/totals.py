@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight import layout
-from nsmaps.exact.kernel import Kernel, flow_of, in_chunks
+from nsmaps.exact.engine.kernel import SpectralKernel, flow_of
+from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
 from nsmaps.exact.modes.tables.tables import moved_of
@@ -104,7 +105,7 @@ def _of_kernel(plan: Plan, system: "FlowSystem", kernel: Any) -> Plan:
     return in_modes(plan, kernel.definition) if walls else plan
 
 
-def panel_of(kernel: Kernel | ModeKernel) -> float:
+def panel_of(kernel: SpectralKernel | ModeKernel) -> float:
     """The longest part of a flight that one rule of integration covers; with modes these have longest steps of their own."""
     if isinstance(kernel, ModeKernel):
         return np.inf

@@ -1,39 +1,34 @@
-"""The base of impact systems and systems with modes: systems whose returns are those of motions in time."""
+"""What impact systems and systems with modes inherit: the methods of maps whose returns are those of motions in time."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
-from nsmaps.exact.returnmap import ExactMap
+from nsmaps.exact.kernel import MotionKernel
 from nsmaps.exact.returns import Itineraries, Returns
-from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.guards import HybridFormulas
 
 if TYPE_CHECKING:
-    from nsmaps.exact.events import Arrivals
+    from nsmaps.exact.events import Arrivals, ModeTrack, Track
 
 
-class FlowSystem(System, ExactMap):
+class FlowSystem(HybridFormulas):
     """A system whose returns are those of motions in time, from event to event."""
 
     wanted: ClassVar[str] = "an ImpactSystem or a HybridSystem: other maps have no motion between their returns"
-    horizon: ClassVar[float] = 1000.0  #: longest flight between two events, in periods of the forcing or units of time
 
-    @abstractmethod
-    def _kernel(self) -> Any:
-        """The compiled map at the parameters of the system."""
+    if TYPE_CHECKING:
 
-    @abstractmethod
-    def period(self) -> Any:
-        """Period of the forcing, in the system's time; None where there is no forcing."""
+        def _kernel(self) -> MotionKernel: ...
 
-    @abstractmethod
-    def _modes(self) -> Any:
-        """The compiled motion between the events of the system's definition, from any state."""
+    def _compile(self) -> MotionKernel:
+        return _kernel(self.written(), repr(vars(self)), _Unkeyed(self))
 
     @property
     @abstractmethod
@@ -59,9 +54,10 @@ class FlowSystem(System, ExactMap):
         Raises:
             StateError: `states` is not a batch of shape (N, n), or `chatter` is below zero.
         """
-        start, share = as_states(states, self.coordinates), check_chatter(chatter)
-        returns = cast("Returns", self._kernel().first_returns(start, derivative, share))
-        return replace(returns, margin=self._kernel().itineraries(start, share).margin) if margin else returns
+        kernel, share = self._kernel(), check_chatter(chatter)
+        start = as_states(states, kernel.coordinates)
+        returns = kernel.first_returns(start, derivative, share)
+        return replace(returns, margin=kernel.itineraries(start, share).margin) if margin else returns
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
@@ -69,8 +65,8 @@ class FlowSystem(System, ExactMap):
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         Other arguments and errors as `first_return`.
         """
-        start, share = as_states(states, self.coordinates), check_chatter(chatter)
-        return cast("Returns", self._kernel().orbits(start, n, derivative, share))
+        kernel = self._kernel()
+        return kernel.orbits(as_states(states, kernel.coordinates), n, derivative, check_chatter(chatter))
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).
@@ -79,16 +75,30 @@ class FlowSystem(System, ExactMap):
         closed form where it rests or chatters. Other arguments and errors as `first_return`; ParameterError for a name that no
         numerical parameter has.
         """
-        start, way = as_states(states, self.coordinates), self.direction(rates)
-        return cast("Floats", self._kernel().sensitivities(start, way, check_chatter(chatter)))
+        start = as_states(states, self.coordinates)
+        return self._kernel().sensitivities(start, self.direction(rates), check_chatter(chatter))
 
-    @abstractmethod
-    def itineraries(self, states: ArrayLike) -> Itineraries:
-        """The turning points that the flights of first returns pass, and how near they come to a graze."""
+    def itineraries(self, states: ArrayLike, speeds: Floats | None = None, chatter: float = SUMMED_SPEED) -> Itineraries:
+        """What the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
 
-    @abstractmethod
-    def reasons(self, states: ArrayLike) -> tuple[str, ...]:
-        """Why each first return ended, a sentence each."""
+        Of an impact system these are turning points, of others minima of guards. `clearance` is the least gap to a wall, or value
+        of a guard's function, at such a point, `slowest` the least impact speed, or rate of a function at its event. Two returns
+        with the same itinerary lie on one smooth piece of the map; pieces end where either is zero. Arguments and errors as
+        `first_return`.
+
+        Args:
+            states: shape (N, n).
+            speeds: of a system with modes those of `guard_speeds`, of which both are shares: gaps in units of time then, rates
+                without one. Without these they are in the units of the guards' functions, which need not be the same.
+        """
+        return self._kernel().itineraries(as_states(states, self.coordinates), check_chatter(chatter), speeds)
+
+    def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
+        """Why each first return ended, a sentence each: which wall or guard, when and where, and what is wrong with a start.
+
+        Arguments and errors as `first_return`.
+        """
+        return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
 
     def arrivals(self, states: ArrayLike, modes: str | Sequence[str] | None = None, derivative: bool = False) -> "Arrivals":
         """Where motions from states anywhere in a mode first come to the section.
@@ -108,11 +118,12 @@ class FlowSystem(System, ExactMap):
             StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
                 or in contact that lasts does not lie on its surface.
         """
-        return cast("Arrivals", self._modes().arrivals(states, modes, derivative))
+        found: Arrivals = self._kernel().modes.arrivals(states, modes, derivative)
+        return found
 
     def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
         """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""
-        return cast("tuple[str, ...]", self._modes().arrival_reasons(states, modes))
+        return tuple(self._kernel().modes.arrival_reasons(states, modes))
 
     @abstractmethod
     def extents(self, states: ArrayLike) -> Floats:
@@ -125,3 +136,39 @@ class FlowSystem(System, ExactMap):
     @abstractmethod
     def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and states along the flights between the first n events from `state`, with `samples` points per flight."""
+
+    @abstractmethod
+    def _track(self, state: ArrayLike, n: int, samples: int, chatter: float) -> "Track | ModeTrack":
+        """As `nsmaps.exact.trajectory.track`."""
+
+    def _check(self) -> None:
+        """Refuse formulas of the class from which its definition with modes would be derived."""
+
+
+class _Unkeyed:
+    """An argument that `lru_cache` ignores: all objects of this class are equal."""
+
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(maxsize=256)
+def _kernel(cls: tuple[Any, ...], values: str, system: _Unkeyed) -> MotionKernel:
+    """The kernel whose flights fit a system, in the one place where it is chosen; those that were used last are kept.
+
+    Closed forms are the fastest, and are taken where nothing is in their way; the definition with modes follows any motion.
+    """
+    from nsmaps.exact.modes.kernel import ModeKernel
+
+    if not system.value.obstacle():
+        from nsmaps.exact.engine.kernel import spectral_kernel
+
+        return spectral_kernel(system.value)
+    system.value._check()
+    return ModeKernel.of(system.value)

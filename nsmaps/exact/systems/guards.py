@@ -7,7 +7,9 @@ from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import ExactSystem
+
+HORIZON = 1000.0  #: far beyond the flights of motions that return, and soon reached by those that do not
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +64,11 @@ class Section:
     states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
 
 
-class HybridFormulas(FlowSystem):
+class HybridFormulas(ExactSystem):
     """The formulas of a system with modes, from which `HybridSystem` derives the map: in `self`, the time and the states."""
 
     states: ClassVar[tuple[str, ...]] = ()
+    horizon: ClassVar[float] = HORIZON  #: longest flight between two events, in periods of the forcing or units of time
     noise: ClassVar[str] = ""  #: name of the noise in formulas, as y.eta for "eta", zero where none is added; "" without noise
 
     def period(self) -> Any:
@@ -89,10 +92,19 @@ class HybridFormulas(FlowSystem):
         period = self.period()
         return 0.0 if period is None else TWO_PI / float(period)
 
+    def obstacle(self) -> str:
+        """Why first returns are not those of flights in closed form that impacts alone end, or no text."""
+        return "is a system with modes"
+
     @classmethod
     def formulas(cls) -> dict[str, Any]:
         """The formulas of the class by name, all that its motions follow from."""
         return {name: getattr(cls, name) for name in ("period", "modes", "guards", "section")}
+
+    @classmethod
+    def written(cls) -> tuple[Any, ...]:
+        """All of the class that its motions depend on."""
+        return cls, cls.horizon, cls.noise, *cls.formulas().values()
 
     @classmethod
     def _arguments(cls, states: Mapping[str, Any]) -> SimpleNamespace:

@@ -6,20 +6,19 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, as_states
-from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
-from nsmaps.exact.returns import Itineraries
+from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
-from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.guards import Section as Section
 from nsmaps.exact.systems.guards import Sliding as Sliding
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
+    from nsmaps.exact.events import ModeTrack
     from nsmaps.exact.modes.definitions.definition import Definition
-    from nsmaps.exact.modes.kernel import ModeKernel
 
 
-class HybridSystem(HybridFormulas):
+class HybridSystem(FlowSystem):
     """A system whose state follows differential equations that change at events.
 
     Subclass it: the fields are the parameters, `states` the names of the states, and `modes`, `guards` and `section` are formulas
@@ -43,19 +42,6 @@ class HybridSystem(HybridFormulas):
         """The letters with which words begin, those of the section's events; "" for an event without one."""
         return self._definition().alphabet.section or ()
 
-    def itineraries(self, states: ArrayLike, speeds: Floats | None = None, chatter: float = SUMMED_SPEED) -> Itineraries:
-        """The minima of guards that the flights of first returns pass, `v` in itineraries, and how near they come to a graze.
-
-        `clearance` is the least value of a guard's function at such a minimum, `slowest` the least rate of one at its event.
-        Two returns with the same itinerary lie on one smooth piece of the map. Arguments and errors as `first_return`.
-
-        Args:
-            states: shape (N, n).
-            speeds: of `guard_speeds`, of which both are shares: gaps in units of time then, rates without one. Without these they
-                are in the units of the guards' functions, which need not be the same.
-        """
-        return self._kernel().itineraries(as_states(states, self.coordinates), check_chatter(chatter), speeds)
-
     def guard_speeds(self, states: ArrayLike, between: bool = False) -> Floats:
         """The largest rate of change of the function of each guard just before the events of first returns, or `between` too.
 
@@ -64,14 +50,7 @@ class HybridSystem(HybridFormulas):
         Raises:
             StateError: `states` is not a batch of shape (N, n), or one is not a start.
         """
-        return self._kernel().guard_speeds(as_states(states, self.coordinates), between)
-
-    def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
-        """Why each first return ended, a sentence each: which guard, mode and states, and what is wrong with a start.
-
-        Arguments and errors as `first_return`.
-        """
-        return self._kernel().reasons(as_states(states, self.coordinates), check_chatter(chatter))
+        return self._kernel().modes.guard_speeds(as_states(states, self.coordinates), between)
 
     def on_section(self, states: ArrayLike) -> Floats:
         """States of the section nearest to some, shape (N, n), where its coordinates are not all free; otherwise the same.
@@ -82,7 +61,7 @@ class HybridSystem(HybridFormulas):
         Raises:
             StateError: `states` is not a batch of shape (N, n).
         """
-        return self._kernel().on_section(as_states(states, self.coordinates))
+        return self._kernel().modes.on_section(as_states(states, self.coordinates))
 
     def extents(self, states: ArrayLike) -> Floats:
         """The largest extent of each coordinate on a flight between events of first returns, shape (n,).
@@ -92,7 +71,7 @@ class HybridSystem(HybridFormulas):
         Raises:
             StateError: `states` is not a batch of shape (N, n), or one is not a start.
         """
-        return self._kernel().extents(as_states(states, self.coordinates))
+        return self._kernel().modes.extents(as_states(states, self.coordinates))
 
     def rests(self, states: ArrayLike) -> Floats:
         """The shortest contact after chatter or rest that begins and is released within each first return, shape (N,).
@@ -102,7 +81,7 @@ class HybridSystem(HybridFormulas):
         Raises:
             StateError: `states` is not a batch of shape (N, n).
         """
-        return self._kernel().rests(as_states(states, self.coordinates)) * (self.phase_rate() or 1.0)
+        return self._kernel().modes.rests(as_states(states, self.coordinates)) * (self.phase_rate() or 1.0)
 
     def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
         """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
@@ -124,22 +103,19 @@ class HybridSystem(HybridFormulas):
         Arrays of shape (T,) and (T, number of states) in the system's units, through sliding and lasting contact too. For modes
         and events see `nsmaps.exact.trajectory.track`, which also states what is a start and which errors are raised.
         """
-        track = self._kernel().track(np.asarray(state, float), n, samples)
+        track = self._track(state, n, samples, SUMMED_SPEED)
         return track.time.ravel(), track.states.reshape(-1, len(self.states))
 
     def check_formulas(self) -> None:
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
         self._kernel()
 
+    def _track(self, state: ArrayLike, n: int, samples: int, chatter: float) -> "ModeTrack":
+        """As `nsmaps.exact.trajectory.track`."""
+        return self._kernel().modes.track(np.asarray(state, float), n, samples, chatter)
+
     def _definition(self) -> "Definition":
         """The formulas of the class, for all values of its parameters."""
         from nsmaps.exact.modes.kernel import known_definition
 
-        return known_definition(self)
-
-    def _kernel(self) -> "ModeKernel":
-        from nsmaps.exact.modes.kernel import kernel_of
-
-        return kernel_of(self)
-
-    _modes = _kernel
+        return self._once("definition", lambda: known_definition(self))

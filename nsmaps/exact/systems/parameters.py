@@ -1,7 +1,8 @@
 """A system: a return map with parameters as a frozen model, the base of impact systems, systems with modes and maps."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
 from inspect import getsource, isabstract
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -12,7 +13,8 @@ from pydantic.fields import FieldInfo, ModelPrivateAttr
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
-from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.kernel import Kernel
+from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.files.complaints import refused
 from nsmaps.parallel import fingerprint
@@ -122,6 +124,10 @@ class System(BaseModel, Transferable, ReturnMap):
                 raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
         return np.array([float(rates.get(name, 0.0)) for name in names])
 
+    def obstacle(self) -> str:
+        """Why the map is not one by closed forms, of whose states it says so: the end of a sentence; no text if it is."""
+        return "is not a system with impacts, or a map by formulas"
+
     def check_formulas(self) -> None:
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
 
@@ -132,6 +138,39 @@ class System(BaseModel, Transferable, ReturnMap):
     def at(self, **changes: Any) -> Self:
         """The same system with some parameters changed, validated. ParameterError for an invalid one."""
         return with_parameters(type(self), {**self.model_dump(), **changes})
+
+
+class ExactSystem(System, ExactMap):
+    """A system whose map is compiled from formulas of its class."""
+
+    __slots__ = ("_made",)  # what was made from the system, by name
+
+    if TYPE_CHECKING:
+        _made: dict[str, Any]
+
+    @abstractmethod
+    def _compile(self) -> Kernel:
+        """The compiled map at the parameters of the system."""
+
+    @classmethod
+    @abstractmethod
+    def formulas(cls) -> dict[str, Any]:
+        """The formulas of the class by name, all that its map follows from."""
+
+    def _kernel(self) -> Any:
+        """The compiled map, made once."""
+        return self._once("kernel", self._compile)
+
+    def _once(self, name: str, make: Callable[[], Any]) -> Any:
+        """What was made under a name from the system, which does not change."""
+        try:
+            return self._made[name]
+        except AttributeError:
+            object.__setattr__(self, "_made", {})
+        except KeyError:
+            pass
+        made = self._made[name] = make()
+        return made
 
 
 def map_name(system: System, of: str = "exact") -> str:

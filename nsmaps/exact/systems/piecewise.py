@@ -9,17 +9,17 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
-from nsmaps.exact.returnmap import ExactMap
+from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.parameters import System
+from nsmaps.exact.systems.parameters import ExactSystem
 from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
-    from nsmaps.exact.piecewise.compiled import CompiledPieces
+    from nsmaps.exact.piecewise.compiled import PieceKernel
     from nsmaps.exact.piecewise.prolonged import Prolonged
 
 
-class PiecewiseMap(System, ExactMap):
+class PiecewiseMap(ExactSystem):
     """A return map in pieces, each a condition and an image in sympy, of which the first that holds applies.
 
     Subclass it: the fields are the parameters, `coordinates` the names of the coordinates, of which an `Angle` lives on the
@@ -54,12 +54,12 @@ class PiecewiseMap(System, ExactMap):
     @property
     def letters(self) -> tuple[str, ...]:
         """The letters of the pieces, of which words consist."""
-        return self._compiled().formulas.letters
+        return self._kernel().letters
 
     @property
     def is_affine(self) -> bool:
         """True if images and borders are affine in the coordinates, of which none is an angle."""
-        return self._compiled().pieces.affine
+        return self._kernel().pieces.affine
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The images of a batch of states, and their derivatives by the formulas.
@@ -74,14 +74,14 @@ class PiecewiseMap(System, ExactMap):
             StateError: `states` is not a batch of shape (N, n).
             SystemDefinitionError: a piece is not one.
         """
-        return self._compiled().first_returns(as_states(states, self.coordinates), derivative)
+        return self._kernel().first_returns(as_states(states, self.coordinates), derivative, SUMMED_SPEED)
 
     def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
         """The first n returns of each of M states: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         """
-        return self._compiled().orbits(as_states(states, self.coordinates), n, derivative)
+        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative, SUMMED_SPEED)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of images by the parameters, which change at the `rates` given, shape (N, n); NaN where there is none.
@@ -90,7 +90,7 @@ class PiecewiseMap(System, ExactMap):
             StateError: `states` is not a batch of shape (N, n).
             ParameterError: a name is not one of a numerical parameter.
         """
-        return self._compiled().sensitivities(as_states(states, self.coordinates), self.direction(rates))
+        return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates), SUMMED_SPEED)
 
     def prolonged(self, pieces: Sequence[int], lowest: Floats, free: Sequence[int] = ()) -> "Prolonged":
         """The map on the states of cycles by the formulas of given pieces, of `free` states beyond their borders too.
@@ -102,7 +102,7 @@ class PiecewiseMap(System, ExactMap):
         """
         from nsmaps.exact.piecewise.prolonged import Prolonged
 
-        return Prolonged(self, self._compiled().pieces, tuple(pieces), lowest, tuple(free))
+        return Prolonged(self, self._kernel().pieces, tuple(pieces), lowest, tuple(free))
 
     def rests(self, states: ArrayLike) -> Floats:
         """NaN, as nothing rests, shape (N,)."""
@@ -114,17 +114,29 @@ class PiecewiseMap(System, ExactMap):
 
     def check_formulas(self) -> None:
         """Refuse formulas that are not pieces, with a SystemDefinitionError; without compiling anything."""
-        self._compiled()
+        self._kernel()
 
-    def _compiled(self) -> "CompiledPieces":
-        from nsmaps.exact.piecewise.compiled import compiled
+    def obstacle(self) -> str:
+        """None: the map is one by formulas."""
+        return ""
+
+    @classmethod
+    def formulas(cls) -> dict[str, Any]:
+        """The formulas of the class by name."""
+        return {"pieces": cls.pieces, "preimages": cls.preimages}
+
+    if TYPE_CHECKING:
+
+        def _kernel(self) -> PieceKernel: ...
+
+    def _compile(self) -> "PieceKernel":
+        from nsmaps.exact.piecewise.compiled import piece_kernel
         from nsmaps.exact.piecewise.formulas import Choices
 
-        return compiled(Choices.of(self), tuple(self.parameters.values()))
+        return piece_kernel(Choices.of(self), tuple(self.parameters.values()))
 
 
 @fingerprint.register
 def _(system: PiecewiseMap) -> str:
     """The identity of a map includes its formulas."""
-    formulas = system._compiled().formulas
-    return f"{formulas.letters}{formulas.conditions}{formulas.images}({system!r})"
+    return f"{system._kernel().name}({system!r})"

@@ -9,23 +9,24 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, StateLike, as_starts, as_states
 from nsmaps.errors import StateError, SystemDefinitionError
-from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
+from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.events import Track
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.returns import Impacts, Itineraries
+from nsmaps.exact.returns import Impacts
 from nsmaps.exact.systems.files import REFUSED, defined_at
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.parallel import fingerprint
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages
     from nsmaps.exact.grazing.curves import GrazingCurve
-    from nsmaps.exact.kernel import Kernel
-    from nsmaps.exact.modes.kernel import ModeKernel
 
+SPACING = 0.005  #: default of grazing curves, in sizes of the box
 FLIGHTS, SAMPLES = 4, 9  #: flights after a state, and instants of each, at which the speed of its motion is looked at
 
 
-class ImpactSystem(ImpactFormulas):
+class ImpactSystem(ImpactFormulas, FlowSystem):
     """A ball that flies between impacts with one or two walls under periodic forcing.
 
     Subclass it: the fields are the parameters; `walls`, `period` and `displacement` are formulas in `self` and its fields,
@@ -39,14 +40,6 @@ class ImpactSystem(ImpactFormulas):
 
     wanted: ClassVar[str] = "an ImpactSystem: what it rests on are flights between impacts with walls"
 
-    def itineraries(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> Itineraries:
-        """The turning points that the flights of first returns pass, and their distance from a graze.
-
-        Two returns with the same itinerary lie on one smooth piece of the map; pieces end where `clearance` or `slowest` is zero.
-        Arguments and errors as `first_return`.
-        """
-        return self._kernel().itineraries(as_states(states, self.coordinates), check_chatter(chatter))
-
     def rests(self, states: ArrayLike) -> Floats:
         """How long the ball rests on the base wall in each first return that ends with its release, shape (N,); NaN of others.
 
@@ -55,14 +48,7 @@ class ImpactSystem(ImpactFormulas):
         returns = self.first_return(states)
         return np.asarray(np.where(returns.outcome == Outcome.stuck, returns.time * self.phase_rate(), np.nan))
 
-    def reasons(self, states: ArrayLike, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
-        """Why each first return ended, a sentence each: which wall, when and where. Arguments and errors as `first_return`."""
-        outcome = self.first_return(states, chatter=chatter).outcome
-        ended = (outcome != Outcome.returned) & (outcome != Outcome.stuck)
-        sentences = iter(self._modes().reasons(as_states(states, self.coordinates)[ended], chatter))
-        return tuple(next(sentences) if there else Outcome(end).advice for end, there in zip(outcome, ended, strict=True))
-
-    def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = 0.005) -> "tuple[GrazingCurve, ...]":
+    def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = SPACING) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
 
         Each curve is followed from a start point until it ends: at the `box`, at `rest` (its speed falls to zero), at another
@@ -100,12 +86,13 @@ class ImpactSystem(ImpactFormulas):
 
     def impacts(self, state: StateLike, n: int, chatter: float = SUMMED_SPEED) -> Impacts:
         """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
-        start = as_states(as_starts(state, self.coordinates)[None], self.coordinates)
-        if not (start[0, 0] >= 0 and np.isfinite(start).all()):
-            raise StateError(f"the state {start[0]} is not a start; expected: a finite impact speed >= 0 and a phase")
+        start = np.ascontiguousarray(as_starts(state, self.coordinates))
+        speed, _ = start
+        if not (speed >= 0 and np.isfinite(start).all()):
+            raise StateError(f"the state {start} is not a start; expected: a finite impact speed >= 0 and a phase")
         if n < 1:
             raise StateError(f"n is {n}; expected: at least one impact")
-        return self._kernel().impacts(start[0], n, chatter)
+        return self._kernel().impacts(start, n, chatter)
 
     def extents(self, states: ArrayLike) -> Floats:
         """The largest speed relative to the walls over the next four flights from each state, and a turn, shape (2,).
@@ -116,7 +103,7 @@ class ImpactSystem(ImpactFormulas):
         rows, kernel, fastest = as_states(states, self.coordinates), self._kernel(), 0.0
         for row in rows:
             hits = self.impacts(row, FLIGHTS + 1)
-            rates = kernel.trajectory(hits, SAMPLES)[2]
+            _, _, rates = kernel.trajectory(hits, SAMPLES)
             fastest = max(fastest, float(hits.speed.max()), float(np.abs(rates).max(initial=0.0)))
         return np.array([fastest, TWO_PI])
 
@@ -132,28 +119,28 @@ class ImpactSystem(ImpactFormulas):
     def check_formulas(self) -> None:
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
         if self.flight() == "acceleration":
-            from nsmaps.exact.flows.tables import formulas_of
-
-            formulas_of(self)
+            self._check()
         else:
             from nsmaps.exact.systems.checks import check_start
 
             check_start(self)
 
-    def _modes(self) -> "ModeKernel":
+    def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> Track:
+        """As `nsmaps.exact.trajectory.track`."""
+        impacts = self.impacts(state, n, chatter)
+        time, displacement, velocity = self._kernel().trajectory(impacts, samples)
+        walls = self.walls().values()
+        sides, at = np.array([wall.side for wall in walls], np.int8), np.array([float(wall.at) for wall in walls])
+        clock = time + impacts.phase[:1] / self.phase_rate()
+        ball = self.absolute(clock, displacement)
+        places = np.array([self.absolute(clock, np.full(clock.shape, z)) for z in at])
+        return Track(impacts, sides, at, time, displacement, velocity, np.asarray(ball, float), places)
+
+    def _check(self) -> None:
+        """Refuse formulas of the class, with the places at which they are written."""
         from nsmaps.exact.flows.tables import formulas_of
-        from nsmaps.exact.modes.kernel import kernel_of
 
-        formulas_of(self)  # checked first, with the places at which they are written
-        return kernel_of(self)
-
-    def _kernel(self) -> "Kernel | ModeKernel":
-        """The first returns: by the closed form of flights where that is known, and no motion ends at a wall."""
-        if self.obstacle():
-            return self._modes()
-        from nsmaps.exact.kernel import kernel_of
-
-        return kernel_of(self)
+        formulas_of(self)
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:

@@ -1,8 +1,8 @@
 """The first return of an impact system whose flights are in closed form, from `exact/engine`."""
 
 from nsmaps.exact.engine.flight import layout
+from nsmaps.exact.engine.kernel import SpectralKernel
 from nsmaps.exact.engine.observers import first_return
-from nsmaps.exact.kernel import Kernel, closed_form_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
@@ -20,7 +20,7 @@ def displacement_return(system: ImpactSystem) -> FirstReturn:
     Raises:
         NsmapsError: flights that are integrated, or an impact law without a counterpart.
     """
-    kernel = closed_form_of(system, "programs of the exact map")
+    kernel = system._kernel().closed_form("programs of the exact map")
     table = kernel.table.copy()
     for place in ADDRESSES:
         table[place : place + 2] = 0.0
@@ -49,7 +49,7 @@ def displacement_return(system: ImpactSystem) -> FirstReturn:
     )
 
 
-def _rebound(kernel: Kernel, language: str) -> str:
+def _rebound(kernel: SpectralKernel, language: str) -> str:
     """The function of the speed after an impact and its derivative."""
     first = 1 if language == "julia" else 0
     laws = law_texts(kernel, "flow_table", first)

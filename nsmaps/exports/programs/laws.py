@@ -9,9 +9,9 @@ from sympy.printing.c import C99CodePrinter
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight.layout import AT_PARAMETERS
+from nsmaps.exact.engine.kernel import SpectralKernel
 from nsmaps.exact.flows.formulas import PHI, V, is_linear
 from nsmaps.exact.flows.laws import SLOPES, replaced
-from nsmaps.exact.kernel import Kernel
 from nsmaps.exact.modes.definitions.definition import Definition
 
 #: what C calls the functions of an expression, in Julia
@@ -91,7 +91,7 @@ class _Expression(C99CodePrinter):  # type: ignore[misc]
         return text
 
 
-def law_texts(kernel: Kernel, table: str, first: int) -> list[tuple[str, str] | None]:
+def law_texts(kernel: SpectralKernel, table: str, first: int) -> list[tuple[str, str] | None]:
     """For the lower wall and for the upper the speed after an impact of speed v and its derivative; None for a law linear in v.
 
     `table` is what the numbers of the system are called, `first` the index of the first of them.

@@ -7,7 +7,6 @@ import numpy as np
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.kernel import kernel_of
 from nsmaps.exact.modes.march.returns import first_return
 from nsmaps.exact.modes.paths.placing import Surfaces
 from nsmaps.exact.modes.tables.memory import memory
@@ -29,7 +28,7 @@ def modes_return(system: HybridSystem) -> FirstReturn:
     Raises:
         NsmapsError: a reset has a function without a counterpart.
     """
-    kernel = kernel_of(system)
+    kernel = system._kernel().modes
     definition, n = kernel.definition, len(kernel.coordinates)
     laws = [*(one.curved for one in definition.transitions), *(start.curved for start in definition.starts)]
     curved = np.array([bool(law) for law in laws])

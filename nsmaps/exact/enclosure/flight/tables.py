@@ -8,7 +8,6 @@ from nsmaps.exact.enclosure.arithmetic.formulas import ball_law_address
 from nsmaps.exact.enclosure.flight.flow import BallFlow
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.flows.formulas import V
-from nsmaps.exact.kernel import closed_form_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 
 
@@ -24,7 +23,7 @@ def ball_flow(table: Floats) -> BallFlow:
 
 def enclosed_table(system: ImpactFormulas) -> Floats:
     """The table of a system with the addresses of its impact laws in balls. Raises ProofError as `image_boxes` does."""
-    kernel = closed_form_of(system, "images of boxes", ProofError)
+    kernel = system._kernel().closed_form("images of boxes", ProofError)
     table = kernel.table.copy()
     for k, law in enumerate(kernel.formulas.laws):
         if table[layout.LAW + k]:

@@ -9,14 +9,13 @@ from nsmaps.exact.enclosure.impacts import images_in_chunks
 from nsmaps.exact.modes.enclosure.cells import all_box_images
 from nsmaps.exact.modes.enclosure.memory import ball_memory
 from nsmaps.exact.modes.enclosure.tables import BallTables, ball_tables
-from nsmaps.exact.modes.kernel import kernel_of
 from nsmaps.exact.systems.guards import HybridFormulas
 
 
 @lru_cache(maxsize=64)
 def table_of(system: HybridFormulas) -> BallTables:
     """The table of a system for enclosures; those used last are remembered. Raises ProofError as `image_boxes` does."""
-    kernel = kernel_of(system)
+    kernel = system._kernel().modes
     if kernel.definition.smooth:
         raise ProofError(
             f"{type(system).__name__} has rates or guards that are not affine in the states, and sets of states are enclosed in "
