@@ -12,11 +12,9 @@ LATER = (
     "batches.py",
     "compiling",
     "enclosure",
-    "kernel.py",
     "modes/blocks",
     "modes/enclosure",
     "modes/flights",
-    "modes/kernel.py",
     "modes/march",
     "modes/paths",
     "modes/tables",
@@ -27,7 +25,6 @@ LATER = (
     "piecewise",
     "returnmap.py",
     "systems",
-    "trajectory.py",
 )
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
 LONGEST, MOST = 4, 7  #: of a tuple that is returned, of arguments
