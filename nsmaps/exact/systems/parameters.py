@@ -143,10 +143,10 @@ class System(BaseModel, Transferable, ReturnMap):
 class ExactSystem(System, ExactMap):
     """A system whose map is compiled from formulas of its class."""
 
-    __slots__ = ("_made",)  # what was made from the system, by name
+    __slots__ = ("_results",)  # what was made from the system, by name
 
     if TYPE_CHECKING:
-        _made: dict[str, Any]
+        _results: dict[str, Any]
 
     @abstractmethod
     def _compile(self) -> Kernel:
@@ -164,13 +164,13 @@ class ExactSystem(System, ExactMap):
     def _once(self, name: str, make: Callable[[], Any]) -> Any:
         """What was made under a name from the system, which does not change."""
         try:
-            return self._made[name]
+            return self._results[name]
         except AttributeError:
-            object.__setattr__(self, "_made", {})
+            object.__setattr__(self, "_results", {})
         except KeyError:
             pass
-        made = self._made[name] = make()
-        return made
+        result = self._results[name] = make()
+        return result
 
 
 def map_name(system: System, of: str = "exact") -> str:
