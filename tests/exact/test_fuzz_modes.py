@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from nsmaps import Guard, HybridSystem, Outcome, Section
 
 STEP, HORIZON, BITS = 0.02, 12.0, 90  # of the march, its longest time, bisections of a step
-COUNT, MARCHED = 18, 4  # starts, in parallel where no derivative is asked for, and how many of them are marched
+COUNT, MARCHED = 18, 4  # starts, which are computed in parallel, and how many of them are marched
 CLEAR, FAST = 0.02, 0.05  # margins of returns that the march, which looks at signs alone, cannot miss
 
 
@@ -108,9 +108,12 @@ def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
     system, given = random_system(n, m, rng)
     rows = np.column_stack([rng.uniform(-1, 1, (COUNT, n - 1)), rng.uniform(0, 6.28, COUNT)])
     returns = system.first_return(rows, derivative=True)
-    parallel = system.first_return(rows)
-    assert parallel.outcome.tolist() == returns.outcome.tolist()
-    assert parallel.words.tolist() == returns.words.tolist()
+    alone = [system.first_return(row[None], derivative=True) for row in rows]
+    assert returns.outcome.tolist() == [int(each.outcome[0]) for each in alone]
+    assert returns.words.tolist() == [each.words[0] for each in alone]
+    for slopes, each in zip(returns.derivative, alone, strict=True):
+        size = 1 + np.nansum(np.abs(slopes))
+        assert np.allclose(slopes, each.derivative[0], rtol=0, atol=1e-13 * size * size, equal_nan=True)
     allowed = {Outcome.returned, Outcome.escaped, Outcome.undecided, Outcome.invalid, Outcome.simultaneous, Outcome.endless}
     assert {Outcome(x) for x in returns.outcome} <= allowed
     with mp.workdps(30):

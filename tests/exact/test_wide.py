@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hybrid import SYSTEMS, numbers, reference, system
 
-from nsmaps.exact.modes.blocks.wide import FEW
+from nsmaps.exact.modes.blocks.batch_scheduler import FEW
 from nsmaps.exact.outcome import Outcome
 from nsmaps.plugins import system_class
 
@@ -19,23 +19,40 @@ def starts(name, key, count):
     return made, np.random.default_rng(2).uniform(rows.min(axis=0), rows.max(axis=0), (count, rows.shape[1]))
 
 
-def by_itself(made, rows):
+def by_itself(made, rows, derivative=False):
     """As `first_return`, with fewer states at a time than are computed in parallel."""
-    parts = [made.first_return(rows[k : k + FEW - 1]) for k in range(0, len(rows), FEW - 1)]
+    parts = [made.first_return(rows[k : k + FEW - 1], derivative=derivative) for k in range(0, len(rows), FEW - 1)]
     return type(parts[0]).concatenated(parts)
 
 
 @pytest.mark.parametrize(("name", "key"), CASES)
 def test_many_returns_are_those_of_each_state_by_itself(name, key):
     made, rows = starts(name, key, 150)
-    many, single = made.first_return(rows), by_itself(made, rows)
+    many, single, plain = made.first_return(rows, derivative=True), by_itself(made, rows, True), made.first_return(rows)
     assert many.outcome.tolist() == single.outcome.tolist()
     assert many.words.tolist() == single.words.tolist()
-    slopes = made.first_return(rows, derivative=True).derivative
-    size = 1 + np.abs(rows).max(axis=1) + np.abs(slopes).sum(axis=2).max(axis=1)
+    size = 1 + np.abs(rows).max(axis=1) + np.abs(single.derivative).sum(axis=2).max(axis=1)
     off = np.abs(made.coordinates.difference(many.image, single.image)).max(axis=1) / size
     assert off[many.valid].max(initial=0.0) < 1e-13
     assert np.allclose(many.time, single.time, rtol=1e-10, equal_nan=True)
+    assert np.array_equal(many.image, plain.image, equal_nan=True)
+    slopes_apart = np.abs(many.derivative - single.derivative).max(axis=(1, 2))[many.valid]
+    assert (
+        slopes_apart < 1e-13 * size[many.valid] ** 2
+    ).all()  # beside a graze they change by their square times an image's error
+    assert not many.valid.any() or np.median(slopes_apart / size[many.valid]) < 1e-14
+    assert np.isnan(many.derivative[~many.valid]).all()
+
+
+def test_images_of_an_orbit_have_derivatives_of_their_own_return():
+    made, rows = starts("S1_recoil", "p1", 40)
+    orbits, again = made.orbits(rows, 3, derivative=True), by_itself(made, rows, True)
+    for _ in range(2):
+        again = by_itself(made, again.image, True)
+    apart = np.abs(orbits.derivative[-len(rows) :] - again.derivative).max(axis=(1, 2))
+    size = np.abs(again.derivative).max(axis=(1, 2))
+    assert np.isfinite(size).sum() > 30
+    assert np.nanmedian(apart / size) < 1e-12
 
 
 @pytest.mark.parametrize(("name", "key"), [("S1_recoil", "p2"), ("S3_stickslip", "A025"), ("S5_buck", "E26")])

@@ -15,8 +15,8 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.compiled import code_of, compilers
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import START, MotionKernel, ReturnRows, in_chunks, return_rows
-from nsmaps.exact.modes.blocks.lanes import block_of, motions
-from nsmaps.exact.modes.blocks.wide import FEW, returns
+from nsmaps.exact.modes.blocks.batch_scheduler import FEW, returns
+from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
@@ -105,7 +105,7 @@ class ModeKernel(MotionKernel):
         return rows.tangents.reshape(start.shape)
 
     def _march(self, rows: ReturnRows, w: Memory, near: Floats | None = None) -> None:
-        """Compute returns, and their margins if these are asked for; many in blocks where no more than the image is asked for."""
+        """Compute returns, and their margins if these are asked for; many in blocks where no more than derivatives by the starts is asked for."""
         p, directions = self.table, rows.tangents.shape[-1]
         if directions:
             varied(self.definition, p.variations)
@@ -113,10 +113,10 @@ class ModeKernel(MotionKernel):
         found = Record(*map(np.ascontiguousarray, (*rows, margins)))
         given = rows.start.copy()
         found.states[START] = self.starts(given)
-        plain = not directions and near is None and (p.contacts < 0).all() and not p.taylor.any()
-        wide = plain and rows.states.shape[1] >= FEW
-        at, o, b = np.zeros(2, np.int64), motions(p, wide), block_of(p)
-        while not returns(p, found, at, w, o, b):
+        affine = not (p.taylor.any() or w.moved.here)
+        in_blocks = affine and near is None and (p.contacts < 0).all() and rows.states.shape[1] >= FEW
+        at, b = np.zeros(2, np.int64), workspace(p, directions, in_blocks)
+        while not returns(p, found, at, w, b):
             check_stop()
         if found.states is rows.states:
             rows.start[:] = given

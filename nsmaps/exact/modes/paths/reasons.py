@@ -6,8 +6,8 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.exact.chatter import SUMMED_SPEED
-from nsmaps.exact.modes.blocks.lanes import block_of, motions
-from nsmaps.exact.modes.blocks.wide import returns
+from nsmaps.exact.modes.blocks.batch_scheduler import returns
+from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, NO_FUNCTION, STEEP, STIFF
 from nsmaps.exact.modes.march.flight import WHY as WHY_DOUBTED
@@ -25,7 +25,7 @@ def reasons_of(definition: Definition, table: Tables, start: Floats, chatter: fl
     sentences = []
     for row in start:
         found, w = record(row[None], 1, 0), memory(table, 0, chatter=chatter)
-        returns(table, found, np.zeros(2, np.int64), w, motions(table, False), block_of(table))
+        returns(table, found, np.zeros(2, np.int64), w, workspace(table, 0, False))
         outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
         if outcome == Outcome.invalid:
             sentences.append(not_a_start(definition, table, row))

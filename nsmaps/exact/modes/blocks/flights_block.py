@@ -1,0 +1,162 @@
+"""A block of motions in one mode, a column each: the pieces of their flights, in loops that become vector instructions.
+
+Functions watched are looked at in the basis of Bernstein; those that have one zero, or a first one far from any doubt, are
+followed to it by Newton's method, and every other one by `sought` of `flight.py`, a column by itself.
+"""
+
+from nsmaps.exact.engine.jit import fused, inner
+from nsmaps.exact.modes.blocks.events_block import write_waves
+from nsmaps.exact.modes.blocks.newton_block import find_zeros
+from nsmaps.exact.modes.blocks.series_block import combine, evaluate, gather_features, whole_vectors
+from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS, SERIES
+from nsmaps.exact.modes.flights.motion import within_turn
+from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought
+from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
+
+ON_SURFACE = 16.0 * ROUNDING  # of the sizes of terms: at the start of a flight this is left to `begins`
+SAME = 4.0 * ROUNDING  # of a time: two events that are closer take place at once
+AT_ONCE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
+
+
+@fused
+def count_signs(sign, n, t):
+    """Write how many coefficients of `POINTS`, with a sign and shifted, are positive, how often signs change, and the least size.
+
+    A first coefficient of zero has the sign of the second.
+    """
+    for k in range(n):
+        value = sign * (t[POINTS + PITCH + k] if t[AT.at_zero + k] > 0.0 else t[POINTS + k]) + t[AT.shift + k]
+        positive = 1.0 if value > 0.0 else 0.0
+        t[AT.least + k], t[AT.changes + k], t[AT.positives + k], t[AT.slope + k] = abs(value), 0.0, positive, positive
+    for i in range(ORDER // 3):
+        first = POINTS + (1 + 3 * i) * PITCH
+        second, third = first + PITCH, first + PITCH + PITCH
+        for k in range(n):
+            x, y, z = t[first + k], t[second + k], t[third + k]
+            x, y, z = sign * x + t[AT.shift + k], sign * y + t[AT.shift + k], sign * z + t[AT.shift + k]
+            up, then, last = 1.0 if x > 0.0 else 0.0, 1.0 if y > 0.0 else 0.0, 1.0 if z > 0.0 else 0.0
+            t[AT.least + k] = min(min(t[AT.least + k], abs(x)), min(abs(y), abs(z)))
+            t[AT.changes + k] += abs(up - t[AT.slope + k]) + abs(then - up) + abs(last - then)
+            t[AT.positives + k] += up + then + last
+            t[AT.slope + k] = last
+
+
+@inner
+def screen(p, f, n, b, w):
+    """Write which columns have no zero of a function (0), one (1) or an unknown number (2).
+
+    A function that differs from one before by its sign and a constant has the same coefficients, which are there already if
+    it follows that.
+    """
+    t, h, sign, states = b.t, b.h, p.signs[f], p.first.shape[1] - 1
+    constant = p.functions[f, states]
+    if p.twins[f] == f:
+        combine(p.shapes[f], (b.all_features, b.all_used), ORDER, POINTS, b.z, n, t)
+    for k in range(n):
+        t[AT.value + k], t[AT.slope + k] = 0.0, 0.0
+    for j in range(len(w.z)):
+        size, left = p.sizes[f, j], p.left[f, j]
+        for k in range(n):
+            t[AT.value + k] += size * abs(b.z[j, k])
+            t[AT.slope + k] += left * abs(b.z[j, k])
+    for k in range(n):
+        t[AT.zero_terms + k] = p.on[h[IN.start + k], f] if h[IN.start + k] >= 0 else 0.0
+    for k in range(n):
+        start, size, terms = sign * t[POINTS + k], t[AT.value + k], t[AT.zero_terms + k]
+        error = ROUNDING * size * (1.0 + t[AT.growth + k]) + t[AT.slope + k]
+        on_surface = start + constant <= ON_SURFACE * size if terms == 0.0 else terms == TERMS
+        h[IN.doubtful + k] = AT_ONCE if on_surface & (h[IN.start + k] >= 0) else h[IN.doubtful + k]
+        near = (start + constant >= 0.0) & (start + constant <= error)
+        t[AT.error + k], t[AT.shift + k] = error, -start if terms > 0.0 else constant
+        t[AT.at_zero + k] = 1.0 if (terms > 0.0) | near else 0.0
+    count_signs(sign, n, t)
+    for k in range(n):
+        ups, sure = t[AT.positives + k], (t[AT.least + k] > t[AT.error + k]) & (t[AT.zero_terms + k] <= 1.0)
+        one = (t[AT.changes + k] == 1.0) & (t[AT.slope + k] == 0.0) & (ups > 1.0)
+        h[IN.kind + k] = (0 if ups == ORDER + 1.0 else 1 if one else 2) if sure else 2
+
+
+@inner
+def load_column(p, k, b, w):
+    """Write a column to the memory of a single motion."""
+    h = b.h
+    for j in range(len(w.z)):
+        w.z[j] = b.z[j, k]
+    for f in range(len(w.on)):
+        w.on[f] = p.on[h[IN.start + k], f] if h[IN.start + k] >= 0 else 0
+
+
+@inner
+def next_events(p, mode, n, b, w):
+    """Write the first event of each column within a longest step: which function, when, and whether that is doubtful."""
+    t, h, following = b.t, b.h, mode + 1
+    for k in range(n):
+        h[IN.function + k], t[AT.time + k], h[IN.doubtful + k] = NO_FUNCTION, 1.0, 0
+    for f in range(p.watched[mode], p.watched[following]):
+        screen(p, f, n, b, w)
+        find_zeros(p, f, n, b)
+        for k in range(n):
+            if h[IN.kind + k] == 0:
+                continue
+            when = t[AT.time + k]
+            near = 0.0 if h[IN.function + k] == NO_FUNCTION else SAME * when
+            if h[IN.kind + k] == 2 or abs(t[AT.guess + k] - when) <= SAME * when:
+                load_column(p, k, b, w)
+                found, x, unsure = sought(p, f, when + near, t[AT.growth + k], w)
+            else:
+                found, x, unsure = t[AT.guess + k] < when, t[AT.guess + k], False
+            if found and h[IN.function + k] != NO_FUNCTION and abs(x - when) <= near:
+                h[IN.doubtful + k] = AT_ONCE
+            elif found:
+                doubt = AT_ONCE if h[IN.doubtful + k] > 0 else 1 if unsure else 0
+                h[IN.function + k], t[AT.time + k], h[IN.doubtful + k] = f, x, doubt
+            elif unsure and h[IN.doubtful + k] == 0:
+                h[IN.doubtful + k] = 1
+
+
+@inner
+def full_step(p, mode, i, n, b):
+    """Write a state at the end of the longest step."""
+    for k in range(n):
+        b.new[i, k] = b.z[i, k]
+    for j in range(len(b.z)):
+        whole = p.whole[mode, i * len(b.z) + j]
+        for k in range(n):
+            b.new[i, k] += whole * b.z[j, k]
+
+
+@inner
+def move_states(p, mode, n, b):
+    """Take the states of columns to their events; those without one to the end of the longest step."""
+    t, h = b.t, b.h
+    states, count = p.first.shape[1] - 1, 0
+    for k in range(n):
+        if h[IN.function + k] != NO_FUNCTION:
+            h[IN.column + count], t[AT.x + count] = k, t[AT.time + k]
+            count += 1
+    gather_features(count, b)
+    (order, used), wide = p.flow_features, whole_vectors(count)
+    for q in range(states):
+        i = p.flow_order[mode, q]
+        if count < n:
+            full_step(p, mode, i, n, b)
+        if count == 0:
+            continue
+        base, degree = p.flow_bases[mode, i], p.flow_degrees[mode, i]
+        combine(p.flows[mode, i], (order[mode, i], used[mode, i]), degree, SERIES, b.c, wide, t)
+        evaluate(degree, wide, t)
+        for m in range(count):
+            b.change[i, m] = t[AT.value + m] + (b.change[base, m] if base != i else 0.0)
+            b.new[i, h[IN.column + m]] = b.z[i, h[IN.column + m]] + b.change[i, m]
+    for i in range(states):
+        for k in range(n):
+            b.z[i, k] = b.new[i, k]
+
+
+@inner
+def turn_phases(p, mode, n, b):
+    """Take the phases of columns along, and write their waves."""
+    t, h = b.t, b.h
+    for k in range(n):
+        t[AT.phase + k], h[IN.windings + k] = within_turn(t[AT.phase + k] + p.rate * (t[AT.time + k] * p.steps[mode]))
+    write_waves(p, n, b)
