@@ -12,7 +12,6 @@ LATER = (
     "batches.py",
     "compiling",
     "enclosure",
-    "modes/blocks",
     "modes/enclosure",
     "modes/flights",
     "modes/march",

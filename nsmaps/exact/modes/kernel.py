@@ -105,7 +105,7 @@ class ModeKernel(MotionKernel):
         return rows.tangents.reshape(start.shape)
 
     def _march(self, rows: ReturnRows, w: Memory, near: Floats | None = None) -> None:
-        """Compute returns, and their margins if these are asked for; many in blocks where no more than derivatives by the starts is asked for."""
+        """Compute returns, and their margins if asked for; many in blocks, with derivatives by the starts at most."""
         p, directions = self.table, rows.tangents.shape[-1]
         if directions:
             varied(self.definition, p.variations)
