@@ -46,7 +46,8 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
     def joined(parts: Sequence[Arrays]) -> Returns | None:
         if not parts:
             return None
-        rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+        first, *_ = parts
+        rows: dict[str, Any] = {name: np.concatenate([part[name] for part in parts], axis=1) for name in first}
         starts = np.concatenate([start[None, : rows["image"].shape[1]], rows["image"][:-1]]).reshape(-1, start.shape[1])
         flat = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
         return replace(like, start=starts, **flat)

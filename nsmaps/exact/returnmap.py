@@ -59,6 +59,20 @@ class ReturnMap(ABC):
         """States (N, n) on the section nearest to these; the same where the coordinates are all free."""
         return as_states(states, self.coordinates)
 
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The letters of which words consist; none of a map without words."""
+        return tuple(self.first_return(np.empty((0, len(self.coordinates)))).walls)
+
+    @property
+    def is_affine(self) -> bool:
+        """True if it is known to be affine in pieces, with affine borders, in coordinates without angles."""
+        return False
+
+    def inverse(self) -> "ReturnMap | None":
+        """The inverse, by which images lead back to states; None where it is not known."""
+        return None
+
     def itineraries(self, states: ArrayLike) -> Itineraries:
         """What distinguishes the smooth pieces of the map: the words, where it is not known how far states are from an edge."""
         found = self.first_return(states)
@@ -82,8 +96,14 @@ class ReturnMap(ABC):
         """Check what a class outside of nsmaps returns."""
         super().__init_subclass__(**kwargs)
         own = vars(cls).get("first_return")
-        if own is not None and cls.__module__.split(".")[0] != "nsmaps":
+        if own is not None and is_foreign(cls):
             cls.first_return = _checked(own)  # type: ignore[method-assign]
+
+
+def is_foreign(cls: type) -> bool:
+    """True for a class outside of nsmaps."""
+    package, _, _ = cls.__module__.partition(".")
+    return package != "nsmaps"
 
 
 class ExactMap(ReturnMap):

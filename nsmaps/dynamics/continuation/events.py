@@ -14,7 +14,6 @@ from nsmaps.dynamics.continuation.crossing import crossing_within
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
@@ -138,7 +137,7 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
 def _degenerate(curve: OrbitCurve, point: OrbitPoint, kind: str) -> str:
     """What is special of a period doubling of a cycle of affine pieces."""
     map = curve.map_of(point.value) if kind == DOUBLING else None
-    return AFFINE if isinstance(map, PiecewiseMap) and map.is_affine else ""
+    return AFFINE if map is not None and map.is_affine else ""
 
 
 def may_cross(step: Step[OrbitPoint], point: OrbitPoint) -> bool:

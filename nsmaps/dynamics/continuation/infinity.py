@@ -8,7 +8,6 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.pieces import AtBorder, pieces_of
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 LARGE = 4.0  #: states, in the curve's units, from which on a cycle may go to infinity
 ROUNDING = 8 * float(np.finfo(float).eps)  #: of det(M - 1)
@@ -24,7 +23,7 @@ def infinity_met(
     the cycle is there up to near it and no test of an event changes its sign.
     """
     map = curve.map_of(last.value)
-    if not (np.abs(last.y[:-1]).max() > LARGE and isinstance(map, PiecewiseMap) and map.is_affine):
+    if not (np.abs(last.y[:-1]).max() > LARGE and map.is_affine):
         return None
     at, states = AtBorder((), (), (), pieces_of(map, last), (), np.zeros((2, *last.orbit.states.shape)), ()), last.orbit.states
 

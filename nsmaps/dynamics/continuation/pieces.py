@@ -230,7 +230,7 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
         yield AtBorder((int(k),), (int(j),), (sign,), own, other, both, tuple(range(len(own))))
 
 
-def pieces_of(map: PiecewiseMap, point: OrbitPoint) -> tuple[int, ...]:
+def pieces_of(map: ReturnMap, point: OrbitPoint) -> tuple[int, ...]:
     """The numbers of the pieces of the states of a cycle."""
     return tuple(map.letters.index(word) for word in point.orbit.words)
 

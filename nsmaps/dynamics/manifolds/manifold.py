@@ -13,9 +13,7 @@ from nsmaps.dynamics.manifolds.segments import Pieces, grown_exactly
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
-from nsmaps.exact.systems.reversed import inverse_map
 from nsmaps.progress import shows
 
 REAL = 1e-9  #: share of a multiplier that the imaginary part of a real one does not exceed
@@ -95,8 +93,7 @@ def manifold(
     grow = (length, gap, max_points)
     if which == "unstable":
         return _unstable(map, orbit, scale, *grow)
-    if inverse is None and isinstance(map, PiecewiseMap | FlowSystem):
-        inverse = map.inverse() if isinstance(map, PiecewiseMap) else inverse_map(map)
+    inverse = map.inverse() if inverse is None else inverse
     if inverse is None:
         raise NsmapsError(
             f"the stable manifold of a {type(map).__name__} needs its inverse, which is not known; expected: `inverse`"
@@ -109,8 +106,8 @@ def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float
     sides = [(k, sign) for k in range(len(orbit.states)) for sign in (1.0, -1.0)]
     saddles = [_saddle(orbit, k, sign, scale) for k, sign in sides]
     starts = [(k, saddle) for (k, _), saddle in zip(sides, saddles, strict=True)]
-    if isinstance(map, PiecewiseMap) and map.is_affine:
-        pieces, gap = Pieces.of(map, scale), np.inf
+    if map.is_affine:
+        pieces, gap = Pieces.of(PiecewiseMap.require(map, "affine pieces"), scale), np.inf
         found = [grown_exactly(pieces, orbit, k, saddle, length, max_points) for k, saddle in starts]
         parts, errors = [part for part, _ in found], [off for _, off in found]
     else:

@@ -160,7 +160,7 @@ def noisy_orbits(
         )
     else:
         work, part, h, how = _realised, CHUNK, *_forced(map, n, noise, noise.tau, step, chatter, impacts)
-    starts, letters = np.broadcast_to(starts, (realisations, dim)), _letters(map)
+    starts, letters = np.broadcast_to(starts, (realisations, dim)), map.letters
     tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
@@ -175,11 +175,6 @@ def noisy_orbits(
         with threads(os.cpu_count() or 1) as pool:
             return joined(replace(jobs, executor=pool).run(work, tasks, first))
     return joined(jobs.run(work, tasks, first))
-
-
-def _letters(map: ReturnMap) -> tuple[str, ...]:
-    """The letters of the words of a map."""
-    return map.letters if isinstance(map, System) else map.first_return(np.empty((0, len(map.coordinates)))).walls
 
 
 def check_noise(map: ReturnMap, noise: Noise) -> None:

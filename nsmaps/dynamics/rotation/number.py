@@ -65,18 +65,14 @@ def rotation_number(
 def counted(map: ReturnMap, coordinates: Coordinates) -> str:
     """The only angle, or without angles the last of two letters; "" where there are others."""
     angles = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle]
-    letters = _letters(map)
+    letters = map.letters
     found = angles or (letters[-1:] if len(letters) == 2 else ())
     return found[0] if len(found) == 1 else ""
 
 
-def _letters(map: ReturnMap) -> tuple[str, ...]:
-    return map.first_return(np.empty((0, len(map.coordinates)))).walls
-
-
 def _named(map: ReturnMap, coordinates: Coordinates, of: str | None) -> str:
     """The angle or the letter that is counted."""
-    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*_letters(map)]
+    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*map.letters]
     found = counted(map, coordinates) if of is None else of
     if found not in known:
         given = f" of {of!r}" if of is not None else ", which is not that of one angle or of two letters"

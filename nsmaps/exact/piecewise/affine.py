@@ -23,17 +23,15 @@ def affine_pieces(system: System) -> tuple[Floats, Floats]:
     Raises:
         NsmapsError: the image of a piece is not affine, or a coordinate is an angle.
     """
-    n, rows = (
-        len(system.coordinates),
-        _rows(system, [image for images in _formulas(system).images for image in images], "an image"),
-    )
+    n = len(system.coordinates)
+    rows = _rows(system, [image for images in _formulas(system).images for image in images], "an image")
     found = np.array(rows, float).reshape(-1, n, n + 1)
     return found[..., :n], found[..., n]
 
 
 def lines(system: System) -> list[tuple[Fraction, Fraction]]:
     """The slope and the shift of each piece of a map of one coordinate, as rational numbers; errors as `affine_pieces`."""
-    return [(row[0], row[1]) for row in _rows(system, [image for (image,) in _formulas(system).images], "an image")]
+    return [(slope, shift) for slope, shift in _rows(system, [image for (image,) in _formulas(system).images], "an image")]
 
 
 def borders(system: System) -> list[Fraction]:
@@ -57,8 +55,8 @@ def _rows(system: System, expressions: Sequence[sp.Expr], what: str) -> list[lis
     for expression in expressions:
         exact = sp.nsimplify(expression, rational=True).subs(values)
         try:
-            matrix, right = sp.linear_eq_to_matrix([exact], list(formulas.variables))
-            found.append([Fraction(int(each.p), int(each.q)) for each in (*matrix, -right[0])])
+            matrix, (right,) = sp.linear_eq_to_matrix([exact], list(formulas.variables))
+            found.append([Fraction(int(each.p), int(each.q)) for each in (*matrix, -right)])
         except (NonlinearError, AttributeError) as error:
             plain = expression.subs(dict(zip(formulas.variables, map(sp.Symbol, system.coordinates), strict=True)))
             raise NsmapsError(f"{what} of {name} is {plain}; expected: affine, with rational coefficients") from error
@@ -85,11 +83,11 @@ def cycles_of_words(system: System, max_period: int) -> Iterator[tuple[str, Floa
     for length in range(1, max_period + 1):
         for word in words(len(letters), length):
             k, equations = np.arange(length), np.zeros((length, n, length, n))
-            equations[(k + 1) % length, :, k] -= matrices[word]
+            equations[np.roll(k, -1), :, k] -= matrices[word]
             equations[k, :, k] += np.eye(n)
             square, right = equations.reshape(length * n, length * n), np.roll(vectors[word], 1, axis=0).ravel()
             sizes = np.linalg.svd(square, compute_uv=False)
-            if sizes[-1] <= REGULAR * sizes[0]:
+            if min(sizes) <= REGULAR * max(sizes):
                 continue
             states = np.linalg.solve(square, right).reshape(length, n)
             if np.array_equal(system.first_return(states).words, letters[word]):

@@ -89,9 +89,11 @@ def _advice(error: Exception, names: Sequence[str]) -> str:
 
 def _piece(what: str, piece: Any, names: Sequence[str], known: set[sp.Symbol]) -> tuple[Any, tuple[sp.Expr, ...]]:
     """The condition and the images of a piece, in the order of the coordinates."""
-    if not (isinstance(piece, tuple | list) and len(piece) == 2 and isinstance(piece[1], Mapping)):
-        raise SystemDefinitionError(f"{what} is {piece!r:.80}; expected: a condition, and the images by coordinate")
-    condition, images = sp.sympify(piece[0]), piece[1]
+    match piece:
+        case (given, Mapping() as images):
+            condition = sp.sympify(given)
+        case _:
+            raise SystemDefinitionError(f"{what} is {piece!r:.80}; expected: a condition, and the images by coordinate")
     if not isinstance(condition, CONDITIONS):
         raise SystemDefinitionError(
             f"the condition of {what[4:]} is {condition}; expected: a relation, such as x.x <= 0, or True"

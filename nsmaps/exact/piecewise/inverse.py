@@ -79,12 +79,13 @@ def _solved(cls: type, of: PieceFormulas, k: int) -> tuple[sp.Expr, ...]:
         solved = sp.solve(equations, list(of.variables), dict=True)
         found = [tuple(row.get(x, x) for x in of.variables) for row in solved]
     checked = [row for row in found if _leads_back(of, k, row, after)]
-    if len(found) != 1 or len(checked) != 1:
+    if not len(found) == len(checked) == 1:
         raise SystemDefinitionError(
             f"the inverse of the piece {of.letters[k]!r} of {cls.__name__}: {len(checked)} of {len(found)} solutions of its "
             "equations lead back to every state; expected: one, or a method `preimages(self, x)`"
         )
-    return tuple(row.subs(dict(zip(after, of.variables, strict=True)), simultaneous=True) for row in found[0])
+    (rows,) = found
+    return tuple(row.subs(dict(zip(after, of.variables, strict=True)), simultaneous=True) for row in rows)
 
 
 def _leads_back(of: PieceFormulas, k: int, before: tuple[sp.Expr, ...], after: Sequence[sp.Symbol]) -> bool:

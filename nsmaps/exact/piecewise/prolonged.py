@@ -180,7 +180,8 @@ class Prolonged(ExactMap):
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivatives of the images of M cycles by the parameters, shape (M q, n)."""
-        return self._rows(as_states(states, self.coordinates), self._along(rates))[2]
+        _, _, along = self._rows(as_states(states, self.coordinates), self._along(rates))
+        return along
 
     def _along(self, rates: Mapping[str, float]) -> Floats:
         return np.array([float(rates.get(name, 0.0)) for name in self.parameter_names()])

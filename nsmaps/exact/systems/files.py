@@ -43,7 +43,8 @@ def place_of(cls: type, formula: str) -> str:
     parts = [] if owner is cls else [f"inherited from {owner.__name__}"]
     try:
         function = vars(owner)[formula]
-        parts.append(f"{getsourcefile(function)}:{getsourcelines(function)[1]}")
+        _, line = getsourcelines(function)
+        parts.append(f"{getsourcefile(function)}:{line}")
     except (OSError, TypeError):
         pass
     return f" ({', '.join(parts)})" if parts else ""

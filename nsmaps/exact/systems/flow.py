@@ -11,6 +11,7 @@ from nsmaps.coordinates import as_states
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.kernel import MotionKernel
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.guards import HybridFormulas
 
@@ -124,6 +125,12 @@ class FlowSystem(HybridFormulas):
     def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
         """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""
         return tuple(self._kernel().modes.arrival_reasons(states, modes))
+
+    def inverse(self) -> ReturnMap:
+        """The inverse of the map, on all images of states that neither rest nor chatter completely; errors as `inverse_map`."""
+        from nsmaps.exact.systems.reversed import inverse_map
+
+        return inverse_map(self)
 
     @abstractmethod
     def extents(self, states: ArrayLike) -> Floats:

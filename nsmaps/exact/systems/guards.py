@@ -96,6 +96,14 @@ class HybridFormulas(ExactSystem):
         """Why first returns are not those of flights in closed form that impacts alone end, or no text."""
         return "is a system with modes"
 
+    @abstractmethod
+    def _reversed_class(self) -> "type[HybridFormulas]":
+        """The class in reversed time; NsmapsError where a motion has no past."""
+
+    @abstractmethod
+    def _reversal(self) -> Sequence[float]:
+        """By what each coordinate of a state is multiplied in the reversed system."""
+
     @classmethod
     def formulas(cls) -> dict[str, Any]:
         """The formulas of the class by name, all that its motions follow from."""

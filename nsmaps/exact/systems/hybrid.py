@@ -1,5 +1,6 @@
 """A system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
+from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.guards import Section as Section
 from nsmaps.exact.systems.guards import Sliding as Sliding
 
@@ -113,6 +115,14 @@ class HybridSystem(FlowSystem):
     def _track(self, state: ArrayLike, n: int, samples: int, chatter: float) -> "ModeTrack":
         """As `nsmaps.exact.trajectory.track`."""
         return self._kernel().modes.track(np.asarray(state, float), n, samples, chatter)
+
+    def _reversed_class(self) -> type[HybridFormulas]:
+        from nsmaps.exact.systems.reversed import reversed_modes
+
+        return reversed_modes(self, self._definition())
+
+    def _reversal(self) -> Sequence[float]:
+        return tuple(np.where(self.coordinates.angles, -1.0, 1.0).tolist())
 
     def _definition(self) -> "Definition":
         """The formulas of the class, for all values of its parameters."""

@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 from nsmaps.exact.kernel import Kernel
-from nsmaps.exact.returnmap import ExactMap, ReturnMap
+from nsmaps.exact.returnmap import ExactMap, ReturnMap, is_foreign
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.files.complaints import refused
 from nsmaps.parallel import fingerprint
@@ -89,11 +89,6 @@ class System(BaseModel, Transferable, ReturnMap):
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin; "" where that may be any."""
         return ("",)
-
-    @property
-    def letters(self) -> tuple[str, ...]:
-        """The letters of which words consist; none of a map without words."""
-        return tuple(self.first_return(np.empty((0, len(self.coordinates)))).walls)
 
     def period(self) -> Any:
         """Period of the forcing, in the system's time; None where there is no forcing."""
@@ -194,7 +189,7 @@ def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:
 @fingerprint.register
 def _(system: System) -> str:
     """The identity of a system includes the source of its class, which may have been edited."""
-    own = [cls for cls in type(system).__mro__ if issubclass(cls, System) and cls.__module__.split(".")[0] != "nsmaps"]
+    own = [cls for cls in type(system).__mro__ if issubclass(cls, System) and is_foreign(cls)]
     return f"{hashlib.sha256(''.join(map(_source, own)).encode()).hexdigest()}({system!r})"
 
 

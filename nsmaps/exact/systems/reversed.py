@@ -18,10 +18,8 @@ from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.systems.guards import Guard, Section
-from nsmaps.exact.systems.hybrid import HybridSystem
-from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section
+from nsmaps.exact.systems.walls import ImpactFormulas
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -37,8 +35,8 @@ Signs = tuple[tuple[str, int], ...]  #: of each guard, by name: whether its func
 class InverseMap(ReturnMap):
     """The inverse of the map of a system, on all images of states that neither rest nor chatter completely."""
 
-    system: FlowSystem
-    back: FlowSystem  #: the system in reversed time
+    system: HybridFormulas
+    back: HybridFormulas  #: the system in reversed time
 
     @property
     def coordinates(self) -> Coordinates:
@@ -47,7 +45,7 @@ class InverseMap(ReturnMap):
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The preimages of states of shape (N, n), as images; words are those in reversed time, times positive."""
-        start, factors = as_states(states, self.coordinates), factors_of(self.system)
+        start, factors = as_states(states, self.coordinates), np.array(self.system._reversal())
         found = self.back.first_return(start * factors, derivative)
         lifted = found.lifted / factors
         image = self.coordinates.wrap(lifted)
@@ -56,12 +54,12 @@ class InverseMap(ReturnMap):
         return replace(found, start=start, image=image, turns=turns.astype(np.int32), derivative=slopes)
 
 
-def inverse_map(system: FlowSystem) -> InverseMap:
+def inverse_map(system: HybridFormulas) -> InverseMap:
     """The inverse of the map of a system, by the system in reversed time. Raises as `reversed_system`."""
     return InverseMap(system, reversed_system(system))
 
 
-def reversed_system(system: FlowSystem) -> FlowSystem:
+def reversed_system(system: HybridFormulas) -> HybridFormulas:
     """The system in reversed time.
 
     Its first return is the inverse of the system's on all images of states that neither rest nor chatter completely, for then
@@ -71,43 +69,26 @@ def reversed_system(system: FlowSystem) -> FlowSystem:
         NsmapsError: modes slide, an impact law or a reset is not affine or cannot be inverted, or an event does not determine
             the mode before it.
     """
-    cls = type(system)
-    if isinstance(system, HybridSystem):
-        cls = _modes_class(cls, signs_of(system))
-    elif isinstance(system, ImpactSystem):
-        _check_impacts(system)
-        cls = _class(cls)
+    cls = system._reversed_class()
     return cls.model_construct(**{name: getattr(system, name) for name in cls.model_fields})
 
 
-def _check_impacts(system: ImpactSystem) -> None:
-    """Refuse an impact system whose impacts have no past."""
+def reversed_impacts(system: ImpactFormulas) -> type[ImpactFormulas]:
+    """The class of an impact system in reversed time. NsmapsError for one whose impacts have no past."""
     from nsmaps.exact.flows.formulas import is_linear
     from nsmaps.exact.flows.tables import formulas_of
 
     name = type(system).__name__
     if not all(is_linear(law) for law in formulas_of(system).laws):
         raise NsmapsError(f"{name} in reversed time: an impact law is not linear in the speed; expected: a restitution")
-    if lost := [wall for wall in system.letters if not restitution(system, wall) > 0]:
-        raise NsmapsError(f"{name} in reversed time: an impact on {lost[0]} leaves no speed; expected: a restitution above 0")
-
-
-def restitution(system: ImpactSystem, wall: str) -> float:
-    """The speed after an impact of speed one."""
-    return float(system.rebound(1.0, wall))
-
-
-def factors_of(system: FlowSystem) -> Floats:
-    """By what each coordinate of a state is multiplied in the reversed system, shape (n,)."""
-    factors = np.where(system.coordinates.angles, -1.0, 1.0)
-    if isinstance(system, ImpactSystem):
-        factors[0] = restitution(system, system.letters[0])
-    return factors
+    for wall in system.letters:
+        if not system.rebound(1.0, wall) > 0:
+            raise NsmapsError(f"{name} in reversed time: an impact on {wall} leaves no speed; expected: a restitution above 0")
+    return _impacts_class(type(system))
 
 
 @lru_cache(maxsize=64)
-def _class(cls: type[ImpactSystem]) -> type[ImpactSystem]:
-    """The class of an impact system in reversed time."""
+def _impacts_class(cls: type[ImpactFormulas]) -> type[ImpactFormulas]:
 
     def displacement(self: Any, t: Any, hit: SimpleNamespace) -> Any:
         return cls.displacement(self, -t, SimpleNamespace(t=-hit.t, z=hit.z, w=-hit.w))
@@ -123,8 +104,13 @@ def _class(cls: type[ImpactSystem]) -> type[ImpactSystem]:
     return type(f"Reversed{cls.__name__}", (cls,), body)
 
 
+def reversed_modes(system: HybridFormulas, definition: "Definition") -> type[HybridFormulas]:
+    """The class of a system with modes in reversed time. NsmapsError as `reversed_system`."""
+    return _modes_class(type(system), signs_of(system, definition))
+
+
 @lru_cache(maxsize=64)
-def _modes_class(cls: type[HybridSystem], signs: Signs) -> type[HybridSystem]:
+def _modes_class(cls: type[HybridFormulas], signs: Signs) -> type[HybridFormulas]:
     """The class of a system with modes in reversed time.
 
     The event of a guard g with the reset R, from the mode m to m', is that of s g(R^-1) with the reset R^-1, from m' to m, where
@@ -169,16 +155,16 @@ def _reversed_guard(name: str, guard: Guard, sign: int, states: Mapping[str, Any
     return replace(
         guard,
         modes=guard.to or guard.modes,
-        to=guard.watched[0] if guard.to else "",
+        to=next(iter(guard.watched)) if guard.to else "",
         function=sign * earlier(guard.function),
         reset={state: before[y] for state, y in states.items() if before[y] != y},
         where=tuple(map(earlier, guard.where)),
-        letter=name[0] if guard.letter is None else guard.letter,
+        letter=name[:1] if guard.letter is None else guard.letter,
         rests="",
     )
 
 
-def signs_of(system: HybridSystem) -> Signs:
+def signs_of(system: HybridFormulas, definition: "Definition") -> Signs:
     """The sign of each guard's function just after its event, by the states just before it.
 
     The function's rate after it is a multiple of that before, which is negative.
@@ -186,9 +172,9 @@ def signs_of(system: HybridSystem) -> Signs:
     Raises:
         NsmapsError: as `reversed_system`.
     """
-    what, definition = f"{type(system).__name__} in reversed time", system._definition()
-    if definition.surfaces:
-        raise NsmapsError(f"{what}: all motions that slide along {definition.surfaces[0].name!r} have one future; expected: none")
+    what = f"{type(system).__name__} in reversed time"
+    for surface in definition.surfaces:
+        raise NsmapsError(f"{what}: all motions that slide along {surface.name!r} have one future; expected: none")
     signs: dict[str, int] = {}
     passed: dict[tuple[str, ...], str] = {}
     for one in definition.transitions:
@@ -226,13 +212,17 @@ def _after_event(what: str, definition: "Definition", one: "Transition", known: 
         with np.errstate(all="ignore"):
             return np.array([np.broadcast_to(value, SAMPLES) for value in given(*states, phases, *known)], float)
 
+    def one_at(formula: "sp.Expr", states: Floats) -> Floats:
+        (values,) = at([formula], states)
+        return values
+
     def rates(mode: int) -> "Sequence[sp.Expr]":
         return definition.smooth[mode] if definition.smooth else [row.of(y) for row in definition.rates[mode]]
 
     reset = sp.Matrix([row.of(definition.columns) for row in one.reset[: len(y)]])
     if one.curved or reset.jacobian(y).has(*y, PHI):
         raise NsmapsError(f"{what}: the reset of the guard {one.name!r} is not affine in the states; expected: one that is")
-    slopes = at(list(reset.jacobian(y)), after)[:, 0].reshape(len(y), len(y))
+    slopes = at(list(reset.jacobian(y)), after).mean(axis=1).reshape(len(y), len(y))
     if np.linalg.matrix_rank(slopes) < len(y):
         raise NsmapsError(
             f"{what}: the reset of the guard {one.name!r} takes different states to one, as an impact that leaves no speed; "
@@ -240,19 +230,19 @@ def _after_event(what: str, definition: "Definition", one: "Transition", known: 
         )
     at_zero = reset.subs(dict.fromkeys(y, 0))
     before: Floats = np.asarray(np.linalg.solve(slopes, after - at(at_zero, after)), float)
-    function, turning = one.function.of(definition.columns), at([definition.phase_rate], after)[0]
-    gradient, drift = at([sp.diff(function, x) for x in y], before), at([sp.diff(function, PHI)], before)[0]
+    function, turning = one.function.of(definition.columns), one_at(definition.phase_rate, after)
+    gradient, drift = at([sp.diff(function, x) for x in y], before), one_at(sp.diff(function, PHI), before)
     later = np.linalg.solve(slopes.T, gradient)
     rate = (gradient * at(rates(one.mode), before)).sum(axis=0) + turning * drift
     moved = at(rates(one.target), after) - turning * at(sp.diff(at_zero, PHI), after)
-    rate_after, values = (later * moved).sum(axis=0) + turning * drift, at([function], before)[0]
+    rate_after, values = (later * moved).sum(axis=0) + turning * drift, one_at(function, before)
     usual = np.isfinite(rate) & np.isfinite(rate_after) & np.isfinite(values)
-    share = np.linalg.lstsq(np.array([rate, values]).T[usual], rate_after[usual], rcond=None)[0]
-    off = np.abs(rate_after - share @ np.array([rate, values]))[usual].max(initial=0.0)
-    if share[0] == 0 or off > SAME * np.abs(rate_after[usual]).max(initial=0.0):
+    (factor, other), *_ = np.linalg.lstsq(np.array([rate, values]).T[usual], rate_after[usual], rcond=None)
+    off = np.abs(rate_after - factor * rate - other * values)[usual].max(initial=0.0)
+    if factor == 0 or off > SAME * np.abs(rate_after[usual]).max(initial=0.0):
         raise NsmapsError(
             f"{what}: the function of the guard {one.name!r} may rise or fall after its event, or stay zero; expected: a rate "
             "that is a multiple of that before it"
         )
-    sign = -1 if share[0] > 0 else 1
+    sign = -1 if factor > 0 else 1
     return sign, sign * values

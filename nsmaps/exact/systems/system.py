@@ -136,6 +136,11 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
         places = np.array([self.absolute(clock, np.full(clock.shape, z)) for z in at])
         return Track(impacts, sides, at, time, displacement, velocity, np.asarray(ball, float), places)
 
+    def _reversed_class(self) -> type[ImpactFormulas]:
+        from nsmaps.exact.systems.reversed import reversed_impacts
+
+        return reversed_impacts(self)
+
     def _check(self) -> None:
         """Refuse formulas of the class, with the places at which they are written."""
         from nsmaps.exact.flows.tables import formulas_of

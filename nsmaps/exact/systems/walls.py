@@ -1,7 +1,7 @@
 """What the class of an impact system states: its walls, its forcing, its flight and its impact law."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
@@ -76,7 +76,7 @@ class ImpactFormulas(HybridFormulas):
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         """Just before an impact with the base wall."""
-        return Section(self.letters[0], self.coordinates)
+        return Section(self.section_letters, self.coordinates)
 
     def _impact(self, letter: str, wall: Wall, y: SimpleNamespace) -> Guard:
         onto = wall.side * self._base.side  #: velocities v towards the wall have this sign
@@ -92,8 +92,12 @@ class ImpactFormulas(HybridFormulas):
         """Why first returns are not those of flights in closed form that impacts alone end, or no text."""
         if self.flight() == "acceleration":
             return "is given by its acceleration"
-        ends = [letter for letter, wall in self.walls().items() if wall.ends]
-        return f"has the wall {ends[0]!r}, at which motions end" if ends else ""
+        ends = (letter for letter, wall in self.walls().items() if wall.ends)
+        return next((f"has the wall {letter!r}, at which motions end" for letter in ends), "")
+
+    def _reversal(self) -> Sequence[float]:
+        base, *_ = self.letters
+        return float(self.rebound(1.0, base)), -1.0
 
     def rebound(self, speed: Any, wall: str) -> Any:
         """Speed just after an impact of `speed` on `wall`: Newton's restitution, eq. eq_impact, unless a system has its own."""
