@@ -81,7 +81,7 @@ from nsmaps.exact.engine import march, returns
 from nsmaps.exact.engine.flight import flow
 for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator(zeta=0.05, w=0.81, gap=0.7), 2.0)):
     count, per_flight = [0], []
-    evaluate, flight = flow.evaluate, march.flight
+    evaluate, flight = flow.evaluate, march.first_impact
     def counted(p, s):
         count[0] += 1
         return evaluate(p, s)
@@ -90,11 +90,11 @@ for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator
         found = flight(*args)
         per_flight.append(count[0] - before)
         return found
-    march.evaluate, returns.flight = counted, watched
+    march.evaluate, returns.first_impact = counted, watched
     rng = np.random.default_rng(0)
     for state in np.column_stack([rng.uniform(0.01, top, 300), rng.uniform(0, 6.28, 300)]):
         system.first_return([state])
-    march.evaluate, returns.flight = evaluate, flight
+    march.evaluate, returns.first_impact = evaluate, flight
     print(max(per_flight), sum(per_flight) / len(per_flight))
 """
     import os

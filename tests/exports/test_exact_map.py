@@ -143,8 +143,8 @@ def test_what_cannot_be_written_is_refused_by_name(format):
         nsmaps.export(
             nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)), format
         )
-    with pytest.raises(NsmapsError, match="the name 'flight', by which the program would have flight twice"):
-        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="flight")
+    with pytest.raises(NsmapsError, match="the name 'first_impact', by which the program would have first_impact twice"):
+        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="first_impact")
 
 
 def test_a_law_that_c_has_no_function_for_is_refused():

@@ -27,7 +27,7 @@ from nsmaps.exact.enclosure.subdivide import (
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flight.flow import on_top, walls_of
 from nsmaps.exact.engine.jit import entry, inner
-from nsmaps.exact.engine.returns import PHASE, SPEED, spell
+from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
 LOOSE = 1.1  #: width of the image of a whole box over its linear part, above which corners are used
 BASE_LETTER, OTHER_LETTER = 1, 2  #: digits of the walls in words
@@ -61,7 +61,7 @@ def take_impact(p, hit, word, progress, w):
     waiting, images, whole = progress.waiting, progress.images, progress.whole and impact[SMOOTH] > 0.0
     if word.place_value == 0 or not (on_base or waiting < len(w.parts)):
         return Progress(-1, images, True, False)
-    code, place_value = spell(word.code, word.place_value, word_base(p), BASE_LETTER if on_base else OTHER_LETTER, 1)
+    code, place_value = append_symbol(word.code, word.place_value, word_base(p), BASE_LETTER if on_base else OTHER_LETTER, 1)
     if not on_base:
         put_word(w.box, waiting, code, place_value)
         for c in range(ROW):
@@ -89,7 +89,7 @@ def set_images(p, v, phi, w):
     """
     base_up = on_top(p)
     put_set(w.parts[FIRST], base_up, box_set(v, phi), True)
-    code, place_value = spell(0, 1, word_base(p), BASE_LETTER, 1)
+    code, place_value = append_symbol(0, 1, word_base(p), BASE_LETTER, 1)
     put_word(w.box, FIRST, code, place_value)
     w.box.spread[SPEED], w.box.spread[PHASE] = 0.0, 0.0
     found, bounded = follow_sets(p, 0, w, first_impacts_of, take_impact)

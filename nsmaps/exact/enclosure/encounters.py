@@ -18,7 +18,7 @@ from nsmaps.exact.engine.constants import FAR, INWARD, NO_SPEED, SIXTH
 from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import wall_gap
-from nsmaps.exact.engine.steps import closes, converged, first_step, safe_step, stays_clear, taylor_root
+from nsmaps.exact.engine.steps import closes, first_step, is_converged, safe_step, stays_clear, taylor_root
 
 MOST_LEAPS = 400  # steps of one flight of a Taylor set
 CLOSER = 0.125  # steps are abandoned when shorter than this share of the time in which a set passes
@@ -74,7 +74,7 @@ def aimed(p, upper, room, s, x, gap, pop):
         if not abs(step) <= 0.25 * x:
             break
         root += step
-        if converged(step, rate, root, pop):
+        if is_converged(step, rate, root, pop):
             break
     return root
 

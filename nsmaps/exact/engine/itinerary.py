@@ -8,7 +8,7 @@ from nsmaps.exact.engine.flight.bounds import limits
 from nsmaps.exact.engine.flight.derivatives import tangent_at
 from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, start, wall_places, walls_of
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.observers import BASE, MARKS, OTHER, advance_tangent, base_of
+from nsmaps.exact.engine.observers import BASE, OTHER, advance_tangent, base_of, mark_of
 from nsmaps.exact.engine.returns import (
     ESCAPED,
     FOREVER,
@@ -21,10 +21,10 @@ from nsmaps.exact.engine.returns import (
     SPEED,
     UNDECIDED,
     Impact,
+    append_symbol,
     follow,
     next_impact,
-    onward,
-    spell,
+    phase_and_turns,
 )
 from nsmaps.exact.engine.steps import approach, first_step
 
@@ -69,7 +69,7 @@ class Itinerary(NamedTuple):
     """The turning points of the flights of a motion, and the one with the least gap to the wall ahead."""
 
     code: int  #: see `nsmaps.exact.words`
-    power: int  #: as in `Word`
+    place_value: int  #: as in `Word`
     turning_points: int
     slowest: float  #: least impact speed, infinite without an impact
     gap: float  #: least gap to the wall ahead at a turning point, infinite without one
@@ -100,8 +100,8 @@ def with_turning_points(p, impact, event, found):
         room = (top - z) - d if up else (z - bottom) + d
         if room < gap and ((has_up and up) or (has_down and before < 0.0)):
             gap, at, gap_up, flight = room, s, up, found.flights
-        code, power = spell(found.code, found.power, base, base - 2 if up else base - 1, 1)
-        found = Itinerary(code, power, found.turning_points + 1, found.slowest, gap, at, gap_up, flight, found.flights)
+        code, place_value = append_symbol(found.code, found.place_value, base, base - 2 if up else base - 1, 1)
+        found = Itinerary(code, place_value, found.turning_points + 1, found.slowest, gap, at, gap_up, flight, found.flights)
         before = -before
         h = after_turn(p, s, a, j, k)
     return found
@@ -122,17 +122,17 @@ def extend_itinerary(p, impact, event, context, found):
     if event.ended == IMPACT:
         found, slowest = with_turning_points(p, impact, event, found), min(slowest, event.speed)
     else:
-        letter = base_of(p) - MARKS - 1 + event.ended
-    code, power = spell(found.code, found.power, itinerary_base(p), letter, 1)
+        letter = mark_of(base_of(p), event.ended)
+    code, place_value = append_symbol(found.code, found.place_value, itinerary_base(p), letter, 1)
     gap = found.gap, found.gap_time, found.gap_up, found.gap_flight
-    return Itinerary(code, power, found.turning_points, slowest, *gap, found.flights + 1)
+    return Itinerary(code, place_value, found.turning_points, slowest, *gap, found.flights + 1)
 
 
 @entry
 def itinerary(p, v, phi, chatter):
     """The itinerary of one first return: (outcome, Itinerary); a graze within rounding is not distinguished."""
-    code, power = spell(0, 1, itinerary_base(p), BASE, 1)
-    none = Itinerary(code, power, 0, math.inf, math.inf, 0.0, False, 0, 0)
+    code, place_value = append_symbol(0, 1, itinerary_base(p), BASE, 1)
+    none = Itinerary(code, place_value, 0, math.inf, math.inf, 0.0, False, 0, 0)
     found, seen = follow(p, Impact(on_top(p), phi, v), chatter, MOST_IMPACTS, extend_itinerary, (), none)
     if found.outcome == INVALID:
         seen = Itinerary(0, 0, 0, math.nan, math.nan, 0.0, False, 0, 0)
@@ -174,7 +174,7 @@ def extend_prelude(p, impact, event, context, seen):
     if event.ended != IMPACT or event.up == on_top(p) or math.isnan(seen.slowest):
         return Prelude(impact, seen.derivative, math.nan)
     d = advance_tangent(p, impact, event, seen.derivative)
-    phase, _ = onward(p, impact.phase, event.time)
+    phase, _ = phase_and_turns(p, impact.phase, event.time)
     return Prelude(Impact(event.up, phase, event.speed), d, min(seen.slowest, event.speed))
 
 
@@ -193,7 +193,7 @@ class WallTouch(NamedTuple):
 def touch(p, v, phi, s, hits, upper):
     """A flight at time s after an impact on the base wall and `hits` on the other wall, beside the upper or the lower wall."""
     nothing = (math.nan, math.nan, math.nan, math.nan)
-    phi, _ = onward(p, phi, 0.0)
+    phi, _ = phase_and_turns(p, phi, 0.0)
     start_at = Impact(on_top(p), phi, v)
     _, seen = follow(p, start_at, 0.0, hits, extend_prelude, (), Prelude(start_at, (1.0, 0.0, 0.0, 1.0), math.inf))
     if math.isnan(seen.slowest):

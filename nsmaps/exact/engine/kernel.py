@@ -15,7 +15,7 @@ from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import ItineraryRows, all_itineraries
-from nsmaps.exact.engine.observers import Rows, Track, sampled, sensitivities, trajectory
+from nsmaps.exact.engine.observers import Rows, Track, sample_flight, sensitivities, trajectory
 from nsmaps.exact.engine.returns import PHASE, SPEED, Impact
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
 from nsmaps.exact.kernel import CHUNK, STEPS, MotionKernel, ReturnRows, in_chunks
@@ -148,7 +148,7 @@ class SpectralKernel(MotionKernel):
             place[:] = top if up else bottom
             if flights[i]:
                 d = np.empty(samples)
-                sampled(p, Impact(bool(up), impacts.phase[i], impacts.speed[i]), time - impacts.time[i], d, rates[i])
+                sample_flight(p, Impact(bool(up), impacts.phase[i], impacts.speed[i]), time - impacts.time[i], d, rates[i])
                 place += d
         return times, places, rates
 

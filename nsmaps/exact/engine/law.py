@@ -6,7 +6,7 @@ from numba.extending import intrinsic
 
 
 @intrinsic
-def called(typingctx, address, v, values):
+def call_law(typingctx, address, v, values):
     """The value of the law at an address, at the impact speed v and the parameters, which begin at the address `values`."""
 
     def codegen(context, builder, signature, arguments):
@@ -19,7 +19,7 @@ def called(typingctx, address, v, values):
 
 
 @intrinsic
-def written(typingctx, address, centre, radius, values, out):
+def write_law_ball(typingctx, address, centre, radius, values, out):
     """Let the law at an address write the ball of speeds after impacts and of its two derivatives, six numbers, to `out`."""
 
     def codegen(context, builder, signature, arguments):
@@ -33,7 +33,7 @@ def written(typingctx, address, centre, radius, values, out):
 
 
 @intrinsic
-def reset_by(typingctx, address, phase, states, parameters, out):
+def call_reset(typingctx, address, phase, states, parameters, out):
     """Let the reset at an address write the states after an event, and their derivatives, to `out`."""
 
     def codegen(context, builder, signature, arguments):
@@ -47,7 +47,7 @@ def reset_by(typingctx, address, phase, states, parameters, out):
 
 
 @intrinsic
-def step_by(typingctx, address, state, settings, time, length, series):
+def call_step(typingctx, address, state, settings, time, length, series):
     """Let heyoka's step at an address expand the flight from a state, at most of a length, and write its Taylor series.
 
     All but the address of the step are addresses of doubles: states, which are moved by the length; parameters; the time; the

@@ -4,24 +4,24 @@ import math
 from typing import NamedTuple
 
 from nsmaps.exact.engine.constants import AMBIGUOUS, BRACKET, DEPTH, FAR, INWARD, MOST_STEPS, OUTWARD, ROUNDING
-from nsmaps.exact.engine.flight.bounds import grown, limits
+from nsmaps.exact.engine.flight.bounds import limits, rounding_growth
 from nsmaps.exact.engine.flight.flow import evaluate, horizon, start, wall_places, walls_of
 from nsmaps.exact.engine.flight.layout import LOCAL
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import (
     Gap,
     careful_step,
-    converged,
     departure,
     first_step,
+    is_converged,
     safe_step,
     surely_reached,
     taylor_root,
 )
 
 
-class Rooms(NamedTuple):
-    """The distances of the walls from the place of the start, and the one that is approached."""
+class WallDistances(NamedTuple):
+    """The distances of the walls from the place of the start, and which of them is approached."""
 
     to_up: bool  #: True if this is the upper wall
     up: float
@@ -59,14 +59,14 @@ def wall_gap(to_up, room_up, room_down, motion):
 
 
 @inlined
-def close_in(p, rooms, at):
+def close_in(p, distances, at):
     """Move to the root of the last Taylor polynomial, and compute the root of the next.
 
     Steps that leave the bracket, or do not shrink, bisect it.
     """
     low, high = at.low, at.high
     s = at.s + (at.step if low < at.s + at.step and at.s + at.step < high else (low + high) * 0.5 - at.s)
-    gap = wall_gap(rooms.to_up, rooms.up, rooms.down, evaluate(p, s))
+    gap = wall_gap(distances.to_up, distances.up, distances.down, evaluate(p, s))
     low, high = s if gap.size > 0.0 else low, high if gap.size > 0.0 else s
     newton = -gap.size / gap.rate
     x = newton if abs(newton) < 0.5 * abs(at.x) else (low + high) * 0.5 - s
@@ -75,14 +75,14 @@ def close_in(p, rooms, at):
 
 
 @inlined
-def refine(p, rooms, s, x, gap, pop):
+def refine(p, distances, s, x, gap, pop):
     """The single crossing of a gap with these rates between s and s + BRACKET x, to rounding: (its time, the gap's rate)."""
     step, rate = taylor_root(gap, x)
     at = Bracket(s, x, step, rate, s, s + BRACKET * x)
     for _ in range(200):
-        if converged(at.step, at.rate, at.s, pop):
+        if is_converged(at.step, at.rate, at.s, pop):
             break
-        at = close_in(p, rooms, at)
+        at = close_in(p, distances, at)
     return at.s + at.step, at.rate
 
 
@@ -102,19 +102,19 @@ def gap_ahead(has_up, has_down, motion, up, room_up, room_down, size):
 
 
 @inlined
-def doubtful(rate, size, bound, room, way, blur):
+def is_ambiguous(rate, size, bound, room, way, grown_error):
     """True if an impact lies within the rounding of the gap: an arc beyond the wall, at least rate^2/(2 bound) deep, or the way
     flown to it.
 
     `size` is that of the displacement's terms, `room` the distance to the wall, zero for that just left, `way` the distance flown
-    at the speed of the start, and `blur` the size to which rounding errors at the start have grown.
+    at the speed of the start, and `grown_error` the size to which rounding errors at the start have grown.
     """
     error = ROUNDING * (size + room)
-    return rate * rate <= DEPTH * (error + blur) * bound or error > AMBIGUOUS * max(room, way)
+    return rate * rate <= DEPTH * (error + grown_error) * bound or error > AMBIGUOUS * max(room, way)
 
 
 @inlined
-def rooms(p, up):
+def wall_distances(p, up):
     """The place of a wall, and the distances from there to the upper and to the lower wall."""
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -142,7 +142,7 @@ def departure_within(two, gap, room, bounds):
 
 
 @inner
-def flight(p, up, w):
+def first_impact(p, up, w):
     """The first impact after leaving a wall with velocity w.
 
     A march: no step can carry the gap to either wall through zero, and steps converge to a root at third order. It ends where the
@@ -152,7 +152,7 @@ def flight(p, up, w):
     errors of the start counts too; where it hides which wall is met, the flight is undecided, and is followed as computed in
     floats.
     """
-    z, room_up, room_down = rooms(p, up)
+    z, room_up, room_down = wall_distances(p, up)
     has_up, has_down, _ = walls_of(p)
     two = has_up and has_down
     to_up, s, undecided, error, max_time, growing = up, 0.0, False, 0.0, horizon(p), p.table[LOCAL] > 0.0
@@ -160,13 +160,15 @@ def flight(p, up, w):
     surely, h = departure_within(two, gap, room_up + room_down, bounds)
     for _ in range(MOST_STEPS):
         if surely or (h <= ROUNDING * s and gap.size <= 0.0):
-            s, rate = refine(p, Rooms(to_up, room_up, room_down), s, h, gap, bounds.pop * OUTWARD) if surely else (s, gap.rate)
+            rate = gap.rate
+            if surely:
+                s, rate = refine(p, WallDistances(to_up, room_up, room_down), s, h, gap, bounds.pop * OUTWARD)
             if s > max_time:
                 break
             bounds = limits(p, s)
             room, way = 0.0 if to_up == up else room_up + room_down, s * max(abs(w), abs(rate))
-            blur = grown(p, z, s, ROUNDING) if growing else 0.0
-            undecided = undecided or doubtful(rate, bounds.size, bounds.acceleration, room, way, blur)
+            grown_error = rounding_growth(p, z, s, ROUNDING) if growing else 0.0
+            undecided = undecided or is_ambiguous(rate, bounds.size, bounds.acceleration, room, way, grown_error)
             return FirstImpact(True, to_up, s, max(-rate, 0.0), undecided)
         if h <= ROUNDING * s:
             undecided = True  # a graze within rounding: pass it, to where the wall recedes again
@@ -182,9 +184,9 @@ def flight(p, up, w):
         jerk, snap = bounds.jerk * OUTWARD, bounds.snap * OUTWARD
         to_up, gap, error, behind = gap_ahead(has_up, has_down, evaluate(p, s), up, room_up, room_down, bounds.size)
         if growing:
-            blur = grown(p, z, s, ROUNDING)
-            growing = blur < gap.size and (blur < behind or not two)
-            undecided, error, behind = undecided or not growing, error + growing * blur, behind - growing * blur
+            grown_error = rounding_growth(p, z, s, ROUNDING)
+            growing = grown_error < gap.size and (grown_error < behind or not two)
+            undecided, error, behind = undecided or not growing, error + growing * grown_error, behind - growing * grown_error
         surely, h = surely_reached(two, gap.size + error, behind, gap, jerk, snap)
         if not surely or BRACKET * h > bounds.reach:
             surely, h = False, careful_step(two, max(gap.size - error, 0.0), behind, gap, jerk, snap)

@@ -4,7 +4,7 @@ import math
 from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.constants import MOST_IMPACTS
-from nsmaps.exact.engine.flight.derivatives import moves_at, tangent_at
+from nsmaps.exact.engine.flight.derivatives import parameter_tangent_at, tangent_at
 from nsmaps.exact.engine.flight.flow import (
     angle,
     begin,
@@ -26,9 +26,9 @@ from nsmaps.exact.engine.returns import (
     REST,
     SPEED,
     Impact,
+    append_symbol,
     follow,
-    onward,
-    spell,
+    phase_and_turns,
 )
 
 BASE, OTHER = 1, 2  #: letters of the walls in a word's code
@@ -39,7 +39,7 @@ class Word(NamedTuple):
     """A word that grows; the letter of the last impacts is written when their row ends, once if it ends in chatter."""
 
     code: int  #: of what is written
-    power: int  #: place value of the next letter; 0: the word is longer than a code holds
+    place_value: int  #: of the next letter; 0: the word is longer than a code holds
     letter: int  #: of the last impacts
     row: int  #: their number
 
@@ -79,51 +79,59 @@ def base_of(p):
 
 
 @inlined
+def mark_of(base, ended):
+    """The symbol of chatter or rest in words of this base."""
+    return base - MARKS - 1 + ended
+
+
+@inlined
 def append_impact(word, base, same_wall, letter):
     """The word with an impact on the wall of the last one, or on the other."""
     if same_wall:
-        return Word(word.code, word.power, word.letter, word.row + 1)
-    code, power = spell(word.code, word.power, base, word.letter, word.row)
-    return Word(code, power, letter, 1)
+        return Word(word.code, word.place_value, word.letter, word.row + 1)
+    code, place_value = append_symbol(word.code, word.place_value, base, word.letter, word.row)
+    return Word(code, place_value, letter, 1)
 
 
 @inlined
 def append_rest(word, base, ended):
     """The word with chatter or rest on the wall of the last impact."""
-    code, power = spell(word.code, word.power, base, word.letter, 1)
-    code, power = spell(code, power, base, base - MARKS - 1 + ended, 1)
-    return Word(code, power, word.letter, 0)
+    code, place_value = append_symbol(word.code, word.place_value, base, word.letter, 1)
+    code, place_value = append_symbol(code, place_value, base, mark_of(base, ended), 1)
+    return Word(code, place_value, word.letter, 0)
 
 
 @inlined
-def saltation(arrival, by_speed, moves, rate, d):
-    """Carry the derivative d of (speed, phase) through an impact and the flight after it (Aizerman and Gantmakher 1958).
+def saltation(arrival, by_speed, tangents, rate, d):
+    """Carry the derivative d of (speed, phase) through an impact and the flight after it.
 
-    `by_speed` is the derivative of the velocity after the impact by its speed, `moves` the result of `tangent_at` at the end of
-    the flight, `rate` that of the phase.
+    With the displacement z(s; phi, w) of the flight, z = 0 at its end gives ds = -(z_phi dphi + z_w dw)/z', and from there
+    dv = z'' ds + z'_phi dphi + z'_w dw: M. A. Aizerman and F. R. Gantmakher, On the stability of periodic motions, J. Appl. Math.
+    Mech. 22 (1958). Here dw is `by_speed` times the derivative of the speed before the flight, `tangents` the result of
+    `tangent_at` at its end, and `rate` that of the phase.
     """
-    w_phi, w_w, v_phi, v_w = moves
-    d00, d01, d10, d11 = d
-    u0, u1 = by_speed * d00, by_speed * d01
+    z_phi, z_w, v_phi, v_w = tangents
+    v_by_v, v_by_phi, phi_by_v, phi_by_phi = d
+    w_by_v, w_by_phi = by_speed * v_by_v, by_speed * v_by_phi
     slowness = -1.0 / arrival.velocity
-    s0 = (w_phi * d10 + w_w * u0) * slowness
-    s1 = (w_phi * d11 + w_w * u1) * slowness
+    s_by_v = (z_phi * phi_by_v + z_w * w_by_v) * slowness
+    s_by_phi = (z_phi * phi_by_phi + z_w * w_by_phi) * slowness
     return (
-        arrival.into * (arrival.acceleration * s0 + v_phi * d10 + v_w * u0),
-        arrival.into * (arrival.acceleration * s1 + v_phi * d11 + v_w * u1),
-        d10 + rate * s0,
-        d11 + rate * s1,
+        arrival.into * (arrival.acceleration * s_by_v + v_phi * phi_by_v + v_w * w_by_v),
+        arrival.into * (arrival.acceleration * s_by_phi + v_phi * phi_by_phi + v_w * w_by_phi),
+        phi_by_v + rate * s_by_v,
+        phi_by_phi + rate * s_by_phi,
     )
 
 
 @inlined
 def advance_tangent(p, impact, event, d):
     """Carry the derivative d of (speed, phase) through an impact and the flight after it, which `p` holds."""
-    moves = tangent_at(p, angle(impact.phase), event.time)
+    tangents = tangent_at(p, angle(impact.phase), event.time)
     _, velocity, acceleration, _, _, _ = evaluate(p, event.time)
     arrival = Arrival(1.0 if event.up else -1.0, velocity, acceleration)
     into = 1.0 if impact.up else -1.0
-    return saltation(arrival, -into * event.slope, moves, phase_rate(p), d)
+    return saltation(arrival, -into * event.slope, tangents, phase_rate(p), d)
 
 
 @inlined
@@ -149,7 +157,7 @@ def first_return(p, v, phi, chatter, derivative):
     if math.isnan(found.phase):
         d = (math.nan, math.nan, math.nan, math.nan)
     else:
-        code, _ = spell(word.code, word.power, base_of(p), word.letter, word.row)
+        code, _ = append_symbol(word.code, word.place_value, base_of(p), word.letter, word.row)
     return FirstReturn(found.outcome, found.speed, found.phase, found.turns, found.time, code, d)
 
 
@@ -165,7 +173,7 @@ class Rows(NamedTuple):
 
 
 @inner
-def put(rows, i, k, found):
+def write_return(rows, i, k, found):
     """Write return number i of orbit k, the derivative if there are rows for it."""
     rows.outcome[i, k], rows.time[i, k], rows.codes[i, k] = found.outcome, found.time, found.code
     rows.states[i, k, SPEED], rows.states[i, k, PHASE] = found.speed, found.phase
@@ -209,7 +217,7 @@ def extend_track(p, impact, event, track, written):
         track.mark[last] = event.ended
         return written
     track.mark[written.number] = event.ended
-    phase, _ = onward(p, impact.phase, event.time)
+    phase, _ = phase_and_turns(p, impact.phase, event.time)
     return write_impact(p, Impact(event.up, phase, event.speed), track, Written(written.number, written.time + event.time))
 
 
@@ -226,7 +234,7 @@ def trajectory(p, impact, chatter, track):
 
 
 @entry
-def sampled(p, impact, times, places, velocities):
+def sample_flight(p, impact, times, places, velocities):
     """Displacements and velocities at times after an impact, written into the given arrays."""
     top, bottom = wall_places(p)
     u, _ = rebound(p, impact.up, impact.speed)
@@ -244,33 +252,33 @@ class ParameterTangent(NamedTuple):
 
 
 @inner
-def advance_parameters(p, impact, event, moved, tangent):
+def advance_parameters(p, impact, event, by_parameters, tangent):
     """The observer of sensitivities: the derivatives through an impact and the flight after it.
 
-    The table of the flow `moved` has the derivatives of all numbers of the table along the parameters.
+    The table of the flow `by_parameters` has the derivatives of all numbers of the table along the parameters.
     """
     if event.ended != IMPACT:
         return ParameterTangent(tangent.speed, tangent.phase, False)
     into, s, at = 1.0 if impact.up else -1.0, event.time, angle(impact.phase)
     top, bottom = wall_places(p)
-    top_p, bottom_p = wall_places(moved)
-    u_p, _ = rebound(moved, impact.up, impact.speed)
+    top_p, bottom_p = wall_places(by_parameters)
+    u_p, _ = rebound(by_parameters, impact.up, impact.speed)
     z, z_p, wall_p = top if impact.up else bottom, top_p if impact.up else bottom_p, top_p if event.up else bottom_p
-    place_p, velocity_p = moves_at(p, moved, at, z, z_p, event.velocity, s)
+    place_p, velocity_p = parameter_tangent_at(p, by_parameters, at, z, z_p, event.velocity, s)
     w_p = -into * (event.slope * tangent.speed + u_p)
     z_phi, z_w, velocity_phi, velocity_w = tangent_at(p, at, s)
     _, velocity, a, _, _, _ = evaluate(p, s)
     s_p = -(z_p - wall_p + place_p + z_phi * tangent.phase + z_w * w_p) / velocity
     speed_p = (1.0 if event.up else -1.0) * (a * s_p + velocity_p + velocity_phi * tangent.phase + velocity_w * w_p)
-    return ParameterTangent(speed_p, tangent.phase + (phase_rate(moved) * s + phase_rate(p) * s_p), tangent.smooth)
+    return ParameterTangent(speed_p, tangent.phase + (phase_rate(by_parameters) * s + phase_rate(p) * s_p), tangent.smooth)
 
 
 @entry
-def sensitivities(p, moved, states, chatter, moves):
+def sensitivities(p, by_parameters, states, chatter, tangents):
     """The derivatives of the images of first returns (N, 2) along the parameters; NaN where they rest or have no image."""
     start = ParameterTangent(0.0, 0.0, True)
     for i in range(len(states)):
         impact = Impact(on_top(p), states[i, PHASE], states[i, SPEED])
-        found, tangent = follow(p, impact, chatter, MOST_IMPACTS, advance_parameters, moved, start)
+        found, tangent = follow(p, impact, chatter, MOST_IMPACTS, advance_parameters, by_parameters, start)
         known = tangent.smooth and not math.isnan(found.phase)
-        moves[i, SPEED], moves[i, PHASE] = tangent.speed if known else math.nan, tangent.phase if known else math.nan
+        tangents[i, SPEED], tangents[i, PHASE] = tangent.speed if known else math.nan, tangent.phase if known else math.nan

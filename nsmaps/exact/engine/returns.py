@@ -22,9 +22,9 @@ from nsmaps.exact.engine.constants import (
 )
 from nsmaps.exact.engine.flight.bounds import limits
 from nsmaps.exact.engine.flight.flow import (
+    acceleration_at_rest,
     angle,
     begin,
-    held,
     on_top,
     phase_rate,
     rebound,
@@ -32,11 +32,12 @@ from nsmaps.exact.engine.flight.flow import (
     wall_places,
 )
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.march import flight
+from nsmaps.exact.engine.march import first_impact
+from nsmaps.exact.outcome import Outcome
 
-IMPACT, CHATTER, REST, FOREVER, ESCAPED = 0, 1, 2, 3, 4  # how a flight ended
-RETURNED, STUCK, RESTS, LOST, UNDECIDED, UNCOVERED = 0, 1, 2, 3, 4, 5  # values of Outcome
-INVALID, SIMULTANEOUS, ENDLESS, REPELLING, ACCUMULATES, BLOCKED = 6, 7, 8, 9, 10, 11
+IMPACT, CHATTER, REST, FOREVER, ESCAPED = range(5)  # how a flight ended
+RETURNED, STUCK, RESTS, LOST, UNDECIDED, _, *OTHERS = map(int, Outcome)  # values that compiled code can hold
+INVALID, SIMULTANEOUS, ENDLESS, REPELLING, ACCUMULATES, BLOCKED = OTHERS
 SPEED, PHASE = range(2)  # the columns of states, and of their derivatives
 
 
@@ -71,10 +72,11 @@ class Return(NamedTuple):
 
 
 @inner
-def release(p, phi, up):
+def time_to_release(p, phi, up):
     """The time for which the ball rests on a wall from phase phi on, or infinity: until the wall no longer presses.
 
-    A march: no step can carry the force of the wall through zero, and steps converge to a root at second order.
+    A march: with a bound m on |F''| the force F + F' h - m h^2/2 is at least zero up to the root h of this, so that no step
+    carries it through zero (Taylor's theorem), and steps converge to a root of F at second order.
     """
     top, bottom = wall_places(p)
     z = top if up else bottom
@@ -82,7 +84,7 @@ def release(p, phi, up):
     turning = phase_rate(p)
     s = 0.0
     for _ in range(MOST_STEPS):
-        a, rate, bend = held(p, angle(phi + turning * s), z)
+        a, rate, bend = acceleration_at_rest(p, angle(phi + turning * s), z)
         press, rate, bend = into * a, into * rate, bend * OUTWARD
         if press <= 0.0 and rate < 0.0:
             return max(s - press / rate, 0.0)
@@ -115,7 +117,7 @@ def ends_chatter(u, v, press, jerk, snap):
 
 
 @inlined
-def summed(p, up, v, chatter, press):
+def may_be_summed(p, up, v, chatter, press):
     """True if chatter that begins with an impact of speed v may be summed: always on the other wall, and on the base wall from
     `chatter` on, as a share of the speed that the acceleration into the wall gives in a radian of the forcing.
     """
@@ -123,7 +125,7 @@ def summed(p, up, v, chatter, press):
 
 
 @inlined
-def steady(p, up, u, ratio, angle):
+def keeps_ratio(p, up, u, ratio, angle):
     """True if chatter over an angle of the forcing keeps the ratio of its speeds, from u on, so well that its end is exact to
     rounding.
     """
@@ -135,7 +137,7 @@ def steady(p, up, u, ratio, angle):
 def next_impact(p, impact, chatter):
     """The event after an impact: the flight, with its coefficients in `p`, or chatter or rest.
 
-    Chatter whose first speed is `summed` is summed once the sum is exact to rounding, by `accumulation.py`.
+    Chatter whose first speed is `may_be_summed` is summed once the sum is exact to rounding, by `accumulation.py`.
     """
     up, phi, v = impact
     top, bottom = wall_places(p)
@@ -149,36 +151,36 @@ def next_impact(p, impact, chatter):
     a, jk, _, _ = start(p)
     press = into * a
     if u == 0.0 and (press > 0.0 or (press == 0.0 and into * jk > 0.0)):
-        resting = release(p, phi, up)
+        resting = time_to_release(p, phi, up)
         if resting == math.inf:
             return Event(FOREVER, up, 0.0, 0.0, False, slope, w)
         if resting > INSTANT * TWO_PI / phase_rate(p):
             return Event(REST, up, resting, 0.0, False, slope, w)
-    elif press > 0.0 and summed(p, up, v, chatter, press) and u < v:
+    elif press > 0.0 and may_be_summed(p, up, v, chatter, press) and u < v:
         bounds = limits(p, 0.0)
         x, summable = accumulation(u, v, press, bounds.jerk, bounds.snap)
-        if summable and steady(p, up, u, u / v, x * phase_rate(p)):
-            _, held_jerk, _ = held(p, angle(phi), z)
+        if summable and keeps_ratio(p, up, u, u / v, x * phase_rate(p)):
+            _, held_jerk, _ = acceleration_at_rest(p, angle(phi), z)
             x = corrected_time(x, u / v, press, into * jk, into * held_jerk)
-            resting = release(p, phi + x * phase_rate(p), up)
+            resting = time_to_release(p, phi + x * phase_rate(p), up)
             if resting == math.inf:
                 return Event(FOREVER, up, x, 0.0, False, slope, w)
             return Event(CHATTER, up, x + resting, 0.0, False, slope, w)
-    end = flight(p, up, w)
+    end = first_impact(p, up, w)
     return Event(IMPACT if end.found else ESCAPED, end.up, end.time, end.speed, end.undecided, slope, w)
 
 
 @inner
-def spell(code, power, base, digit, times):
-    """The code of a word with a letter appended `times` times; power 0 marks a word longer than a code holds."""
+def append_symbol(code, place_value, base, symbol, times):
+    """The code of a word with a letter appended `times` times; place value 0 marks a word longer than a code holds."""
     for _ in range(times):
-        if power == 0:
+        if place_value == 0:
             break
-        if power >= INFINITE_CODE // base:
+        if place_value >= INFINITE_CODE // base:
             return -code, 0
-        code += digit * power
-        power *= base
-    return code, power
+        code += symbol * place_value
+        place_value *= base
+    return code, place_value
 
 
 @inner
@@ -188,8 +190,8 @@ def is_state(v, phi):
 
 
 @inlined
-def turned(p, phi, s):
-    """As `onward`, the turns as a float."""
+def phase_after(p, phi, s):
+    """As `phase_and_turns`, the turns as a float."""
     phi += s * phase_rate(p)
     whole = np.floor(phi / TWO_PI)
     phi = max(phi - whole * TWO_PI, 0.0)
@@ -197,9 +199,9 @@ def turned(p, phi, s):
 
 
 @inner
-def onward(p, phi, s):
+def phase_and_turns(p, phi, s):
     """The phase a time s later, in [0, 2 pi), and the whole turns in between."""
-    phi, whole = turned(p, phi, s)
+    phi, whole = phase_after(p, phi, s)
     return phi, int(whole)
 
 
@@ -214,7 +216,7 @@ def follow(p, impact, chatter, limit, observe, context, seen):
     """
     if not is_state(impact.speed, impact.phase):
         return Return(INVALID, math.nan, math.nan, 0, math.nan), seen
-    phase, turns = onward(p, impact.phase, 0.0)
+    phase, turns = phase_and_turns(p, impact.phase, 0.0)
     impact, time, undecided = Impact(impact.up, phase, impact.speed), 0.0, False
     for _ in range(limit):
         event = next_impact(p, impact, chatter)
@@ -225,7 +227,7 @@ def follow(p, impact, chatter, limit, observe, context, seen):
         if event.ended == ESCAPED:
             return Return(UNDECIDED if undecided else LOST, math.nan, math.nan, 0, math.nan), seen
         time += event.time
-        phase, whole = onward(p, impact.phase, event.time)
+        phase, whole = phase_and_turns(p, impact.phase, event.time)
         turns += whole
         if event.up == on_top(p):
             outcome = STUCK if event.ended != IMPACT else UNDECIDED if undecided else RETURNED

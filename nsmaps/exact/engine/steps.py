@@ -120,7 +120,7 @@ def taylor_root(gap, x):
 
 
 @inlined
-def converged(step, rate, s, pop):
+def is_converged(step, rate, s, pop):
     """True if the gap's Taylor polynomial at s, a step away from its root, is exact to rounding there, and its rate as well."""
     size = abs(step)
     return size * size * (size * size * size) * pop <= -120 * ROUNDING * rate or size <= ROUNDING * s  # 120 = 5!

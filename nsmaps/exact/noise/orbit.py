@@ -25,11 +25,11 @@ from nsmaps.exact.engine.returns import (
     SPEED,
     STUCK,
     accumulation,
+    append_symbol,
     is_state,
-    onward,
-    spell,
-    steady,
-    summed,
+    keeps_ratio,
+    may_be_summed,
+    phase_and_turns,
 )
 from nsmaps.exact.noise.flight import HALVINGS, met_again, met_ahead, moved, noise_over, quintic, shifted
 
@@ -97,7 +97,7 @@ def pressing(step, ball, up, w, s):
     """The acceleration into a wall a time s into the step, at velocity w."""
     p, n = step.p, shifted(step.noise, s)
     top, bottom = wall_places(p)
-    phi, _ = onward(p, ball[ANGLE], s)
+    phi, _ = phase_and_turns(p, ball[ANGLE], s)
     begin(p, angle(phi), top if up else bottom, w)
     a, _, _, _ = start(p)
     force = a + 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
@@ -135,12 +135,12 @@ def bounce(step, ball, count, v):
     if press > 0.0:
         if u == 0.0:
             count[RESTING] = REST
-        elif u < v and summed(p, up, v, step.chatter, press):
-            phi, _ = onward(p, ball[ANGLE], ball[NOW])
+        elif u < v and may_be_summed(p, up, v, step.chatter, press):
+            phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
             begin(p, angle(phi), ball[PLACE], -into * u)
             bounds = limits(p, 0.0)
             x, summable = accumulation(u, v, press, bounds.jerk, bounds.snap)
-            if summable and steady(p, up, u, u / v, x * phase_rate(p)):
+            if summable and keeps_ratio(p, up, u, u / v, x * phase_rate(p)):
                 count[RESTING], ball[NOW] = CHATTER, min(ball[NOW] + x, step.law.step)
 
 
@@ -158,7 +158,7 @@ def hit(p, ball, count, up, v, impacts):
     count[UP] = up
     count[BOUNCES] += 1
     if count[HITS] < len(impacts):
-        phi, _ = onward(p, ball[ANGLE], ball[NOW])
+        phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
         impacts[count[HITS]] = 0.0 if up == on_top(p) else 1.0, v, phi
         count[HITS] += 1
 
@@ -168,8 +168,8 @@ def returned(step, ball, count, v, how, out):
     """Write one return of the ball, which stands on the base wall."""
     p, i, word = step.p, count[MADE], word_of(count)
     after = i + 1
-    out.codes[i], _ = spell(word.code, word.power, base_of(p), word.letter, word.row)
-    phi, whole = onward(p, ball[ANGLE], ball[NOW])
+    out.codes[i], _ = append_symbol(word.code, word.power, base_of(p), word.letter, word.row)
+    phi, whole = phase_and_turns(p, ball[ANGLE], ball[NOW])
     out.states[after, SPEED], out.states[after, PHASE] = v, phi
     out.turns[i, SPEED], out.turns[i, PHASE] = 0, count[WHOLE] + whole
     out.outcome[i], out.time[i], out.eta[after] = how, ball[SINCE] + ball[NOW], eta_at(step, ball[NOW])
@@ -194,7 +194,7 @@ def through(step, ball, count, out):
                 break
             ball[NOW] = s
         n = shifted(step.noise, ball[NOW])
-        phi, _ = onward(p, ball[ANGLE], ball[NOW])
+        phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
         begin(p, angle(phi), ball[PLACE] - n.value, ball[VELOCITY] * (count[RESTING] == 0) - n.rate)
         left = h - ball[NOW]
         x, up = next_wall(p, ball, count, n, left)
@@ -247,7 +247,7 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
         q = quintic(h, ball[ETA], a, b, last - law.stiffness * a - law.damping * b)
         now = Step(p, law, q, step.chatter)
         if count[STEPS] == 0:
-            ball[ANGLE], count[WHOLE] = onward(p, ball[ANGLE], 0.0)
+            ball[ANGLE], count[WHOLE] = phase_and_turns(p, ball[ANGLE], 0.0)
             bounce(now, ball, count, out.states[START, SPEED])
         through(now, ball, count, out)
         if count[RESTING]:
@@ -256,7 +256,7 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
             count[FATE] = RESTS
         elif count[BOUNCES] > MOST_IMPACTS or ball[ALOFT] > max_flight:
             count[FATE] = LOST
-        ball[ANGLE], whole = onward(p, ball[ANGLE], h)
+        ball[ANGLE], whole = phase_and_turns(p, ball[ANGLE], h)
         ball[NOW], ball[ETA], ball[SINCE], ball[ALOFT] = 0.0, last, ball[SINCE] + h, ball[ALOFT] + h
         count[WHOLE] += whole
         count[STEPS] += 1

@@ -7,7 +7,7 @@ from nsmaps.exact.engine.accumulation import accumulation_time
 from nsmaps.exact.engine.constants import MOST_IMPACTS
 from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, onward
+from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
 from nsmaps.exact.observables.sums import (
     BESIDE,
     LEAST,
@@ -76,7 +76,7 @@ def join_chatter(p, q, up, z, impact, u):
         if not v > LEAST * u:
             break
         after, _ = rebound(p, up, v)
-        phi, _ = onward(p, impact.phase, x * (1.0 - after / u))
+        phi, _ = phase_and_turns(p, impact.phase, x * (1.0 - after / u))
         v = join_impact(p, q, up, z, phi, v)
     else:
         q.total[: q.at.shape[1]] = math.nan
@@ -91,7 +91,7 @@ def instant(q, s, flown):
     if flown.flies:
         d, v, _, _, _, _ = evaluate(flown.p, s)
     q.y[AT_PLACE], q.y[AT_VELOCITY] = flown.place + d, v
-    phi, _ = onward(flown.p, flown.phase, s)
+    phi, _ = phase_and_turns(flown.p, flown.phase, s)
     return phi
 
 

@@ -4,10 +4,10 @@ import math
 from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.constants import MOST_IMPACTS
-from nsmaps.exact.engine.flight.derivatives import moves_at, tangent_at
+from nsmaps.exact.engine.flight.derivatives import parameter_tangent_at, tangent_at
 from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate, rebound, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, onward
+from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, V, row_of
 from nsmaps.exact.observables.memory import BY_INPUT, VALUE
 from nsmaps.exact.observables.sums import evaluated, panels
@@ -95,7 +95,7 @@ def add_instant(p, sums, leg, x, weight):
     """Add the derivatives at a time x of a flight, with `g.back` those of its velocity at the start."""
     moved, q, g, slopes = sums
     at = angle(leg.phase)
-    place_p, velocity_p = moves_at(p, moved, at, leg.place, leg.place_p, leg.velocity, x)
+    place_p, velocity_p = parameter_tangent_at(p, moved, at, leg.place, leg.place_p, leg.velocity, x)
     z_phi, z_w, v_phi, v_w = tangent_at(p, at, x)
     d, v, _, _, _, _ = evaluate(p, x)
     q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, v
@@ -104,7 +104,7 @@ def add_instant(p, sums, leg, x, weight):
         g.d[AT_PLACE, j] = z_phi * turned + z_w * g.back[AFTER, j] + by * (leg.place_p + place_p)
         g.d[AT_VELOCITY, j] = v_phi * turned + v_w * g.back[AFTER, j] + by * velocity_p
         g.phase[j] = turned + by * leg.rate_p * x
-    phi, _ = onward(p, leg.phase, x)
+    phi, _ = phase_and_turns(p, leg.phase, x)
     evaluated(q, q.flight, phi)
     chained(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
 
@@ -114,13 +114,13 @@ def carry_to_impact(p, sums, leg, up, s):
     """Carry the derivatives of the state to the next impact, after a time s, and add those of the time of the flight."""
     moved, q, g, slopes = sums
     at, (top_p, bottom_p) = angle(leg.phase), wall_places(moved)
-    place_p, velocity_p = moves_at(p, moved, at, leg.place, leg.place_p, leg.velocity, s)
+    place_p, velocity_p = parameter_tangent_at(p, moved, at, leg.place, leg.place_p, leg.velocity, s)
     z_phi, z_w, v_phi, v_w = tangent_at(p, at, s)
     d, velocity, a, _, _, _ = evaluate(p, s)
     into, wall_p, first = (1.0 if up else -1.0), top_p if up else bottom_p, q.at.shape[1]
     if q.flight != 0:
         q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, velocity
-        phi, _ = onward(p, leg.phase, s)
+        phi, _ = phase_and_turns(p, leg.phase, s)
         evaluated(q, q.flight, phi)
     for j in range(3):
         by, turned = along_parameters(j), g.carried[PHASE, j]

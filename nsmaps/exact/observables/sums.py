@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.observables.memory import VALUE
 
 GOLDEN = 0.5 * (math.sqrt(5) - 1)
@@ -37,7 +37,7 @@ def joined(q, c, value):
 @inlined
 def evaluated(q, address, phi):
     """Let the formulas at an address write their values for the inputs `q.y`."""
-    reset_by(address, phi, q.y.ctypes.data, q.parameters.ctypes.data, q.out.ctypes.data)
+    call_reset(address, phi, q.y.ctypes.data, q.parameters.ctypes.data, q.out.ctypes.data)
 
 
 @inlined

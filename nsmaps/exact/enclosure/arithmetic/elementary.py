@@ -8,7 +8,7 @@ import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import ONE, TINY, between, bmul, bsub, high, low, size
 from nsmaps.exact.engine.constants import FARTHEST
-from nsmaps.exact.engine.flight.remainders import doubled, growth, wave
+from nsmaps.exact.engine.flight.remainders import growth, reduce_exponent, wave
 from nsmaps.exact.engine.jit import inner
 
 COSINE_OFF, SINE_OFF, REST_OFF = 2e-15, 1e-15, 5e-15  # relative error of cos - 1, sin and sin - x
@@ -48,7 +48,7 @@ def bgrowth(a):
 def bexp(a):
     """The exponential; beyond `FARTHEST` the bound is infinite, and below -`FARTHEST` the ball reaches from zero."""
     x, h = a
-    n, more = doubled(min(max(x, -FARTHEST), FARTHEST))
+    n, more = reduce_exponent(min(max(x, -FARTHEST), FARTHEST))
     c = math.ldexp(1.0 + more, n)
     off = EXP_OFF if abs(x) <= FARTHEST else 1.0 if x < 0.0 else math.inf
     return c, c * (growth(h)[0] + off) * WIDER + TINY

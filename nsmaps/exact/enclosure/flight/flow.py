@@ -49,7 +49,7 @@ from nsmaps.exact.engine.flight.layout import (
     TOP,
 )
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.law import written
+from nsmaps.exact.engine.law import write_law_ball
 
 PLAIN, BY_PHASE, TWICE, BY_SPEED = range(
     4
@@ -91,7 +91,7 @@ def ball_rebound(p, up, v):
         return bmul(r, v), r, NOTHING
     values = t.ctypes.data + 8 * int(t[AT_PARAMETERS])
     out = p.basis  # scratch space: rewritten for every time
-    written(int(t[BALL_LAW + k]), v[0], v[1], values, t.ctypes.data + 8 * out)
+    write_law_ball(int(t[BALL_LAW + k]), v[0], v[1], values, t.ctypes.data + 8 * out)
     return ball_in(t, out), ball_in(t, out + 2), ball_in(t, out + 4)
 
 

@@ -26,10 +26,10 @@ from nsmaps.exact.engine.constants import BRACKET, INWARD, NO_SPEED, ROUNDING
 from nsmaps.exact.engine.flight.flow import horizon, on_top, phase_rate, walls_of
 from nsmaps.exact.engine.flight.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.jit import allocating, entry, inner
-from nsmaps.exact.engine.march import doubtful, gap_ahead, rooms, wall_gap
-from nsmaps.exact.engine.observers import BASE, OTHER, Arrival, FirstReturn, base_of, first_return, put, saltation
-from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, ends_chatter, spell, summed, turned
-from nsmaps.exact.engine.steps import careful_step, converged, departure, surely_reached, taylor_root
+from nsmaps.exact.engine.march import gap_ahead, is_ambiguous, wall_distances, wall_gap
+from nsmaps.exact.engine.observers import BASE, OTHER, Arrival, FirstReturn, base_of, first_return, saltation, write_return
+from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, append_symbol, ends_chatter, may_be_summed, phase_after
+from nsmaps.exact.engine.steps import careful_step, departure, is_converged, surely_reached, taylor_root
 
 FEW = 16  # fewer returns than this are not computed in a block
 MOST_FLIGHTS = 16  # of a return in a block; more are rare
@@ -39,7 +39,7 @@ MOST_ROUNDS = 50  # of a flight in a block; more are rare
 @inner
 def launch(p, t, n, up, chatter):
     """From an impact to the flight after it."""
-    z, room_up, room_down = rooms(p, up)
+    z, room_up, room_down = wall_distances(p, up)
     has_up, has_down, _ = walls_of(p)
     two, into = has_up and has_down, 1.0 if up else -1.0
     write_rebounds(p, t, n, up, into)
@@ -51,7 +51,7 @@ def launch(p, t, n, up, chatter):
         press = -gap.acceleration
         odd = t[AT.needs_scalar + k] > 0.0 or not u >= NO_SPEED
         jerk, snap = t[AT.jerk + k], t[AT.snap + k]
-        odd = odd or (press > 0.0 and summed(p, up, v, chatter, press) and u < v and ends_chatter(u, v, press, jerk, snap))
+        odd = odd or (press > 0.0 and may_be_summed(p, up, v, chatter, press) and u < v and ends_chatter(u, v, press, jerk, snap))
         surely, h = departure(two, gap, room_up + room_down, t[AT.jerk + k], t[AT.snap + k])
         write_gap(t, k, gap)
         t[AT.now + k], t[AT.ahead + k], t[AT.to_up + k] = 0.0, h, 1.0 if up else 0.0
@@ -61,7 +61,7 @@ def launch(p, t, n, up, chatter):
 @inner
 def march(p, t, n, up):
     """One step of flights that are not yet certain to reach a wall."""
-    _, room_up, room_down = rooms(p, up)
+    _, room_up, room_down = wall_distances(p, up)
     has_up, has_down, _ = walls_of(p)
     two, horizon_time = has_up and has_down, horizon(p)
     for k in range(n):
@@ -95,13 +95,13 @@ def bracket(t, n):
         s, x = t[AT.now + k], t[AT.ahead + k]
         step, rate = taylor_root(read_gap(t, k), x)
         t[AT.low + k], t[AT.high + k], t[AT.step + k], t[AT.rate + k] = s, s + BRACKET * x, step, rate
-        t[AT.open + k] = 0.0 if converged(step, rate, s, t[AT.pop + k]) or t[AT.needs_scalar + k] > 0.0 else 1.0
+        t[AT.open + k] = 0.0 if is_converged(step, rate, s, t[AT.pop + k]) or t[AT.needs_scalar + k] > 0.0 else 1.0
 
 
 @inner
 def newton_step(p, t, n, up):
     """A step towards the time at which a wall is reached, as in `close_in`."""
-    _, room_up, room_down = rooms(p, up)
+    _, room_up, room_down = wall_distances(p, up)
     for k in range(n):
         s, step, low, high = t[AT.now + k], t[AT.step + k], t[AT.low + k], t[AT.high + k]
         t[AT.now + k] = s + (step if low < s + step and s + step < high else (low + high) * 0.5 - s)
@@ -115,7 +115,7 @@ def newton_step(p, t, n, up):
         step, rate = taylor_root(gap, x)
         write_gap(t, k, gap)
         t[AT.ahead + k], t[AT.step + k], t[AT.low + k], t[AT.high + k], t[AT.rate + k] = x, step, low, high, rate
-        t[AT.open + k] = 0.0 if converged(step, rate, s, t[AT.pop + k]) or t[AT.needs_scalar + k] > 0.0 else 1.0
+        t[AT.open + k] = 0.0 if is_converged(step, rate, s, t[AT.pop + k]) or t[AT.needs_scalar + k] > 0.0 else 1.0
 
 
 @inner
@@ -135,7 +135,7 @@ def carry_derivatives(p, t, n, up):
 @inner
 def meet_walls(p, t, n, up):
     """The impact at `now + step`; columns that are not back on the base wall remain open."""
-    _, room_up, room_down = rooms(p, up)
+    _, room_up, room_down = wall_distances(p, up)
     base_up, max_time = on_top(p), horizon(p)
     for k in range(n):
         s, rate, to_up = t[AT.now + k] + t[AT.step + k], t[AT.rate + k], t[AT.to_up + k] > 0.0
@@ -144,9 +144,9 @@ def meet_walls(p, t, n, up):
         odd = (
             t[AT.needs_scalar + k] > 0.0
             or s > max_time
-            or doubtful(rate, size_of(t, k, s), bound, room, s * max(abs(t[AT.velocity + k]), abs(rate)), 0.0)
+            or is_ambiguous(rate, size_of(t, k, s), bound, room, s * max(abs(t[AT.velocity + k]), abs(rate)), 0.0)
         )
-        phi, whole = turned(p, t[AT.phase + k], s)
+        phi, whole = phase_after(p, t[AT.phase + k], s)
         t[AT.phase + k], t[AT.speed + k] = phi, max(-rate, 0.0)
         t[AT.time + k] += s
         t[AT.turns + k] += whole
@@ -195,14 +195,14 @@ def returns_in_blocks(p, start, i, chatter, written):
     for first in range(0, len(start), BLOCK):
         n = min(BLOCK, len(start) - first)
         write_starts(p, t, n, first, start, with_derivative)
-        code, power = spell(0, 1, base, BASE, 1)
+        code, power = append_symbol(0, 1, base, BASE, 1)
         for flights in range(1, MOST_FLIGHTS + 1):
             begun = flights > 1
             left = next_impacts(p, t, n, base_up != begun, chatter, begun, with_derivative)
             if flights == MOST_FLIGHTS:
                 leave_to_scalar(t, left)
                 left = 0
-            word, _ = spell(code, power, base, BASE, 1)
+            word, _ = append_symbol(code, power, base, BASE, 1)
             for k in range(left, n):
                 orbit = int(t[AT.orbit + k])
                 if t[AT.needs_scalar + k] > 0.0:
@@ -211,9 +211,9 @@ def returns_in_blocks(p, start, i, chatter, written):
                     if with_derivative:
                         d = t[AT.d_vv + k], t[AT.d_vp + k], t[AT.d_pv + k], t[AT.d_pp + k]
                     found = FirstReturn(RETURNED, t[AT.speed + k], t[AT.phase + k], int(t[AT.turns + k]), t[AT.time + k], word, d)
-                put(written, i, orbit, found)
+                write_return(written, i, orbit, found)
             n = left
-            code, power = spell(code, power, base, OTHER, 1)
+            code, power = append_symbol(code, power, base, OTHER, 1)
             if n == 0:
                 break
 
@@ -235,7 +235,7 @@ def orbits(p, chatter, start, rows):
         for i in range(n):
             if not wide:
                 found = first_return(p, v, phi, chatter, slopes)
-                put(rows, i, k, found)
+                write_return(rows, i, k, found)
                 v, phi = found.speed, found.phase
             before = i - 1
             if i > 0 and rows.outcome[i, k] == INVALID:

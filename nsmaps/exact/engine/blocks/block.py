@@ -24,7 +24,7 @@ from nsmaps.exact.engine.flight.layout import (
 from nsmaps.exact.engine.flight.motion import Motion, pair
 from nsmaps.exact.engine.flight.remainders import remainders, wave
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.returns import PHASE, SPEED, is_state, turned
+from nsmaps.exact.engine.returns import PHASE, SPEED, is_state, phase_after
 from nsmaps.exact.engine.steps import Gap
 
 
@@ -205,7 +205,7 @@ def write_starts(p, t, n, first, start, with_derivative):
     for k in range(n):
         v, phi = start[first + k, SPEED], start[first + k, PHASE]
         t[AT.orbit + k], t[AT.time + k], t[AT.speed + k] = first + k, 0.0, v
-        t[AT.phase + k], t[AT.turns + k] = turned(p, phi, 0.0)
+        t[AT.phase + k], t[AT.turns + k] = phase_after(p, phi, 0.0)
         t[AT.needs_scalar + k] = 0.0 if is_state(v, phi) else 1.0
     if with_derivative:
         for k in range(n):

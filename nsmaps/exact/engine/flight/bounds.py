@@ -111,7 +111,7 @@ def sizes_of(t, row, z, w):
 
 
 @inner
-def grown(p, z, s, unit):
+def rounding_growth(p, z, s, unit):
     """The size at time s of an error of `unit` of the numbers from which the coefficients of growing terms are added up.
 
     Next to the stable manifold of a saddle these numbers cancel: a bound on the displacement's error in units of its own terms at

@@ -30,7 +30,7 @@ def by_feature(t, row, at, feature):
 
 
 @inner
-def along(p, s, at, feature):
+def tangent_by(p, s, at, feature):
     """The derivatives of displacement and velocity at s by phase, place or velocity of the start: see `by_feature`."""
     t = p.table
     width, powers, plain = width_of(t), int(t[POWERS]), int(t[SIMPLE])
@@ -65,18 +65,19 @@ def along(p, s, at, feature):
 @inner
 def tangent_at(p, at, s):
     """d displacement/d phi, d displacement/d w, d velocity/d phi, d velocity/d w at fixed s."""
-    d_phi, v_phi = along(p, s, at, BY_PHASE)
-    d_w, v_w = along(p, s, at, VELOCITY)
+    d_phi, v_phi = tangent_by(p, s, at, BY_PHASE)
+    d_w, v_w = tangent_by(p, s, at, VELOCITY)
     return d_phi, d_w, v_phi, v_w
 
 
 @inner
-def moves_at(p, moved, at, z, z_moved, w, s):
-    """Derivatives of displacement and velocity at fixed s by the parameters, whose table is `moved`, where the place of the start
-    varies too.
+def parameter_tangent_at(p, by_parameters, at, z, z_by_parameters, w, s):
+    """Derivatives of displacement and velocity at fixed s along a direction of the parameters, on which the place depends too.
+
+    The table of the flow `by_parameters` has the derivatives of the numbers of that of p.
     """
-    begin(moved, at, z, w)
-    moved.flight[SPEED] = 0.0  # the velocity of the start does not depend on the parameters here
-    d, v, _, _, _, _ = evaluate(moved, s)
-    d_z, v_z = along(p, s, at, PLACE)
-    return d + d_z * z_moved, v + v_z * z_moved
+    begin(by_parameters, at, z, w)
+    by_parameters.flight[SPEED] = 0.0  # the velocity of the start does not depend on the parameters here
+    d, v, _, _, _, _ = evaluate(by_parameters, s)
+    d_z, v_z = tangent_by(p, s, at, PLACE)
+    return d + d_z * z_by_parameters, v + v_z * z_by_parameters

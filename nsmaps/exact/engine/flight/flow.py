@@ -50,7 +50,7 @@ from nsmaps.exact.engine.flight.layout import (
 from nsmaps.exact.engine.flight.motion import Motion, pair, plus
 from nsmaps.exact.engine.flight.remainders import remainders, wave
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.engine.law import called
+from nsmaps.exact.engine.law import call_law
 
 
 class Flow(NamedTuple):
@@ -98,7 +98,7 @@ def rebound(p, up, v):
     if p.table[LAW + k] == 0.0:
         return r * v, r
     values = p.table.ctypes.data + 8 * int(p.table[AT_PARAMETERS])
-    return called(int(p.table[LAW + k]), v, values), called(int(p.table[LAW_SLOPE + k]), v, values)
+    return call_law(int(p.table[LAW + k]), v, values), call_law(int(p.table[LAW_SLOPE + k]), v, values)
 
 
 class Phase(NamedTuple):
@@ -253,7 +253,7 @@ def polynomial(p, s):
 
 
 @inner
-def held(p, at, z):
+def acceleration_at_rest(p, at, z):
     """Acceleration of a ball held at rest at z, its time derivative, and a bound on its second derivative for all phases."""
     t = p.table
     row, rate, bound = int(t[AT_START]), t[PHASE_RATE], 0.0

@@ -76,7 +76,7 @@ def wave(x):
 
 
 @inner
-def doubled(x):
+def reduce_exponent(x):
     """Decomposition of exp x for |x| <= 709: (n, exp y - 1), where x is y plus n ln 2."""
     n = np.floor(x * OVER_DOUBLING + 0.5)
     y = (x - n * DOUBLING) - n * DOUBLING_1
@@ -92,7 +92,7 @@ def growth(x):
     if not abs(x) <= FARTHEST:
         e = math.inf if x > 0.0 else -1.0 if x < 0.0 else x
         return e, e - x if x < 0.0 else e
-    n, more = doubled(x)
+    n, more = reduce_exponent(x)
     scale = math.ldexp(1.0, n)
     e = scale * more + (scale - 1.0)
     return e, e - x

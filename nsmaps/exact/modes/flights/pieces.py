@@ -4,7 +4,7 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import step_by
+from nsmaps.exact.engine.law import call_step
 from nsmaps.exact.modes.flights.resolution import resolved, watched
 from nsmaps.exact.modes.tables.taylor import DEGREE, TERMS
 
@@ -23,7 +23,7 @@ def expand(p, mode, w):
     for j in range(len(q.state)):
         q.state[j] = w.z[j]
     q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
-    step_by(
+    call_step(
         p.taylor[mode], q.state.ctypes.data, q.settings.ctypes.data, q.time.ctypes.data, q.halt.ctypes.data, q.series.ctypes.data
     )
 
@@ -35,7 +35,7 @@ def vary(p, mode, w):
     for j in range(p.own):
         q.varied[j] = w.z[j]
     q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
-    step_by(
+    call_step(
         p.variations[mode],
         q.varied.ctypes.data,
         q.settings.ctypes.data,

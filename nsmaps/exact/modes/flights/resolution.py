@@ -9,7 +9,7 @@ function changes.
 import math
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.tables.memory import INTERVALS
 from nsmaps.exact.modes.tables.taylor import DEGREE
 from nsmaps.exact.taylor.kinds import ARCS, EDGE, EDGES, ERF, EXP, NO_KIND, ORIGIN, TANH
@@ -59,7 +59,7 @@ def look(p, mode, h, i, w):
             rate = rate * tau + value
             value = value * tau + q.local[j, k]
         q.state[j], q.misfits[i, j] = value, rate / h
-    reset_by(p.rates[mode], phase, q.state.ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
+    call_reset(p.rates[mode], phase, q.state.ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
     for j in range(own):
         q.misfits[i, j] = abs(q.inside[i, j * (own + 3)] - q.misfits[i, j])
 
@@ -79,7 +79,7 @@ def derived_fit(p, mode, h, w):
     q, own = w.piece, p.own
     if len(p.nonlinear) == 0 or p.derived == 0:
         return True
-    reset_by(p.derived, q.phase[0] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    call_reset(p.derived, q.phase[0] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     fit = True
     for r in range(len(q.derived)):
         value, noise = 0.0, abs(q.derived[r, own + 1]) * (abs(q.phase[0]) + p.rate * h)
@@ -90,7 +90,7 @@ def derived_fit(p, mode, h, w):
         size = q.derived[r, q.derived.shape[1] - 1] + q.spans[own + r]
         near = abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise + LEAST
         fit = fit and (near or not watched(p, mode, own + r))
-    reset_by(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    call_reset(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     return fit
 
 

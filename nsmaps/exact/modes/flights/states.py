@@ -6,7 +6,7 @@ of a mode's rates for each own state its rate, the size of its terms, and its de
 """
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.tables.taylor import waves
 
 
@@ -35,7 +35,7 @@ def valued(p, row, z, w):
 def derive(p, z, w):
     """Write the derived states of own states z at the phase in memory."""
     if len(p.nonlinear) > 0 and p.derived != 0:
-        reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
+        call_reset(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
         for r in range(len(w.piece.derived)):
             z[p.own + r] = w.piece.derived[r, 0]
 
@@ -99,11 +99,11 @@ def velocity(p, mode, z, field, w):
 def velocity_by_law(p, mode, z, field, w):
     """Write the rates of own and derived states in the time unit of the mode."""
     own, step, rates, slopes = p.own, p.steps[mode], w.piece.rates, w.piece.derived
-    reset_by(p.rates[mode], w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
+    call_reset(p.rates[mode], w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
     for i in range(own):
         field[i] = rates[i * (own + 3)] * step
     if len(p.nonlinear) > 0 and p.derived != 0:
-        reset_by(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
+        call_reset(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
         for r in range(len(slopes)):
             total = slopes[r, own + 1] * p.rate * step
             for j in range(own):

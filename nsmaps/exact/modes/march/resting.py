@@ -6,7 +6,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
 from nsmaps.exact.engine.constants import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.returns import spell
+from nsmaps.exact.engine.returns import append_symbol
 from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
 from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
@@ -187,7 +187,7 @@ def marked(p, code, power, w):
         return code, power, False
     margins, mark = not math.isnan(w.near[0]), p.base - 3 + int(w.held[1])
     w.held[1], w.row[0] = 0.0, 0
-    code, power = spell(code, power, p.base + 2 if margins else p.base, mark, 1)
+    code, power = append_symbol(code, power, p.base + 2 if margins else p.base, mark, 1)
     return code, power, True
 
 

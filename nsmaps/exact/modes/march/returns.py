@@ -16,7 +16,7 @@ from nsmaps.exact.engine.returns import (
     SIMULTANEOUS,
     STUCK,
     UNDECIDED,
-    spell,
+    append_symbol,
 )
 from nsmaps.exact.modes.flights.motion import within_turn
 from nsmaps.exact.modes.flights.states import dot, features, shift, velocity
@@ -36,7 +36,7 @@ DOUBTED = 1_000  # pieces of flights that take as long as one doubtful event
 @inner
 def lengthened(base, digit, code, power):
     """A word with the letter of an event behind it, if it has one, and the place of the next letter."""
-    return spell(code, power, base, digit, 1 if digit else 0)
+    return append_symbol(code, power, base, digit, 1 if digit else 0)
 
 
 @inner

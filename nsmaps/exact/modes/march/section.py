@@ -1,7 +1,7 @@
 """The transition that takes place at an event, and how far a state is from one."""
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
@@ -72,7 +72,7 @@ def reset(p, k, phi, w):
                 if w.moved.here:
                     w.slopes[i, c] += w.moved.resets[k, i, j] * w.z[j]
     if p.laws[k] != 0:
-        reset_by(p.laws[k], phi, w.z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
+        call_reset(p.laws[k], phi, w.z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
         curved(p, k, w)
     for i in range(n):
         w.z[i] = w.new[i]

@@ -5,7 +5,7 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.states import derive, dot, features, shift
 from nsmaps.exact.modes.march.section import AS_NEAR, allowed, away, below_after, contact_of, falling, lifted, reset, seen_before
 from nsmaps.exact.modes.tables.taylor import ROUNDING
@@ -14,7 +14,7 @@ from nsmaps.exact.modes.tables.taylor import ROUNDING
 @inner
 def started_by_law(p, k, phi, z, w):
     """Write the states that no row of the coordinates in `w.other` gives, and to `w.curved` their derivatives."""
-    reset_by(p.start_laws[k], phi, w.other.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
+    call_reset(p.start_laws[k], phi, w.other.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
     for i in range(p.own):
         z[i] = w.curved[i, 0] if p.start_curved[k, i] else z[i]
 

@@ -1,7 +1,7 @@
 """Two guards that are met at once: whether the order of their events matters."""
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.law import reset_by
+from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
 from nsmaps.exact.modes.march.beginning import AT_ONCE
 from nsmaps.exact.modes.march.section import picked
@@ -20,7 +20,7 @@ def just_after(p, k, phi, z, after, w):
     for i in range(n):
         after[i] = dot(p.resets[k, i], z)[0]
     if p.laws[k] != 0:
-        reset_by(p.laws[k], phi, z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
+        call_reset(p.laws[k], phi, z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
         for i in range(n):
             after[i] = w.curved[i, 0] if p.curved[k, i] else after[i]
     derive(p, after, w)
