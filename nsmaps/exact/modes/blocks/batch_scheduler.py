@@ -10,8 +10,7 @@ import math
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import RETURNED, UNDECIDED
 from nsmaps.exact.modes.blocks.events_block import NONE, NOT_PLAIN, begin_block, pass_events
-from nsmaps.exact.modes.blocks.flights_block import AT_ONCE, move_states, next_events, turn_phases
-from nsmaps.exact.modes.blocks.tangents_block import carry_tangents
+from nsmaps.exact.modes.blocks.flights_block import AT_ONCE, load_column, move, next_events, store_column, turn_phases
 from nsmaps.exact.modes.blocks.workspace import (
     AT,
     BATCH,
@@ -50,23 +49,21 @@ def gather(p, mode, n, b):
         b.h[IN.motion + k], b.t[AT.phase + k], b.h[IN.start + k] = i, b.scalars[i, PHASE], b.numbers[i, STARTED]
         exponent = min(p.abscissa[mode] * b.scalars[i, FLIGHT], LARGEST_EXPONENT)
         b.t[AT.growth + k] = math.expm1(exponent) if p.abscissa[mode] > 0.0 else 0.0
-        for j in range(len(b.z)):
-            b.z[j, k] = b.states[i, j]
+        for d in range(len(b.features)):
+            for j in range(b.states.shape[2] if d == 0 else p.first.shape[1] - 1):
+                b.features[d, j, k] = b.states[i, d, j]
         for d in range(len(b.dz)):
             b.dphi[d, k] = b.phase_tangents[i, d]
-            for j in range(len(b.new)):
-                b.dz[d, j, k] = b.tangents[i, d, j]
 
 
 @inner
-def scatter(k, i, b):
+def scatter(p, k, i, b):
     """Write a column of the block to a motion."""
-    for j in range(len(b.z)):
-        b.states[i, j] = b.z[j, k]
+    for d in range(len(b.features)):
+        for j in range(b.states.shape[2] if d == 0 else p.first.shape[1] - 1):
+            b.states[i, d, j] = b.features[d, j, k]
     for d in range(len(b.dz)):
         b.phase_tangents[i, d] = b.dphi[d, k]
-        for j in range(len(b.new)):
-            b.tangents[i, d, j] = b.dz[d, j, k]
 
 
 @inner
@@ -95,24 +92,14 @@ def pass_event(p, mode, k, found, r, b, w):
     i, following = b.h[IN.motion + k], r + 1
     numbers, row = b.numbers[i], b.numbers[i, ROW]
     w.lapse[LENGTH] = b.scalars[i, FLIGHT]
-    for j in range(len(w.z)):
-        w.z[j] = b.z[j, k]
-        for d in range(len(b.dz)):
-            w.dz[j, d] = b.dz[d, j, k]
-    for d in range(len(b.dz)):
-        w.dphi[d] = b.dphi[d, k]
+    load_column(k, b, w)
     image, tangent = found.states[following, row], found.tangents[r, row]
     outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = happens(
         p, mode, b.h[IN.function + k], b.t[AT.phase + k], numbers[CODE], numbers[POWER], image, tangent, w
     )
     numbers[DOUBT] |= 1 if unsure else 0
     b.scalars[i, FLIGHT] = 0.0
-    for j in range(len(w.z)):
-        b.z[j, k] = w.z[j]
-        for d in range(len(b.dz)):
-            b.dz[d, j, k] = w.dz[j, d]
-    for d in range(len(b.dz)):
-        b.dphi[d, k] = w.dphi[d]
+    store_column(k, b, w)
     return outcome, mode
 
 
@@ -144,7 +131,7 @@ def advance(p, mode, k, found, r, b, w):
     if outcome == RETURNED and brief(p, mode, scalars[TIME], w):
         return LEFT, mode
     if outcome == GOES_ON:
-        scatter(k, i, b)
+        scatter(p, k, i, b)
     return outcome, mode
 
 
@@ -169,12 +156,8 @@ def begin_alone(p, found, r, row, i, b, w):
     if begins(p, mode, w) != GOES_ON:
         return True
     begin_record(row, k, code, power, phi, i, b)
-    for j in range(len(w.z)):
-        b.states[i, j] = w.z[j]
-    for d in range(len(b.dz)):
-        b.phase_tangents[i, d] = w.dphi[d]
-        for j in range(len(b.new)):
-            b.tangents[i, d, j] = w.dz[j, d]
+    store_column(0, b, w)
+    scatter(p, 0, i, b)
     enqueue(mode, i, b)
     return False
 
@@ -192,7 +175,7 @@ def begin_in_block(p, e, found, r, row, n, b):
         i = b.queue[free, b.length[free]]
         code, power = lengthened(p.base, p.digit[e], 0, 1)
         begin_record(row + k, e, code, power, b.t[AT.phase + k], i, b)
-        scatter(k, i, b)
+        scatter(p, k, i, b)
         enqueue(p.target[e], i, b)
 
 
@@ -223,9 +206,7 @@ def advance_block(p, mode, found, r, b, w):
     n = min(BLOCK, b.length[mode])
     gather(p, mode, n, b)
     next_events(p, mode, n, b, w)
-    if len(b.dz) > 0:
-        carry_tangents(p, mode, n, b)
-    move_states(p, mode, n, b)
+    move(p, mode, n, b)
     turn_phases(p, mode, n, b)
     pass_events(p, mode, found, r, n, b)
     for k in range(n):

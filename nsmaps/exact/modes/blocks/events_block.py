@@ -72,20 +72,19 @@ def choose_transitions(p, mode, n, b):
 
 
 @inner
-def reset_states(p, e, z, n, b):
-    """Change states, or their derivatives z, shape (N, PITCH), by a transition in the columns that it takes place in."""
+def reset_states(p, e, n, b):
+    """Change states, and their derivatives, by a transition in the columns that it takes place in."""
     t, h, states = b.t, b.h, p.first.shape[1] - 1
-    if not p.moves[e]:
-        return
-    for i in range(states):
-        if p.jumps[e, i]:
-            sum_row(p.resets[e, i], z, n, t)
-            for k in range(n):
-                b.new[i, k] = t[AT.value + k] if h[IN.transition + k] == e else z[i, k]
-    for i in range(states):
-        if p.jumps[e, i]:
-            for k in range(n):
-                z[i, k] = b.new[i, k]
+    for d in range(len(b.features) if p.moves[e] else 0):
+        for i in range(states):
+            if p.jumps[e, i]:
+                sum_row(p.resets[e, i], b.features[d], n, t)
+                for k in range(n):
+                    b.change[d, i, k] = t[AT.value + k] if h[IN.transition + k] == e else b.features[d, i, k]
+        for i in range(states):
+            if p.jumps[e, i]:
+                for k in range(n):
+                    b.features[d, i, k] = b.change[d, i, k]
 
 
 @inner
@@ -99,9 +98,7 @@ def pass_events(p, mode, found, r, n, b):
     for f in range(p.watched[mode], p.watched[following]):
         after = f + 1
         for c in range(p.choices[f], p.choices[after] if p.plain[f] else p.choices[f]):
-            reset_states(p, p.chosen[c], b.z, n, b)
-            for d in range(len(b.dz)):
-                reset_states(p, p.chosen[c], b.dz[d], n, b)
+            reset_states(p, p.chosen[c], n, b)
 
 
 @inner
@@ -168,18 +165,6 @@ def read_starts(p, found, r, row, n, b):
 
 
 @inner
-def set_states(rows, z, n, b):
-    """Change states, or their derivatives, to values of rows, shape (n, N)."""
-    for i in range(len(rows)):
-        sum_row(rows[i], z, n, b.t)
-        for k in range(n):
-            b.new[i, k] = b.t[AT.value + k]
-    for i in range(len(rows)):
-        for k in range(n):
-            z[i, k] = b.new[i, k]
-
-
-@inner
 def begin_block(p, e, found, r, row, n, b):
     """Write features of n motions just after their starts, from a row on, by a plain transition; `kind` as `read_starts`.
 
@@ -189,14 +174,18 @@ def begin_block(p, e, found, r, row, n, b):
     read_starts(p, found, r, row, n, b)
     for d in range(len(b.dz)):
         begin_tangents(p, d, n, b)
-        set_states(p.states[start], b.dz[d], n, b)
-    set_states(p.states[start], b.z, n, b)
+    for d in range(len(b.features)):
+        for i in range(p.first.shape[1] - 1):
+            sum_row(p.states[start, i], b.features[d], n, t)
+            for k in range(n):
+                b.change[d, i, k] = t[AT.value + k]
+        for i in range(p.first.shape[1] - 1):
+            for k in range(n):
+                b.features[d, i, k] = b.change[d, i, k]
     check_conditions(p, e, n, b)
     for k in range(n):
         h[IN.transition + k] = e
         h[IN.kind + k] = h[IN.kind + k] if (t[AT.done + k] > 0.0) | p.after else 1
     if not p.after:
         mark_rising(p, e, n, b)
-        reset_states(p, e, b.z, n, b)
-        for d in range(len(b.dz)):
-            reset_states(p, e, b.dz[d], n, b)
+        reset_states(p, e, n, b)

@@ -7,8 +7,9 @@ followed to it by Newton's method, and every other one by `sought` of `flight.py
 from nsmaps.exact.engine.jit import fused, inner
 from nsmaps.exact.modes.blocks.events_block import write_waves
 from nsmaps.exact.modes.blocks.newton_block import find_zeros
-from nsmaps.exact.modes.blocks.series_block import combine, evaluate, gather_features, whole_vectors
-from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS, SERIES
+from nsmaps.exact.modes.blocks.series_block import combine, evaluate_row, gather_features, whole_vectors
+from nsmaps.exact.modes.blocks.tangents_block import write_wave_tangents
+from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS
 from nsmaps.exact.modes.flights.motion import within_turn
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
@@ -77,13 +78,25 @@ def screen(p, f, n, b, w):
 
 
 @inner
-def load_column(p, k, b, w):
+def load_column(k, b, w):
     """Write a column to the memory of a single motion."""
-    h = b.h
     for j in range(len(w.z)):
         w.z[j] = b.z[j, k]
-    for f in range(len(w.on)):
-        w.on[f] = p.on[h[IN.start + k], f] if h[IN.start + k] >= 0 else 0
+        for d in range(len(b.dz)):
+            w.dz[j, d] = b.dz[d, j, k]
+    for d in range(len(b.dz)):
+        w.dphi[d] = b.dphi[d, k]
+
+
+@inner
+def store_column(k, b, w):
+    """Write the memory of a single motion to a column."""
+    for j in range(len(w.z)):
+        b.z[j, k] = w.z[j]
+        for d in range(len(b.dz)):
+            b.dz[d, j, k] = w.dz[j, d]
+    for d in range(len(b.dz)):
+        b.dphi[d, k] = w.dphi[d]
 
 
 @inner
@@ -101,7 +114,9 @@ def next_events(p, mode, n, b, w):
             when = t[AT.time + k]
             near = 0.0 if h[IN.function + k] == NO_FUNCTION else SAME * when
             if h[IN.kind + k] == 2 or abs(t[AT.guess + k] - when) <= SAME * when:
-                load_column(p, k, b, w)
+                load_column(k, b, w)
+                for g in range(len(w.on)):
+                    w.on[g] = p.on[h[IN.start + k], g] if h[IN.start + k] >= 0 else 0
                 found, x, unsure = sought(p, f, when + near, t[AT.growth + k], w)
             else:
                 found, x, unsure = t[AT.guess + k] < when, t[AT.guess + k], False
@@ -115,42 +130,64 @@ def next_events(p, mode, n, b, w):
 
 
 @inner
-def full_step(p, mode, i, n, b):
-    """Write a state at the end of the longest step."""
-    for k in range(n):
-        b.new[i, k] = b.z[i, k]
-    for j in range(len(b.z)):
-        whole = p.whole[mode, i * len(b.z) + j]
-        for k in range(n):
-            b.new[i, k] += whole * b.z[j, k]
+def move(p, mode, n, b):
+    """Move states and their derivatives to the events of columns, others to the end of the longest step: exp(Y tau) times them.
 
-
-@inner
-def move_states(p, mode, n, b):
-    """Take the states of columns to their events; those without one to the end of the longest step."""
-    t, h = b.t, b.h
-    states, count = p.first.shape[1] - 1, 0
+    Entries of exp(Y tau) - 1 are polynomials; those of some states are given less those of another one.
+    """
+    t, h, count = b.t, b.h, 0
     for k in range(n):
         if h[IN.function + k] != NO_FUNCTION:
             h[IN.column + count], t[AT.x + count] = k, t[AT.time + k]
             count += 1
-    gather_features(count, b)
-    (order, used), wide = p.flow_features, whole_vectors(count)
-    for q in range(states):
+    for d in range(len(b.dz)):
+        write_wave_tangents(p, d, n, b)
+    for d in range(len(b.features)):
+        gather_features(b.features[d], b.gathered[d], count, b)
+    for q in range(p.first.shape[1] - 1):
         i = p.flow_order[mode, q]
         if count < n:
-            full_step(p, mode, i, n, b)
-        if count == 0:
-            continue
-        base, degree = p.flow_bases[mode, i], p.flow_degrees[mode, i]
-        combine(p.flows[mode, i], (order[mode, i], used[mode, i]), degree, SERIES, b.c, wide, t)
-        evaluate(degree, wide, t)
-        for m in range(count):
-            b.change[i, m] = t[AT.value + m] + (b.change[base, m] if base != i else 0.0)
-            b.new[i, h[IN.column + m]] = b.z[i, h[IN.column + m]] + b.change[i, m]
-    for i in range(states):
+            write_full_change(p, mode, i, n, b)
+        if count > 0:
+            write_change(p, mode, i, count, b)
+    for d in range(len(b.features)):
+        for i in range(p.first.shape[1] - 1):
+            for k in range(n):
+                b.features[d, i, k] += b.change[d, i, k]
+
+
+@inner
+def write_full_change(p, mode, i, n, b):
+    """Write the change of a state, and of its derivatives, over the longest step."""
+    for d in range(len(b.features)):
         for k in range(n):
-            b.z[i, k] = b.new[i, k]
+            b.change[d, i, k] = 0.0
+        for j in range(len(b.z)):
+            whole = p.whole[mode, i * len(b.z) + j]
+            for k in range(n):
+                b.change[d, i, k] += whole * b.features[d, j, k]
+
+
+@inner
+def write_change(p, mode, i, count, b):
+    """Write the change of a state, and of its derivatives, to the times of the columns that are gathered."""
+    (order, used), base, wide, last = p.flow_features, p.flow_bases[mode, i], whole_vectors(count), TERMS - 1
+    for d in range(len(b.features)):
+        for m in range(wide):
+            b.part[d, i, m] = b.part[d, base, m] if base != i else 0.0
+    for number in range(len(b.z)):
+        j = order[mode, i, number]
+        while last >= 0 and used[mode, i, last] <= number:
+            last -= 1
+        if last < 0:
+            break
+        evaluate_row(p.flows[mode, i, j], last + 1, wide, b.t)
+        for d in range(len(b.features)):
+            for m in range(wide):
+                b.part[d, i, m] += b.t[AT.value + m] * b.gathered[d, j, m]
+    for d in range(len(b.features)):
+        for m in range(count):
+            b.change[d, i, b.h[IN.column + m]] = b.part[d, i, m]
 
 
 @inner

@@ -131,7 +131,7 @@ def find_zeros(p, f, n, b):
     several, count = guess_zeros(p, f, n, b)
     if count == 0:
         return
-    gather_features(count, b)
+    gather_features(b.z, b.c, count, b)
     (order, used), wide = p.series_features, whole_vectors(count)
     combine(p.series[f], (order[f], used[f]), ORDER, SERIES, b.c, wide, t)
     for i in range(wide):

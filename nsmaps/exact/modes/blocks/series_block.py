@@ -58,23 +58,8 @@ def evaluate_with_slope(n, t):
 
 
 @fused
-def evaluate(degree, n, t):
-    """Write the polynomials of `SERIES` at x to `value`, of degree ORDER or of one less than a multiple of three."""
-    for k in range(n):
-        t[AT.value + k] = t[SERIES + ORDER * PITCH + k] if degree == ORDER else 0.0
-    for i in range(ORDER // 3):
-        if ORDER - 1 - 3 * i > degree:
-            continue
-        c = SERIES + (ORDER - 3 - 3 * i) * PITCH
-        c1, c2 = c + PITCH, c + PITCH + PITCH
-        for k in range(n):
-            x = t[AT.x + k]
-            t[AT.value + k] = ((t[AT.value + k] * x + t[c2 + k]) * x + t[c1 + k]) * x + t[c + k]
-
-
-@fused
 def evaluate_row(row, terms, n, t):
-    """Write one polynomial of so many terms at the times of all columns to `value`; four coefficients at a time."""
+    """Write one polynomial of so many terms at x in n columns to `value`; four coefficients at a time."""
     for k in range(n):
         t[AT.value + k] = 0.0
     m = (terms + 3) // 4 * 4
@@ -82,16 +67,16 @@ def evaluate_row(row, terms, n, t):
         m3, m2, m1, m = m - 1, m - 2, m - 3, m - 4
         c3, c2, c1, c0 = row[m3], row[m2], row[m1], row[m]
         for k in range(n):
-            x = t[AT.time + k]
+            x = t[AT.x + k]
             t[AT.value + k] = (((t[AT.value + k] * x + c3) * x + c2) * x + c1) * x + c0
 
 
 @inner
-def gather_features(count, b):
-    """Write the features of the columns in `column` to `c`."""
-    for j in range(len(b.z)):
+def gather_features(z, gathered, count, b):
+    """Write the features of the columns in `column` to the first columns of another array."""
+    for j in range(len(z)):
         for i in range(count):
-            b.c[j, i] = b.z[j, b.h[IN.column + i]]
+            gathered[j, i] = z[j, b.h[IN.column + i]]
 
 
 @inlined

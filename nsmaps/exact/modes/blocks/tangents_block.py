@@ -1,9 +1,8 @@
-"""Derivatives of a block of motions: along flights, by the series of exp(Y tau), and to the times of events."""
+"""Derivatives of a block of motions at starts and events."""
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.blocks.series_block import evaluate_row, sum_row, write_rates
+from nsmaps.exact.modes.blocks.series_block import sum_row, write_rates
 from nsmaps.exact.modes.blocks.workspace import AT, IN
-from nsmaps.exact.modes.tables.taylor import TERMS
 
 
 @inner
@@ -28,40 +27,6 @@ def begin_tangents(p, d, n, b):
         for k in range(n):
             b.dz[d, i, k] = 1.0 if p.places[d] == i else 0.0
     write_wave_tangents(p, d, n, b)
-
-
-@inner
-def carry_tangents(p, mode, n, b):
-    """Carry derivatives within a step to the times of columns: dz(tau) = exp(Y tau) dz(0), Y of the mode in its longest steps.
-
-    Entries of exp(Y tau) - 1 are polynomials; flows of some states are given less those of another one.
-    """
-    directions, states = len(b.dz), p.first.shape[1] - 1
-    order, used = p.flow_features
-    for d in range(directions):
-        write_wave_tangents(p, d, n, b)
-    for q in range(states):
-        i = p.flow_order[mode, q]
-        base, last = p.flow_bases[mode, i], TERMS - 1
-        for d in range(directions):
-            for k in range(n):
-                b.tangent_change[d, i, k] = b.tangent_change[d, base, k] if base != i else 0.0
-        for number in range(len(b.z)):
-            j = order[mode, i, number]
-            while last >= 0 and used[mode, i, last] <= number:
-                last -= 1
-            if last < 0:
-                break
-            if j == states:  # the feature 1 has no derivative
-                continue
-            evaluate_row(p.flows[mode, i, j], last + 1, n, b.t)
-            for d in range(directions):
-                for k in range(n):
-                    b.tangent_change[d, i, k] += b.t[AT.value + k] * b.dz[d, j, k]
-    for d in range(directions):
-        for i in range(states):
-            for k in range(n):
-                b.dz[d, i, k] += b.tangent_change[d, i, k]
 
 
 @inner

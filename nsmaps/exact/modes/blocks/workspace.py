@@ -66,8 +66,7 @@ TURNS, CODE, POWER, DOUBT, STARTED, STEPS, ROW = range(7)
 class Workspace(NamedTuple):
     """Memory of returns with D directions of derivatives in blocks: N features, n states, M modes."""
 
-    states: Any  #: shape (BATCH, N), features of motions under way
-    tangents: Any  #: shape (BATCH, D, n), their derivatives
+    states: Any  #: shape (BATCH, 1 + D, N), features of motions under way, and their derivatives, these of states alone
     phase_tangents: Any  #: shape (BATCH, D)
     scalars: Any  #: shape (BATCH, 3)
     numbers: Any  #: shape (BATCH, 7)
@@ -75,14 +74,15 @@ class Workspace(NamedTuple):
     length: Any  #: shape (M + 1,), how many
     t: Any  #: of the block: numbers, in rows of `PITCH`
     h: Any  #: whole numbers
-    z: Any  #: shape (N, PITCH), features
-    c: Any  #: the same, of the columns that are gathered
-    dz: Any  #: shape (D, N, PITCH), derivatives of the features
-    dphi: Any  #: shape (D, PITCH), and of the phase
-    change: Any  #: shape (n, PITCH), of states within a step
-    tangent_change: Any  #: shape (D, n, PITCH), of their derivatives
+    features: Any  #: shape (1 + D, N, PITCH), features, and their derivatives
+    z: Any  #: shape (N, PITCH), the first of these
+    dz: Any  #: shape (D, N, PITCH), the others
+    dphi: Any  #: shape (D, PITCH), derivatives of the phase
+    gathered: Any  #: as `features`, of the columns that are gathered
+    c: Any  #: the first of these
+    part: Any  #: shape (1 + D, n, PITCH), how states and their derivatives change in these columns
+    change: Any  #: the same in all columns
     field: Any  #: shape (N, PITCH), rates of the features in steps of the mode
-    new: Any  #: shape (n, PITCH), states
     all_features: Any  #: shape (N,), their numbers
     all_used: Any  #: shape (TERMS,), N each: how many features a polynomial with all terms has of each degree
 
@@ -91,9 +91,11 @@ def workspace(p: Any, directions: int, in_blocks: bool) -> Workspace:
     """Memory for returns of the system of a table, without room for motions where none are computed in blocks."""
     n, width, queues = p.first.shape[1] - 1, p.growth.shape[1], len(p.growth) + 1 if in_blocks else 0
     batch, pitch, d = (BATCH, PITCH, directions) if in_blocks else (0, 0, 0)
+    features, gathered = np.zeros((2, 1 + d, width, pitch))
+    z, *_ = features
+    c, *_ = gathered
     return Workspace(
-        states=np.zeros((batch, width)),
-        tangents=np.zeros((batch, d, n)),
+        states=np.zeros((batch, 1 + d, width)),
         phase_tangents=np.zeros((batch, d)),
         scalars=np.zeros((batch, 3)),
         numbers=np.zeros((batch, 7), np.int64),
@@ -101,14 +103,15 @@ def workspace(p: Any, directions: int, in_blocks: bool) -> Workspace:
         length=np.zeros(queues, np.int64),
         t=np.zeros(PART_POINTS + TERMS * PITCH if in_blocks else 0),
         h=np.zeros(len(IN) * pitch, np.int64),
-        z=np.zeros((width, pitch)),
-        c=np.zeros((width, pitch)),
-        dz=np.zeros((d, width, pitch)),
+        features=features,
+        z=z,
+        dz=features[1:],
         dphi=np.zeros((d, pitch)),
-        change=np.zeros((n, pitch)),
-        tangent_change=np.zeros((d, n, pitch)),
+        gathered=gathered,
+        c=c,
+        part=np.zeros((1 + d, n, pitch)),
+        change=np.zeros((1 + d, n, pitch)),
         field=np.zeros((width, pitch)),
-        new=np.zeros((n, pitch)),
         all_features=np.arange(width),
         all_used=np.full(TERMS, width),
     )

@@ -86,7 +86,6 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     propagators[:, 1 : ORDER + 1] = changes
     by_feature = np.moveaxis(propagators, 1, 2).reshape(len(flows), n, flows.shape[1], TERMS)
     parts, bases, order = differences(by_feature)
-    degrees = np.where((parts != 0.0).any(axis=2), np.arange(TERMS), 0).max(axis=2)
     in_time = np.pad(series.astype(float), ((0, 0), (0, 0), (0, TERMS - ORDER - 1)))
     return {
         "propagators": propagators,
@@ -94,7 +93,6 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
         "flow_features": features_used(parts),
         "flow_bases": bases,
         "flow_order": order,
-        "flow_degrees": np.where(degrees < ORDER, degrees // 3 * 3 + 2, ORDER),
         "whole": changes.sum(axis=1).astype(float),
         "series": in_time,
         "series_features": features_used(in_time),

@@ -54,7 +54,6 @@ class Tables(NamedTuple):
     flow_features: Any  #: features of these, (M, n, N), those with more terms first, and how many each degree has, (M, n, TERMS)
     flow_bases: Any  #: shape (M, n), this other state, or the state itself
     flow_order: Any  #: shape (M, n), the states, others than themselves last
-    flow_degrees: Any  #: shape (M, n), of these polynomials, ORDER or the next less than a multiple of three
     whole: Any  #: shape (M, n N), the value of `propagators` at tau = 1
     series: Any  #: shape (S, N, TERMS), that of each function along the flow, by the features at the start
     series_features: Any  #: as `flow_features`, shapes (S, N) and (S, TERMS)

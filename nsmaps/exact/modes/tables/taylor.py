@@ -16,22 +16,26 @@ def waves(phi, z, n):
     """Write 1 and the waves of the phase behind the states."""
     z[n] = 1.0
     for m in range(1, (len(z) - n - 1) // 2 + 1):
-        z[n + 2 * m - 1], z[n + 2 * m] = math.cos(m * phi), math.sin(m * phi)
+        sine = n + 2 * m
+        cosine = sine - 1
+        z[cosine], z[sine] = math.cos(m * phi), math.sin(m * phi)
 
 
 @inner
 def next_term(p, mode, d, k):
     """Write the term k + 1 of the Taylor series of z, in the time unit of the mode, from the term k."""
-    n, turn, share = p.first.shape[1] - 1, p.rate * p.steps[mode], 1.0 / (k + 1)
+    n, turn, following = p.first.shape[1] - 1, p.rate * p.steps[mode], k + 1
+    share = 1.0 / following
     for i in range(n):
-        total = 0.0
-        for j in range(p.first[mode, i], p.first[mode, i + 1]):
+        total, end = 0.0, i + 1
+        for j in range(p.first[mode, i], p.first[mode, end]):
             total += p.values[j] * d[k, p.columns[j]]
-        d[k + 1, i] = total * share
-    d[k + 1, n] = 0.0
+        d[following, i] = total * share
+    d[following, n] = 0.0
     for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        d[k + 1, c], d[k + 1, c + 1] = -m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+        sine = n + 2 * m
+        cosine = sine - 1
+        d[following, cosine], d[following, sine] = -m * turn * share * d[k, sine], m * turn * share * d[k, cosine]
 
 
 @inner
@@ -53,8 +57,9 @@ def remaining(tau):
 @inner
 def weighed(rows, z, a):
     """Write the sum of rows, each times a feature."""
+    first = 0
     for k in range(len(a)):
-        a[k] = rows[0, k] * z[0]
+        a[k] = rows[first, k] * z[first]
     for j in range(1, len(z)):
         for k in range(len(a)):
             a[k] += rows[j, k] * z[j]
@@ -72,7 +77,8 @@ def sized(row, z):
 @inner
 def raised(x, powers):
     """Write the powers of x from the zeroth on."""
-    powers[0], length = 1.0, 1
+    zeroth, length = 0, 1
+    powers[zeroth] = 1.0
     while length < TERMS:
         for k in range(length):
             powers[length + k] = powers[k] * x
@@ -86,9 +92,10 @@ def propagated(p, mode, tau, w):
     for i in range(len(w.flow)):
         w.flow[i] = p.whole[mode, i] if tau == 1.0 else 0.0
     for k in range(TERMS - 4 if tau != 1.0 else -1, -1, -4):
+        k1, k2, k3 = k + 1, k + 2, k + 3
         for i in range(len(w.flow)):
-            more = (w.flow[i] * tau + terms[mode, k + 3, i]) * tau + terms[mode, k + 2, i]
-            w.flow[i] = (more * tau + terms[mode, k + 1, i]) * tau + terms[mode, k, i]
+            more = (w.flow[i] * tau + terms[mode, k3, i]) * tau + terms[mode, k2, i]
+            w.flow[i] = (more * tau + terms[mode, k1, i]) * tau + terms[mode, k, i]
 
 
 @inner
