@@ -15,7 +15,7 @@ LATER = (
     "modes/flights",
     "modes/march",
     "modes/paths",
-    "modes/tables",
+    "modes/tables/memory.py",
     "noise/driven.py",
     "noise/modes.py",
     "observables/mode_slopes.py",

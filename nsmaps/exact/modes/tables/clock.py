@@ -25,8 +25,8 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
     if abs(value) <= ZERO * abs(waves).sum() and slope < 0:
         value = 0.0
     grid = np.linspace(0, TWO_PI, LOOKS * max(1, len(waves) // 2) + 1)
-    heights = np.array([at_phase(waves, phi)[0] for phi in grid])
-    heights[0] = heights[-1] = value
+    inner = [height for height, _ in (at_phase(waves, phi) for phi in grid[1:-1])]
+    heights = np.array([value, *inner, value])
     falls = np.flatnonzero((heights[:-1] > 0) & (heights[1:] <= 0))
     if len(falls) != 1:
         shown = ", ".join(f"{x:.6g}" for x in values)
@@ -34,23 +34,26 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
             f"the section's clock {definition.transitions[definition.clock].name!r} falls through zero {len(falls)} times a "
             f"period, at the parameters ({shown}); expected: once, or a name for the phase in the section's `coordinates`"
         )
-    low, high = grid[falls[0]], grid[falls[0] + 1]
+    (fall,) = falls
+    low, high = grid[fall : fall + 2]
     for _ in range(STEPS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if at_phase(waves, middle)[0] > 0 else (low, middle)
-    phase = high - at_phase(waves, high)[0] / at_phase(waves, high)[1]
-    return 0.0 if value == 0.0 and high > grid[-2] else float(phase % TWO_PI)
+        height, _ = at_phase(waves, middle)
+        low, high = (middle, high) if height > 0 else (low, middle)
+    height, slope = at_phase(waves, high)
+    return 0.0 if value == 0.0 and fall == len(grid) - 2 else float((high - height / slope) % TWO_PI)
 
 
 def later_fall(function: Floats, change: Floats, states: int, phase: float) -> float:
     """How fast that phase moves where the function, a row over the features, changes at a rate given as a row."""
-    return -at_phase(change[states:], phase)[0] / at_phase(function[states:], phase)[1]
+    rise, _ = at_phase(change[states:], phase)
+    _, slope = at_phase(function[states:], phase)
+    return -rise / slope
 
 
 def at_phase(waves: Floats, phi: float) -> tuple[float, float]:
     """A function of the phase, by its coefficients of 1 and of the waves, and its derivative."""
     m = np.arange(1, len(waves) // 2 + 1)
-    cosines, sines = np.cos(m * phi), np.sin(m * phi)
-    return float(waves[0] + waves[1::2] @ cosines + waves[2::2] @ sines), float(
-        (m * sines) @ -waves[1::2] + (m * cosines) @ waves[2::2]
-    )
+    cosines, sines, (one, *_) = np.cos(m * phi), np.sin(m * phi), waves
+    of_cosines, of_sines = waves[1::2], waves[2::2]
+    return float(one + of_cosines @ cosines + of_sines @ sines), float((m * sines) @ -of_cosines + (m * cosines) @ of_sines)

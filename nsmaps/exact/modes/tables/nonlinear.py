@@ -55,7 +55,7 @@ def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Flo
     """Own states (M, own) at a start, by own states with the coordinates among them, their features, and phases (M,)."""
     own, count = table.own, len(table.parameters)
     states = features @ table.states[k, :own].T
-    curved = _written(table, table.start_laws[k], given, phase, (own, own + count + 2))[..., 0]
+    curved, *_ = np.moveaxis(_written(table, table.start_laws[k], given, phase, (own, own + count + 2)), -1, 0)
     return np.where(table.start_curved[k], curved, states)
 
 
@@ -63,8 +63,8 @@ def rates_at(table: Any, mode: int, states: Floats, phase: Floats) -> Floats:
     """The rates of own and derived states in a mode with Taylor flights, shape (M, n), as `derived_at`."""
     own, flat = table.own, table.kinds.shape[1]
     written = _written(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 2),))
-    rates, derived = written[:, : own * (own + 3) : own + 3], derived_at(table, states, phase)
-    more = np.einsum("mri,mi->mr", derived[..., 1 : own + 1], rates) + table.rate * derived[..., own + 1]
+    rates, derived, by_phase = written[:, : own * (own + 3) : own + 3], derived_at(table, states, phase), own + 1
+    more = np.einsum("mri,mi->mr", derived[..., 1:by_phase], rates) + table.rate * derived[..., by_phase]
     return np.concatenate([rates, more], axis=1)
 
 

@@ -1,6 +1,7 @@
 """The flow of a mode over its longest step, and the functions watched on the way, as polynomials that are linear in the start."""
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,16 +17,17 @@ def bernstein() -> Floats:
 
 
 BERNSTEIN = bernstein()
+LEFT_OUT = ORDER + 1  #: number of the first term that series do not have
 
 
 def exponential_series(matrices: Floats) -> Floats:
     """The terms of the exponentials of matrices (M, N, N), shape (M, ORDER + 2, N, N), in more digits where there are any."""
     precise = matrices.astype(np.longdouble)
     terms = np.empty((ORDER + 2, *matrices.shape), np.longdouble)
-    terms[0] = np.eye(matrices.shape[1])
-    for k in range(1, ORDER + 2):
-        np.matmul(terms[k - 1], precise, out=terms[k])
-        terms[k] /= k
+    terms[:1] = np.eye(matrices.shape[1])
+    for k, (before, term) in enumerate(pairwise(terms), start=1):
+        np.matmul(before, precise, out=term)
+        term /= k
     return np.ascontiguousarray(terms.swapaxes(0, 1))
 
 
@@ -42,8 +44,8 @@ def twins_of(n: int, functions: Floats, modes: Ints) -> tuple[Ints, Floats]:
     It stands before it, with no others between them than such ones; a function without one is its own.
     """
     plain, twins, signs = np.delete(functions, n, axis=1), np.arange(len(functions)), np.ones(len(functions))
-    for f in range(1, len(functions)):
-        g = twins[f - 1]
+    for before, f in pairwise(range(len(functions))):
+        g = twins[before]
         for sign in (-1.0, 1.0) if modes[f] == modes[g] else ():
             if np.array_equal(plain[f], sign * plain[g]):
                 twins[f], signs[f] = g, sign
@@ -76,7 +78,7 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
     terms = exponential_series(flows)
     series = np.einsum("si,skij->sjk", functions, terms[modes, : ORDER + 1])
     sizes, points, bare = np.abs(series).astype(float), series @ BERNSTEIN, series[:, n].copy()
-    bare[:, 0] = 0.0
+    bare[:, :1] = 0.0
     shapes = points.copy()
     shapes[:, n] = bare @ BERNSTEIN
     twins, signs = twins_of(n, functions, modes)
@@ -102,5 +104,5 @@ def polynomials_of(n: int, flows: Floats, functions: Floats, modes: Ints, bounds
         "signs": signs,
         "sizes": sizes.sum(axis=2),
         "bends": sizes @ weights,
-        "left": np.einsum("si,sij->sj", bounds, np.abs(terms[modes, ORDER + 1]).astype(float)),
+        "left": np.einsum("si,sij->sj", bounds, np.abs(terms[modes, LEFT_OUT]).astype(float)),
     }

@@ -34,9 +34,10 @@ def rows_of(definition: Definition, given: Floats) -> Rows:
     functions, resets, where, begins, held = [], [], [], [], []
     for one in definition.transitions:
         functions.append(next(waiting))
-        resets.append(np.array([next(waiting) for _ in one.reset]))
+        reset = np.array([next(waiting) for _ in one.reset])
         for d in set(range(len(definition.states), n)) - set(recomputed(definition, one)):
-            resets[-1][d] = np.eye(n, width)[d]
+            reset[d] = np.eye(n, width)[d]
+        resets.append(reset)
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
         begins.append([next(waiting) for _ in one.begins] or np.zeros((2, width)))
         held.append(np.array([next(waiting) for _ in one.held]).reshape(-1, width))

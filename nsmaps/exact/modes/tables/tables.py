@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
+from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.definitions.resets import law_address
@@ -107,7 +108,7 @@ class Tables(NamedTuple):
 def tables_of(definition: Definition, values: Sequence[float], max_step: float = math.inf) -> Tables:
     """The table of a system at values of its parameters, with steps of at most `max_step`."""
     rows = rows_of(definition, definition.expansions.floats(values))
-    rate, horizon, _ = definition.scalars.floats(values)[0].tolist()
+    (rate, horizon, _), *_ = definition.scalars.floats(values).tolist()
     places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, min(horizon, max_step))
     functions = functions_of(definition, values, rows, rate, flows)
@@ -178,7 +179,7 @@ def functions_of(
     """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
     groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
     sets = [group for mode in groups for group in mode]
-    leads = [group[0] for group in sets]
+    leads = [lead for lead, *_ in sets]
     functions = rows.functions[leads]
     modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows, rate)
     bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
@@ -215,19 +216,20 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
         return Moved(True, 0.0, 0.0, rates, *map(np.zeros_like, (table.growth, table.functions, table.resets, table.states)))
     n, width = table.resets.shape[1:]
     harmonics, total, turn = (width - n - 1) // 2, None, 0.0
-    slopes = definition.scalars.floats(values)[1:]
+    turns, *_ = definition.scalars.floats(values)[1:].T.tolist() or [[]]
     for k, rate in enumerate(rates.tolist()):
         if rate:
             rows = rows_of(definition, definition.derivative(k, harmonics).floats(values))
             parts = [rate * part for part in (rows.rates, rows.functions, rows.resets, rows.starts)]
             total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
-            turn += rate * float(slopes[k, 0])
+            turn += rate * turns[k]
     assert total is not None
-    leads = table.chosen[table.choices[:-1]]
-    later = 0.0
+    flows, functions, resets, states = total
+    first, later = table.choices[:-1], 0.0
     if definition.clock >= 0:
-        later = later_fall(table.functions[table.function[definition.clock]], total[1][definition.clock], n, table.phase)
-    return Moved(True, turn, later, rates, total[0] * table.steps[:, None, None], total[1][leads], total[2], total[3])
+        later = later_fall(table.functions[table.function[definition.clock]], functions[definition.clock], n, table.phase)
+    steps, leads = table.steps[:, None, None], table.chosen[first]
+    return Moved(True, turn, later, rates, flows * steps, functions[leads], resets, states)
 
 
 def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
@@ -236,8 +238,9 @@ def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
     flow = np.zeros((width, width))
     flow[:n] = rates
     for m in range(1, harmonics + 1):
-        c = n + 2 * m - 1
-        flow[c, c + 1], flow[c + 1, c] = -m * rate, m * rate
+        sine = n + 2 * m
+        cosine = sine - 1
+        flow[cosine, sine], flow[sine, cosine] = -m * rate, m * rate
     return flow
 
 
@@ -251,7 +254,7 @@ def exponential(matrices: Floats) -> Floats:
         total += term
         if k % PACE == 0 and (term <= TINY * total).all():
             break
-    return total * (1 + 1e-12)
+    return total * OUTWARD
 
 
 def longest_steps(flows: Floats, horizon: float) -> Floats:
@@ -266,17 +269,14 @@ def sparse(rates: Floats) -> tuple[Ints, Ints, Floats]:
     counts = filled_rows.sum(axis=2)
     ends = np.cumsum(counts).reshape(counts.shape)
     first = np.concatenate([ends[:, :1] - counts[:, :1], ends], axis=1)
-    return first, np.nonzero(filled_rows)[2], rates[filled_rows]
+    *_, columns = np.nonzero(filled_rows)
+    return first, columns, rates[filled_rows]
 
 
 def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     """The transitions of a mode, those with the same function together."""
-    groups: list[list[int]] = []
+    groups: dict[tuple[float, ...], list[int]] = {}
     for k, one in enumerate(definition.transitions):
         if one.mode == mode and not one.begins:
-            same = next((group for group in groups if np.array_equal(rows.functions[group[0]], rows.functions[k])), None)
-            if same is None:
-                groups.append([k])
-            else:
-                same.append(k)
-    return groups
+            groups.setdefault(tuple(rows.functions[k].tolist()), []).append(k)
+    return [*groups.values()]

@@ -27,17 +27,18 @@ def ball_rows(definition: Definition, values: Sequence[float], width: int) -> Ro
 
 def flow_of(rates: Sequence[Sequence[arb]], rate: arb) -> arb_mat:
     """The matrix Y of a mode in many digits, shape (N, N), by its rows of rates and the rate of the phase: z' = Y z."""
-    n, width = len(rates), len(rates[0])
+    n, (width, *_) = len(rates), map(len, rates)
     flow = arb_mat([list(row) for row in rates] + [[arb(0)] * width for _ in range(width - n)])
     for m in range(1, (width - n - 1) // 2 + 1):
-        cosine = n + 2 * m - 1
-        flow[cosine, cosine + 1], flow[cosine + 1, cosine] = -m * rate, m * rate
+        sine = n + 2 * m
+        cosine = sine - 1
+        flow[cosine, sine], flow[sine, cosine] = -m * rate, m * rate
     return flow
 
 
 def through(states: Sequence[Sequence[arb]]) -> arb_mat:
     """The matrix of the features by those before a reset, shape (N, N), from the rows of the states."""
-    n, width = len(states), len(states[0])
+    n, (width, *_) = len(states), map(len, states)
     return arb_mat([list(row) for row in states] + np.eye(width)[n:].tolist())
 
 
@@ -50,7 +51,7 @@ def vanishing(definition: Definition, values: Sequence[float], leads: Sequence[i
     """
     result = np.zeros((len(definition.transitions), len(leads)), np.int64)
     with many_digits():
-        rows, rate = ball_rows(definition, values, width), definition.scalars.at(values)[0][0]
+        rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
         flows, functions = [flow_of(mode, rate) for mode in rows.rates], [arb_mat([list(row)]) for row in rows.functions]
         for k, one in enumerate(definition.transitions):
             reset, given = through(rows.resets[k]), [*dict(one.curved), *recomputed(definition, one)]
@@ -65,7 +66,8 @@ def flat_terms(function: arb_mat, flow: arb_mat, reset: arb_mat, given: list[int
     """How many of the first terms of a function's series are zero where others are, seen through a reset."""
     term = function
     for k in range(term.ncols()):
-        if not all(term[0, state].contains(0) for state in given) or not combined(term * reset, zeros):
+        entries = term.entries()
+        if not all(entries[state].contains(0) for state in given) or not combined(term * reset, zeros):
             return k
         term = term * flow
     return TERMS  # by Cayley and Hamilton
