@@ -140,6 +140,7 @@ def test_the_normal_form_of_a_border_collision():
     assert found.ended == ("the range of the second parameter ends at -1.2", "the range of the second parameter ends at 0.9")
 
 
+@pytest.mark.thorough
 def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     """Its switch is on for the whole ramp at v = E, which meets the ramp's lower end at E = Vref + gamma/a1."""
     system = nsmaps.load_system("buck_converter", E=12.0)

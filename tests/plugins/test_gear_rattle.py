@@ -128,6 +128,7 @@ def test_three_motions_coexist():
         assert (np.abs(orbit.multipliers) < 1).all()
 
 
+@pytest.mark.thorough
 def test_the_diagram_begins_and_doubles_where_the_closed_form_says():
     made = nsmaps.run("gear_rattle/diagram").bifurcation["exact"]
     _, onset, doubling = one_impact(1, **FORMS)

@@ -36,6 +36,7 @@ def test_an_attractor_beside_the_ends_of_the_circle_is_in_one_box():
         assert any(piece.region.contains([[exact[0], phase]])[0] for piece in attracting)
 
 
+@pytest.mark.thorough
 def test_the_oscillators_diagram_is_chaotic_at_the_graze(shipped):
     made = nsmaps.read_result(shipped("impact_oscillator/grazing")).bifurcation["exact"]
     assert set(made.labels[made.values > 0.34754, 0]) == {"1:0/2T"}
