@@ -24,7 +24,7 @@ import llvmlite
 import numba
 import numpy as np
 
-from nsmaps.exact.compiling import internals, libraries, linked
+from nsmaps.exact.compiling import addresses, internals, libraries, linked
 from nsmaps.exact.compiling.internals import Cache, CompileResult, dumps, rtsys
 from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
 from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler, NamedCompiler, PartCompiler, unspecialised
@@ -125,7 +125,7 @@ def compilers() -> tuple[str, ...]:
 
 def settings() -> tuple[str, ...]:
     """The settings of numba that change the code, and how functions are put together."""
-    return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), *map(code_of_module, (libraries, internals)))
+    return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), *map(code_of_module, (addresses, libraries, internals)))
 
 
 @lru_cache(maxsize=4096)

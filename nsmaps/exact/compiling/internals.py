@@ -30,6 +30,7 @@ lookup_environment = _found("environment", "lookup_environment")
 Dispatcher = _found("registry", "CPUDispatcher")
 rtsys = _found("runtime", "rtsys")
 dumps = _found("serialize", "dumps")
+AttributeTemplate = _found("typing.templates", "AttributeTemplate")
 typed = [_found("typed_passes", name) for name in ("InlineOverloads", "NopythonRewrites")]
 untyped = [_found("untyped_passes", name) for name in ("InlineClosureLikes", "InlineInlinables", "LiteralUnroll", "WithLifting")]
 #: passes for what parts do not contain: overloads to be inlined, expressions of arrays, closures, loops over types

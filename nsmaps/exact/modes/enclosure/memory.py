@@ -4,10 +4,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.enclosure.subdivide import MOST_HITS, MOST_PARTS, BoxMemory, box_memory
 from nsmaps.exact.modes.enclosure.tables import RATES, BallTables
 
 
+@by_address
 class BallMemory(NamedTuple):
     """Memory for the boxes of one thread; a set has n + 1 forms of n + 3 numbers, q in all."""
 

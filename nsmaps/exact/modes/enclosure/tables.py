@@ -12,6 +12,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from nsmaps.arrays import Floats
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.flows.balls import many_digits, rounded
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.enclosure.zeros import facts_of, mode_of
@@ -26,6 +27,7 @@ RATES = 6  #: of guards: the function itself and its first five derivatives
 WIDER = 1.0 + 1e-12  #: more than the rounding of sums and products of numbers that are not negative
 
 
+@by_address
 class BallTables(NamedTuple):
     """One system: n states, N = n + 1 + 2 H features, M modes, T transitions, S functions watched, B starts."""
 

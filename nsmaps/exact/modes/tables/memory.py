@@ -5,11 +5,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
 INTERVALS = 8  #: of a step of a Taylor flight, between the instants at which its series is compared with the rates
 
 
+@by_address
 class Moved(NamedTuple):
     """Derivatives of a table along a direction of the parameters; `here` is false where there is no such direction."""
 
@@ -23,6 +25,7 @@ class Moved(NamedTuple):
     states: Any  #: shape (number of starts, n, N)
 
 
+@by_address
 class Piece(NamedTuple):
     """A piece of a Taylor flight: one step of heyoka, of degree DEGREE, n states of which the first are own; all rows in time.
 
@@ -50,6 +53,7 @@ class Piece(NamedTuple):
     extent: Any  #: shape (own,), how large the states have been in the flight
 
 
+@by_address
 class Memory(NamedTuple):
     """Memory that a return works in; D directions of derivatives."""
 
@@ -89,6 +93,7 @@ class Memory(NamedTuple):
     piece: Piece
 
 
+@by_address
 class Record(NamedTuple):
     """The first n returns of M states with m coordinates and D directions of derivatives."""
 

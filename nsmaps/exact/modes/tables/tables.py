@@ -12,6 +12,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.engine.constants import OUTWARD
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.definitions.resets import law_address
@@ -29,6 +30,7 @@ TINY = 1e-18  #: of a series: what is left out of it
 PACE = 8  #: terms of a series from one look at what is left out to the next, more than REACH
 
 
+@by_address
 class Tables(NamedTuple):
     """One system at its parameters: n states, N = n + 1 + 2 H features, M modes, T transitions, S functions watched."""
 
