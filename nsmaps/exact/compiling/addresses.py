@@ -101,7 +101,7 @@ def _loaded(builder: Any, address: Any, word: int, kind: Any) -> Any:
     return value
 
 
-@lower_getattr_generic(Address)
+@lower_getattr_generic(Address)  # type: ignore[untyped-decorator]
 def field(context: Any, builder: Any, typ: Address, address: Any, attr: str) -> Any:
     """The value of a field."""
     return _value(context, builder, *typ.place(attr), address)
@@ -138,7 +138,7 @@ def _array(context: Any, builder: Any, kind: types.Array, address: Any, word: in
     return array._getvalue()
 
 
-@unbox(Address)
+@unbox(Address)  # type: ignore[untyped-decorator]
 def unbox_address(typ: Address, value: Any, c: Any) -> NativeValue:
     """The address of the words of a named tuple, written on the stack of the call."""
     address = c.builder.bitcast(cgutils.alloca_once(c.builder, WORD, size=words(typ)), BYTE.as_pointer())
