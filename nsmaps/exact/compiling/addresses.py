@@ -26,7 +26,7 @@ HEAD = object.__basicsize__ // SIZE  #: words of a Python object before what its
 DATA, SHAPE = HEAD, HEAD + 2  #: words of an array at which its data and its shape have their addresses, in NumPy's public layout
 
 
-class Address(types.Type):
+class Address(types.Type):  # type: ignore[misc]
     """The address of the words of a named tuple."""
 
     def __init__(self, instance_class: Any, fields: tuple[types.Type, ...]) -> None:
@@ -66,7 +66,7 @@ def by_address(instance_class: Any) -> Any:
     """The decorator of a class of named tuples that compiled functions hand on by their address."""
     if not internals.absent:
 
-        @typeof_impl.register(instance_class)
+        @typeof_impl.register(instance_class)  # type: ignore[untyped-decorator]
         def typeof_address(value: Any, context: Any) -> Address:
             return Address(instance_class, tuple(typeof_impl(each, context) for each in value))
 

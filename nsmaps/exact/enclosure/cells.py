@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.enclosure.arithmetic.balls import between, high, low, size
 from nsmaps.exact.enclosure.encounters import first_impacts
 from nsmaps.exact.enclosure.subdivide import (
@@ -33,6 +34,7 @@ LOOSE = 1.1  #: width of the image of a whole box over its linear part, above wh
 BASE_LETTER, OTHER_LETTER = 1, 2  #: digits of the walls in words
 
 
+@by_address
 class SetMemory(NamedTuple):
     """Workspace for the Taylor sets of one thread."""
 

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, bneg, high, low, reduced
 from nsmaps.exact.engine.jit import inner
 
@@ -32,6 +33,7 @@ LOWER, UPPER = range(2)  #: ends of the side of a box
 CODE, PLACE_VALUE = range(2)  #: of a word so far
 
 
+@by_address
 class BoxMemory(NamedTuple):
     """Memory for one box at a time in m coordinates."""
 

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import TERMS
 
 BATCH = 512  # motions under way: few enough to stay in the processor's cache
@@ -63,6 +64,7 @@ PHASE, TIME, FLIGHT = range(3)  # in `Workspace.scalars`: phase, time of the ret
 TURNS, CODE, POWER, DOUBT, STARTED, STEPS, ROW = range(7)
 
 
+@by_address
 class Workspace(NamedTuple):
     """Memory of returns with D directions of derivatives in blocks: N features, n states, M modes."""
 
