@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.compiling.addresses import by_address
+from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.definitions.resets import law_address
