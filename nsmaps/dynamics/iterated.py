@@ -11,7 +11,7 @@ from nsmaps.dynamics.scale import extents_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import iterated
+from nsmaps.exact.surfaces.compose import iterate_returns
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ class Iterated(ReturnMap):
         """The last of `times` returns of states of shape (N, n), with the words, turns, times and derivatives of all of them."""
         x = as_states(states, self.coordinates)
         times = self.times(x) if callable(self.times) else np.full(len(x), self.times)
-        return iterated(self.map, self.map.first_return(x, derivative), times)
+        return iterate_returns(self.map, self.map.first_return(x, derivative), times)
 
     def extents(self, states: ArrayLike) -> Floats | None:
         """As of the map whose iterate it is; None where that has none."""

@@ -13,7 +13,7 @@ from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.returnmap import ReturnMap, continued, single_returns
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.words import PLAIN, Alphabet, decoded
+from nsmaps.exact.words import PLAIN, Alphabet, words_of
 from nsmaps.progress import Progress, beat, shows
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ class Orbit(WithCoordinates):
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (n, ...); "" after an orbit's end."""
-        return decoded(self.codes, self.walls)
+        return words_of(self.codes, self.walls)
 
     @property
     def final(self) -> Floats:

@@ -9,7 +9,7 @@ from nsmaps.arrays import Floats, brief, finite_rows
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
 from nsmaps.exact.returns import Impacts
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import words_of
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -93,7 +93,7 @@ class Arrivals:
     @property
     def words(self) -> NDArray[np.str_]:
         """The events of each motion, that at the section the last, shape (N,)."""
-        return decoded(self.codes, self.letters)
+        return words_of(self.codes, self.letters)
 
     @property
     def valid(self) -> NDArray[np.bool_]:

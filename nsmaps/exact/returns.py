@@ -14,7 +14,7 @@ from nsmaps.arrays import ArrayLike, Floats, brief, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
-from nsmaps.exact.words import PLAIN, Alphabet, decoded, encode
+from nsmaps.exact.words import PLAIN, Alphabet, encode, words_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -122,7 +122,7 @@ class Returns(WithCoordinates):
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
-        return decoded(self.codes, self.walls)
+        return words_of(self.codes, self.walls)
 
     @property
     def certified(self) -> NDArray[np.bool_]:
@@ -226,7 +226,7 @@ class Itineraries:
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
-        return decoded(self.codes, self.walls, turns=True)
+        return words_of(self.codes, self.walls, turns=True)
 
     @property
     def margin(self) -> Margin:

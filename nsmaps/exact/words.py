@@ -85,7 +85,7 @@ def longer_than(letters: int, codes: Ints, walls: Sequence[str], turns: bool = F
     return (codes < 0) | (codes >= base_of_words(walls, turns) ** letters)
 
 
-def decoded(codes: Ints, walls: Sequence[str], turns: bool = False) -> NDArray[np.str_]:
+def words_of(codes: Ints, walls: Sequence[str], turns: bool = False) -> NDArray[np.str_]:
     """The words of codes, in their shape; see `decode`."""
     values, inverse = np.unique(codes, return_inverse=True)
     return np.array([decode(value, walls, turns) for value in values] or [""], dtype=str)[inverse.reshape(codes.shape)]

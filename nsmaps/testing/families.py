@@ -6,7 +6,7 @@ from nsmaps.arrays import ArrayLike, Bools
 from nsmaps.coordinates import as_states
 from nsmaps.errors import CheckError, NsmapsError
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.family import ReturnFamily, contained, members
+from nsmaps.exact.surfaces.family import ReturnFamily, members, membership
 from nsmaps.exact.systems.parameters import System
 from nsmaps.testing.maps import trial_states
 
@@ -44,7 +44,7 @@ def _arrays(returns: Returns) -> tuple[np.ndarray, ...]:
 def _mask(family: ReturnFamily, returns: Returns) -> Bools:
     """Which returns the family contains; a CheckError where it gives no mask."""
     try:
-        return contained(family, returns)
+        return membership(family, returns)
     except NsmapsError as error:
         raise CheckError(str(error)) from error
 

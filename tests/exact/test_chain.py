@@ -6,7 +6,7 @@ from pydantic import ValidationError
 
 import nsmaps
 from nsmaps import Axis, Grid, WordFamily
-from nsmaps.exact.surfaces.compose import joined
+from nsmaps.exact.surfaces.compose import compose_returns
 
 GRID = Grid(axes={"v": Axis(low=0.02, high=0.9, points=60), "phi": Axis(low=0.0, high=6.2, points=50)})
 M = {"M": 0.1245, "g": 9.8, "F": 5.0}
@@ -23,7 +23,7 @@ def test_two_returns_as_one(harvester: nsmaps.ImpactSystem) -> None:
     first = harvester.first_return(states, derivative=True, margin=True)
     first = first.select(first.valid)
     second = harvester.first_return(first.image, derivative=True, margin=True)
-    both = joined(first, second)
+    both = compose_returns(first, second)
     assert both.words.tolist() == [a + b[1:] for a, b in zip(first.words.tolist(), second.words.tolist(), strict=True)]
     assert np.array_equal(both.start, first.start)
     assert np.array_equal(both.image, second.image, equal_nan=True)
@@ -43,7 +43,7 @@ def test_a_word_longer_than_its_code_says_so(harvester: nsmaps.ImpactSystem) -> 
     returns = harvester.first_return([[0.5, 1.0]])
     row = returns
     for _ in range(30):
-        row = joined(row, harvester.first_return(row.image))
+        row = compose_returns(row, harvester.first_return(row.image))
     assert row.words[0].endswith("...")
     assert len(row.words[0]) == 26 + 3
 

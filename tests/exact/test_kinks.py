@@ -11,9 +11,9 @@ from pydantic import Field
 
 from nsmaps import Guard, HybridSystem, Section, Sliding
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.events.kinks import Kinks
-from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.testing import check_system
 
 X, V, P = sp.symbols("x v p", real=True)

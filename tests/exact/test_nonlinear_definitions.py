@@ -11,8 +11,8 @@ import sympy as sp
 from nsmaps import Guard, HybridSystem, Section, Sliding
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.noise.driven import driven_kernel
 
 AT = sp.Rational(3, 7), sp.Rational(5, 4), sp.Rational(-2, 3), sp.Rational(1, 9)  #: values of states

@@ -190,7 +190,7 @@ def covers() -> dict[str, Any]:
 
 def swept(surface: Surface) -> list[tuple[float, Surface]]:
     """The surface at one of four values of a parameter, and parts of it at the others."""
-    parts = [surface.restricted(surface.start[:, 0] > v) for v in (0.7, 0.72, 0.74)]
+    parts = [surface.restrict(surface.start[:, 0] > v) for v in (0.7, 0.72, 0.74)]
     return list(zip((0.3, 0.23, 0.17, 0.1), (surface, *parts), strict=True))
 
 

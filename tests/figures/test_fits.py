@@ -191,7 +191,7 @@ def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, a
 
 def test_a_gap_of_the_surface_is_a_gap_of_the_curve(result, ax):
     surface = result.surfaces["BTB"]
-    holed = surface.restricted(np.abs(surface.start[:, 0] - 0.6) > 0.06)
+    holed = surface.restrict(np.abs(surface.start[:, 0] - 0.6) > 0.06)
     separable(replace(result, surfaces={"BTB": holed}), ax)
     (exact,) = [line.get_xydata() for line in ax.lines if line.get_label() == "exact map"]
     (gap,) = np.flatnonzero(np.isnan(exact[:, 0]))
@@ -214,7 +214,7 @@ def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
 
 def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
-    none = (replace(result.near[0], surface=surface.restricted(np.zeros(len(surface.start), bool)), maps={}),)
+    none = (replace(result.near[0], surface=surface.restrict(np.zeros(len(surface.start), bool)), maps={}),)
     with pytest.raises(NsmapsError, match="no state is near the diagonals; expected: a larger 'delta'"):
         orders(replace(result, near=none), ax)
 

@@ -171,7 +171,7 @@ def test_a_partition_of_many_words_names_each_where_there_is_room(result, many, 
 def test_of_more_than_eight_families_the_commonest_have_colours(result):
     """The families of most states come first where not all are told apart."""
     first = next(iter(result.surfaces.values()))
-    rare = {f"B{'T' * k}B": first.restricted(np.arange(len(first.start)) < k) for k in range(9, 0, -1)}
-    shown = SURFACES.of(replace(result, surfaces=rare | {"BB": first, "none": first.restricted(first.start[:, 0] < 0)}), "words")
+    rare = {f"B{'T' * k}B": first.restrict(np.arange(len(first.start)) < k) for k in range(9, 0, -1)}
+    shown = SURFACES.of(replace(result, surfaces=rare | {"BB": first, "none": first.restrict(first.start[:, 0] < 0)}), "words")
     assert list(shown) == ["BB", *(f"B{'T' * k}B" for k in range(9, 0, -1))]
     assert list(SURFACES.of(replace(result, surfaces=dict(list(rare.items())[::-1][:3])), "words")) == ["BTB", "BTTB", "BTTTB"]

@@ -40,7 +40,7 @@ def test_representative_curves_are_the_papers():
     for name, v, phi in (("R2", 0.85, 0.35), ("R4", 0.12, 1.35), ("R5", 0.12, 3.05)):
         piece = result.composite.piece(name)
         surface = result.surfaces[piece.word]
-        inside = surface.restricted(piece.region.contains(surface.start))
+        inside = surface.restrict(piece.region.contains(surface.start))
         for i, (own, other, value) in enumerate(((0, 1, phi), (1, 0, v))):
             line = inside.start[:, other] == inside.start[np.argmin(np.abs(inside.start[:, other] - value)), other]
             fitted = np.polynomial.Polynomial.fit(inside.start[line, own], unwrapped(inside)[1][line, i], DEGREES[name][i])

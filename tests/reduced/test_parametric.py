@@ -76,7 +76,7 @@ def test_data_on_one_line_at_every_value():
     nodes = {}
     for d in NODES.tolist():
         surface = surface_of(lambda v, phi, d=d: smooth(d, v, phi))
-        on_line = surface.restricted(surface.start[:, 1] == surface.start[0, 1])
+        on_line = surface.restrict(surface.start[:, 1] == surface.start[0, 1])
         nodes[d] = build_composite(NAMES, ("B",), {"F": on_line}, [line])
     polymap = parametric_map(nodes, "d", LOW, HIGH, 4).piece("line").map
     assert np.ptp(polymap.domain, axis=1) == pytest.approx([0.3, 0, 0.09])

@@ -16,9 +16,9 @@ def observables_of(system: System, observables: Sequence[ObservableLike]) -> tup
     """The observables of a system, in order; there may be none."""
     if not observables:
         return ()
-    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.formulas import resolve_observables
 
-    return resolved(system, observables)
+    return resolve_observables(system, observables)
 
 
 def values_of(name: str, given: "Axis | ArrayLike") -> Floats:

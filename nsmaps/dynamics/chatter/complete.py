@@ -12,7 +12,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap
 from nsmaps.exact.returns import Itineraries, Returns
-from nsmaps.exact.surfaces.compose import joined
+from nsmaps.exact.surfaces.compose import compose_returns
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -85,7 +85,7 @@ class CompleteChatter(ExactMap):
         """First returns of states of shape (N, n)."""
         single = self.system.first_return(states, derivative)
         rows, chattered, _, _ = self._released(single.start, derivative)
-        whole = joined(chattered, self.system.first_return(chattered.image, derivative))
+        whole = compose_returns(chattered, self.system.first_return(chattered.image, derivative))
         names = [field.name for field in fields(Returns) if isinstance(getattr(single, field.name), np.ndarray)]
         merged = {name: getattr(single, name).copy() for name in names}
         for name, values in merged.items():

@@ -78,13 +78,13 @@ def check_limits(
 
 def observed(system: System, observable: "ObservableLike", per: str | None) -> "tuple[Observable, str]":
     """The observable of an exact system, and what its mean is per."""
-    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.formulas import resolve_observables
 
     forced = System.require(system, "observables").period() is not None
     known = ("period", "return", "time") if forced else ("return", "time")
     if per is not None and per not in known:
         raise NsmapsError(f"per is {per!r}; expected: {' or '.join(map(repr, known))}{'' if forced else ', without forcing'}")
-    return resolved(system, [observable])[0], per or known[0]
+    return resolve_observables(system, [observable])[0], per or known[0]
 
 
 def first_point(problem: Problem, at: Floats, start: StateLike, period: int, motion: str) -> Point:

@@ -18,7 +18,7 @@ from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.words import PLAIN, decoded
+from nsmaps.exact.words import PLAIN, words_of
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class Bifurcation(WithCoordinates):
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of the return to each state, shape (V, S, K); "" where there is none."""
-        return decoded(self.codes, self.walls)
+        return words_of(self.codes, self.walls)
 
     @property
     def held(self) -> NDArray[np.bool_]:

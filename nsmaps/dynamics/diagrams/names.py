@@ -12,7 +12,7 @@ from nsmaps.dynamics.limits.limit import Limit, limits
 from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import label
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.words import Alphabet, decoded
+from nsmaps.exact.words import Alphabet, words_of
 from nsmaps.parallel import Arrays, Jobs, begun
 
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
@@ -54,7 +54,7 @@ def names(
         q = int(length[k])
         key = codes[k][:q].tobytes(), turned[k][:q].tobytes(), int(period[k])
         if key not in known:
-            known[key] = label(decoded(codes[k][:q], walls).tolist(), turned[k][:q].tolist(), int(period[k]), alphabet)
+            known[key] = label(words_of(codes[k][:q], walls).tolist(), turned[k][:q].tolist(), int(period[k]), alphabet)
         table[k] = known[key]
     return table
 

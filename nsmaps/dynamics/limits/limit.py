@@ -15,7 +15,7 @@ from nsmaps.dynamics.motion import CHAOS, ESCAPE, QUASI_PERIODIC, UNRESOLVED, la
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import words_of
 
 FOLLOWED = 1024, 4096  #: returns over which orbits without a period are followed, one after the other
 SHORT = 64  #: last returns in which a period is sought first
@@ -64,7 +64,7 @@ class Limit:
         """Of the return from each state of a period; without a period, every word on the way."""
         if self.cycle is not None:
             return self.cycle.words
-        words = decoded(self.path.codes[-self.length :, 0], self.path.walls).tolist()
+        words = words_of(self.path.codes[-self.length :, 0], self.path.walls).tolist()
         return tuple(words if self.length else sorted(set(words)))
 
     @cached_property

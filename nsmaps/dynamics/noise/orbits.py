@@ -19,7 +19,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import words_of
 from nsmaps.interrupts import threads
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
 
@@ -87,7 +87,7 @@ class NoisyOrbits(WithCoordinates):
     @property
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (n, R); "" after an orbit's end."""
-        return decoded(self.codes, self.walls)
+        return words_of(self.codes, self.walls)
 
     @property
     def held(self) -> NDArray[np.bool_]:

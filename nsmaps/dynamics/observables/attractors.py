@@ -88,12 +88,12 @@ def _observables(
     map_of: Callable[[float], ReturnMap], values: Floats, observables: Sequence[ObservableLike]
 ) -> tuple[Observable, ...]:
     """The observables of the first system that there is."""
-    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.formulas import resolve_observables
 
     for value in values.tolist():
         system, _ = map_or_reason(map_of, value)
         if system is not None:
-            return resolved(System.require(system, "observables"), observables)
+            return resolve_observables(System.require(system, "observables"), observables)
     raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of a system")
 
 

@@ -75,10 +75,10 @@ def observe_orbit(
         NsmapsError: as of `observe`; the orbit does not exist, is one of `CompleteChatter` and the map is
             not, or is not one of this map.
     """
-    from nsmaps.exact.observables.formulas import resolved
+    from nsmaps.exact.observables.formulas import resolve_observables
 
     single = _single(system)
-    found, way = resolved(single, observables), single.direction(rates or {})
+    found, way = resolve_observables(single, observables), single.direction(rates or {})
     if not np.isfinite(orbit.states).all():
         raise NsmapsError("the orbit does not exist")
     every = (*found, ELAPSED if isinstance(single, FlowSystem) else ELAPSED.model_copy(update={"of": "returns"}))

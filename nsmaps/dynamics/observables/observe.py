@@ -119,7 +119,7 @@ def observe(
         StateError: the state has not the system's coordinates.
         NsmapsError: an observable is unknown or cannot be read, a number is too small, or the map is not a system.
     """
-    from nsmaps.exact.observables.formulas import plan_of, resolved
+    from nsmaps.exact.observables.formulas import plan_of, resolve_observables
 
     system = System.require(system, "observables")
     start = as_starts(state, system.coordinates)
@@ -128,7 +128,7 @@ def observe(
             f"{n} returns after {discard} in {batches} batches, chatter {chatter:g}; expected: at least 1 after at least 0 in at "
             "least 1, chatter >= 0"
         )
-    found = resolved(system, observables)
+    found = resolve_observables(system, observables)
     plan, states = plan_of(system, found), start.reshape(-1, start.shape[-1])
     count, m = min(batches, n), max(len(states), 1)
     length, group = n // count, max(1, BLOCK // (n // count * m))

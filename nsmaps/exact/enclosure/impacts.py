@@ -13,7 +13,7 @@ from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, ImageRows
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.walls import ImpactFormulas
-from nsmaps.exact.words import decoded
+from nsmaps.exact.words import words_of
 
 CHUNK = 1_000  #: boxes that a thread takes at a time
 
@@ -52,4 +52,4 @@ def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[[F
 
     in_chunks(n, run, CHUNK)
     codes, images = (np.concatenate(each) for each in zip(*(parts[k] for k in sorted(parts)), strict=True))
-    return BoxImages(np.repeat(np.arange(n), number), images, decoded(codes, system.letters), bounded, empty)
+    return BoxImages(np.repeat(np.arange(n), number), images, words_of(codes, system.letters), bounded, empty)

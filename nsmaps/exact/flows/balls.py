@@ -41,7 +41,7 @@ def many_digits() -> Iterator[None]:
             ctx.prec = before
 
 
-def rounded(x: arb) -> float:
+def nearest_float(x: arb) -> float:
     """The float nearest to the middle of a ball, zero for one that contains zero."""
     near = float(x)  # conversions cut off
     if isinf(near) or x.contains(0):
@@ -166,10 +166,10 @@ class Program:
         """The number that a formula of the parameters is."""
         expr = sp.sympify(formula)
         if expr not in self.known:
-            self.known[expr] = self._placed(expr)
+            self.known[expr] = self._add_formula(expr)
         return Number(self, self.known[expr])
 
-    def _placed(self, expr: sp.Expr) -> int:
+    def _add_formula(self, expr: sp.Expr) -> int:
         if expr.is_Rational or expr.is_Float:
             exact = sp.Rational(expr)
             number = acb(fmpq(int(exact.p), int(exact.q)))
@@ -237,18 +237,18 @@ class Recorded:
     def at(self, values: Sequence[float]) -> tuple[list[acb], Any]:
         """The results in balls, and what they are. Raises as `build` does, and SystemDefinitionError for a division by zero."""
         with many_digits():
-            recording, found = self._repeated(values)
+            recording, found = self._replay(values)
             return [found[k] for k in recording.results], recording.form
 
     def floats(self, values: Sequence[float]) -> tuple[Floats, Any]:
         """The real parts of the results in floats, and what they are. Raises as `at` does."""
         with many_digits():
-            recording, found = self._repeated(values)
+            recording, found = self._replay(values)
             floats = recording.floats.copy()
-            floats[recording.changing] = [rounded(found[k].real) for k in recording.changed]
+            floats[recording.changing] = [nearest_float(found[k].real) for k in recording.changed]
             return floats, recording.form
 
-    def _repeated(self, values: Sequence[float]) -> tuple[Recording, list[acb]]:
+    def _replay(self, values: Sequence[float]) -> tuple[Recording, list[acb]]:
         for recording in self.recordings:
             found = recording.program.at(values)
             if found is not None:
@@ -258,7 +258,7 @@ class Recorded:
         results, form = self.build(program)
         places = [x.place for x in results]
         check_finite([program.values[k] for k in places], values)
-        floats = np.array([rounded(program.values[k].real) for k in places])
+        floats = np.array([nearest_float(program.values[k].real) for k in places])
         changing = [k for k, place in enumerate(places) if not program.constant[place]]
         recording = Recording(program, places, form, floats, changing, [places[k] for k in changing])
         self.recordings[:] = [recording, *self.recordings[: KEPT - 1]]

@@ -11,9 +11,9 @@ import sympy as sp
 from flint import acb
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.alternatives import FORCING
 from nsmaps.exact.flows.balls import Number, Program, equal, is_zero
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
-from nsmaps.exact.flows.ways import FORCING
 
 STATE = {Z: "z", W: "w"}
 HALF = sp.S.Half
@@ -51,7 +51,7 @@ class Decomposition:
             SystemDefinitionError: the formula is not such a sum; states which part of it is not.
         """
         rates, total = [0], Sum()
-        for term, x in self.expanded(formula).items():
+        for term, x in self.expansion(formula).items():
             same = next((rate for rate in rates if rate == term.rate or self._equal(rate, term.rate)), None)
             if same is None:
                 rates.append(same := term.rate)
@@ -61,49 +61,49 @@ class Decomposition:
     def _equal(self, rate: int, other: int) -> bool:
         return bool(self.program.decide(equal, Number(self.program, rate), Number(self.program, other)))
 
-    def expanded(self, expr: sp.Expr) -> Sum:
+    def expansion(self, expr: sp.Expr) -> Sum:
         """The sum that a formula is."""
         if expr not in self.known:
-            self.known[expr] = self._expanded(expr)
+            self.known[expr] = self._expand(expr)
         return self.known[expr]
 
-    def _expanded(self, expr: sp.Expr) -> Sum:
-        if not timed(expr):
+    def _expand(self, expr: sp.Expr) -> Sum:
+        if not depends_on_flight(expr):
             return {FREE: self.program.number(expr)}
         if expr in UNITS:
             return {UNITS[expr]: self.program.number(1)}
         if expr.is_Add or expr.is_Mul:
             free, others = split(expr)
-            parts = [*map(self.expanded, others), {FREE: self.program.number(free)}]
-            return self._added(parts) if expr.is_Add else self._multiplied(parts, expr)
+            parts = [*map(self.expansion, others), {FREE: self.program.number(free)}]
+            return self._sum_of(parts) if expr.is_Add else self._product_of(parts, expr)
         if expr.is_Pow and expr.exp.is_Integer and expr.exp > 0:
-            return self._multiplied([self.expanded(expr.base)] * int(expr.exp), expr)
+            return self._product_of([self.expansion(expr.base)] * int(expr.exp), expr)
         if expr.func in WAVES or expr.func in GROWTHS:
             (argument,) = expr.args
-            return self._exponential(expr, self.expanded(argument))
+            return self._exponential(expr, self.expansion(argument))
         raise SystemDefinitionError(
-            f"{shown(expr)} cannot be followed in time; expected: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear "
+            f"{text_of(expr)} cannot be followed in time; expected: powers of t and sin, cos, exp, sinh, cosh of A + k t, linear "
             "in hit.z and hit.w"
         )
 
     def _add(self, total: Sum, term: Term, x: Number) -> None:
         total[term] = total[term] + x if term in total else x
 
-    def _added(self, parts: list[Sum]) -> Sum:
+    def _sum_of(self, parts: list[Sum]) -> Sum:
         total = Sum()
         for part in parts:
             for term, x in part.items():
                 self._add(total, term, x)
         return total
 
-    def _multiplied(self, parts: list[Sum], expr: sp.Expr) -> Sum:
+    def _product_of(self, parts: list[Sum], expr: sp.Expr) -> Sum:
         total, *others = parts
         for part in others:
             product = Sum()
             for a, x in total.items():
                 for b, y in part.items():
                     if a.state and b.state:
-                        raise SystemDefinitionError(f"{shown(expr)} is not linear in hit.z and hit.w")
+                        raise SystemDefinitionError(f"{text_of(expr)} is not linear in hit.z and hit.w")
                     rate = Number(self.program, a.rate) + Number(self.program, b.rate)
                     harmonic, degree = a.harmonic + b.harmonic, a.degree + b.degree
                     self._add(product, Term(a.power + b.power, rate.place, harmonic, degree, a.state + b.state), x * y)
@@ -114,11 +114,11 @@ class Decomposition:
         """exp, sin, cos, sinh or cosh of an argument that must be linear in time, with whole turns of the phase."""
         program, linear, wave = self.program, (FREE, TIME, PHASE), expr.func in WAVES
         if not all(program.decide(is_zero, x) for term, x in argument.items() if term not in linear):
-            raise SystemDefinitionError(f"{shown(expr)} has an argument that is not linear in time; expected: A + k t")
+            raise SystemDefinitionError(f"{text_of(expr)} has an argument that is not linear in time; expected: A + k t")
         at, rate, turn = (argument.get(term, program.number(0)) for term in linear)
         harmonic = program.decide(whole, turn)
         if harmonic is None or (harmonic != 0 and not wave):
-            raise SystemDefinitionError(f"{shown(expr)} is not the same after one `period` of the forcing; {FORCING}")
+            raise SystemDefinitionError(f"{text_of(expr)} is not the same after one `period` of the forcing; {FORCING}")
         shares, unit = (WAVES[expr.func], sp.I) if wave else (GROWTHS[expr.func], sp.S.One)
         total = Sum()
         for sign, share in zip((1, -1), map(program.number, shares), strict=True):
@@ -128,13 +128,13 @@ class Decomposition:
         return total
 
 
-def shown(expr: sp.Expr) -> str:
+def text_of(expr: sp.Expr) -> str:
     """An expression in the author's names for time, place and velocity after an impact."""
     names = {Z: sp.Symbol("hit.z"), W: sp.Symbol("hit.w"), S: sp.Symbol("s"), PHI: sp.Symbol("phi")}
     return str(sp.sstr(expr.xreplace(names))).replace("_p_", "")
 
 
-def timed(expr: sp.Expr) -> bool:
+def depends_on_flight(expr: sp.Expr) -> bool:
     """Whether an expression depends on time, phase or state."""
     return not expr.free_symbols.isdisjoint(UNITS)
 

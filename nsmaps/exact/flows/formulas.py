@@ -63,7 +63,7 @@ def checked_acceleration(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.S
         if now.is_finite and not abs(later - now) < ROUNDED * (1 + abs(now)):
             raise SystemDefinitionError(
                 f"{name}.acceleration is not the same after one `period`: {sp.N(now, 8)} becomes {sp.N(later, 8)} at "
-                f"{values_told(values)}; expected: forces of one period, also as the common one of several"
+                f"{values_text(values)}; expected: forces of one period, also as the common one of several"
             )
     return given
 
@@ -91,10 +91,10 @@ def _check(name: str, what: str, residue: sp.Expr, symbols: dict[str, sp.Symbol]
     for values in trials(residue):
         value = abs(sp.N(residue.xreplace(values), 60))
         if not value < near:
-            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {values_told(values)}")
+            raise SystemDefinitionError(f"{name}.displacement does not {what}: off by {sp.N(value, 6)} at {values_text(values)}")
 
 
-def values_told(values: Mapping[sp.Symbol, Any]) -> str:
+def values_text(values: Mapping[sp.Symbol, Any]) -> str:
     """Values of parameters and of numbers of the flight, in the author's names."""
     shown = {PHI: "phi", Z: "hit.z", W: "hit.w", S: "t - hit.t"}
     return ", ".join(f"{shown.get(x, str(x).removeprefix('_p_'))} = {value}" for x, value in values.items())

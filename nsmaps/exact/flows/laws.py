@@ -16,11 +16,11 @@ def law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...
     """The address of a compiled function of the impact speed and of the address of the parameters' values."""
     names = [f"    {symbol} = p[{i}]" for i, symbol in enumerate(parameters)]
     text = "\n".join([f"def law({speed}, p):", *names, f"    return {code(law)}"])
-    return _compiled(text).address
+    return _compile_law(text).address
 
 
 @lru_cache(maxsize=256)
-def _compiled(text: str) -> Any:
+def _compile_law(text: str) -> Any:
     return law_of(text)
 
 
@@ -57,18 +57,18 @@ def rows_source(
 
 def assignments(formulas: Sequence[sp.Expr], places: Sequence[str]) -> list[str]:
     """Lines that write formulas to places, what they share first."""
-    shared, short = sp.cse([replaced(formula, SLOPES) for formula in formulas], symbols=sp.numbered_symbols("_c"))
+    shared, short = sp.cse([replace_functions(formula, SLOPES) for formula in formulas], symbols=sp.numbered_symbols("_c"))
     lines = [f"{symbol} = {code(formula)}" for symbol, formula in shared]
     return [*lines, *(f"{place} = {code(formula)}" for place, formula in zip(places, short, strict=True))]
 
 
 def rows_address(source: str) -> int:
     """The address of the compiled function of a source by `rows_source`."""
-    return int(_compiled_rows(source).address)
+    return int(_compile_rows(source).address)
 
 
 @cache  # addresses of what is compiled are kept elsewhere
-def _compiled_rows(source: str) -> Any:
+def _compile_rows(source: str) -> Any:
     return reset_law_of(source)
 
 
@@ -79,14 +79,16 @@ REMAINDERS: dict[Any, Callable[..., Any]] = {
     sp.ceiling: lambda x: -sp.floor(-x),
 }  #: by floor
 SLOPES: dict[Any, Callable[..., Any]] = {
-    sp.Derivative: lambda of, *by: sp.S.Zero if isinstance(of, STEPS) else sp.Derivative(replaced(of, REMAINDERS), *by).doit(),
+    sp.Derivative: lambda of, *by: (
+        sp.S.Zero if isinstance(of, STEPS) else sp.Derivative(replace_functions(of, REMAINDERS), *by).doit()
+    ),
     sp.Subs: lambda inner, *at: sp.Subs(inner, *at).doit(),
     sp.DiracDelta: lambda *_: sp.S.Zero,
     sp.Heaviside: lambda x, *_: 1 - sp.Max(0, -sp.sign(x)),
 }  #: what derivatives of steps and kinks leave
 
 
-def replaced(formula: Any, changes: Mapping[Any, Callable[..., Any]]) -> Any:
+def replace_functions(formula: Any, changes: Mapping[Any, Callable[..., Any]]) -> Any:
     """A formula without some functions, for each of which there is a formula of its arguments."""
     changed = reduce(lambda each, kind: each.replace(kind, changes[kind]), changes, formula)
-    return formula if changed == formula else replaced(changed, changes)
+    return formula if changed == formula else replace_functions(changed, changes)

@@ -44,7 +44,7 @@ def rates_and_powers(program: Program, total: Sum, harmonics: int) -> tuple[list
     """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
     powers, plain, chains = list[Row](), list[Rate](), list[Rate]()
     for place, found in coefficients(program, total, harmonics).items():
-        rows, rate = [scaled(program.number(math.factorial(n)), row) for n, row in enumerate(found)], Number(program, place)
+        rows, rate = [scale_row(program.number(math.factorial(n)), row) for n, row in enumerate(found)], Number(program, place)
         first, *higher = rows
         if not place:
             powers = rows[2:]
@@ -54,7 +54,7 @@ def rates_and_powers(program: Program, total: Sum, harmonics: int) -> tuple[list
             chains += slow_wave(rate, first)
         else:
             plain.append(Rate(rate, first))
-    return [*paired(program, plain), *chains], powers
+    return [*pair_rates(program, plain), *chains], powers
 
 
 def coefficients(program: Program, total: Sum, harmonics: int) -> dict[int, list[Row]]:
@@ -107,7 +107,7 @@ def size(x: acb) -> acb:
     return acb(abs(x))
 
 
-def scaled(factor: Number, row: Row) -> Row:
+def scale_row(factor: Number, row: Row) -> Row:
     """A row times a number."""
     return [factor * x for x in row]
 
@@ -119,7 +119,7 @@ def slow_wave(rate: Number, row: Row) -> list[Rate]:
     return [Rate(rate, [x.real() for x in row], linked=True), Rate(other, sines, 1, other - rate)]
 
 
-def paired(program: Program, plain: list[Rate]) -> list[Rate]:
+def pair_rates(program: Program, plain: list[Rate]) -> list[Rate]:
     """Rates that nearly agree and whose terms cancel, as pairs with a divided difference; the others come first."""
     single, pairs = list(plain), []
     for one in plain:
@@ -130,7 +130,7 @@ def paired(program: Program, plain: list[Rate]) -> list[Rate]:
                 delta = other.rate - one.rate
                 both = [x + y for x, y in zip(one.coefficients, other.coefficients, strict=True)]
                 pairs += [Rate(one.rate, both, linked=True)]
-                pairs += [Rate(other.rate, scaled(delta, other.coefficients), 1, delta)]
+                pairs += [Rate(other.rate, scale_row(delta, other.coefficients), 1, delta)]
     return single + pairs
 
 

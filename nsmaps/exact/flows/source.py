@@ -9,7 +9,7 @@ from typing import Any
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.flows.ways import DELAY, PHASE_LAW
+from nsmaps.exact.flows.alternatives import DELAY, PHASE_LAW
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.walls import ImpactFormulas, Wall
 
@@ -55,8 +55,8 @@ def walls_of(system: ImpactFormulas) -> dict[str, Wall]:
     Raises:
         SystemDefinitionError: they are not walls, more than one on a side, moving, or have letters that words cannot distinguish.
     """
-    table = _called(system, "walls")
-    with _refused(system, "walls"):
+    table = _call(system, "walls")
+    with _with_location(system, "walls"):
         _check_table(table)
         places = {letter: _place(system, letter, wall.at) for letter, wall in table.items()}
     return {letter: type(wall)(places[letter], wall.side) for letter, wall in table.items()}
@@ -83,8 +83,8 @@ def acceleration_of(system: ImpactFormulas, t: Any, place: Any, velocity: Any) -
 
 
 def _expression(system: ImpactFormulas, formula: str, *given: Any) -> sp.Expr:
-    value = _called(system, formula, *given)
-    with _refused(system, formula):
+    value = _call(system, formula, *given)
+    with _with_location(system, formula):
         return _number(value, "is")
 
 
@@ -99,7 +99,7 @@ def _number(value: Any, what: str) -> sp.Expr:
     return expr
 
 
-def _called(system: ImpactFormulas, formula: str, *given: Any) -> Any:
+def _call(system: ImpactFormulas, formula: str, *given: Any) -> Any:
     """The result of a formula. Every error is reported with the system's class and the place where the formula is written."""
     name, function = f"{type(system).__name__}.{formula}", getattr(system, formula)
     try:
@@ -123,7 +123,7 @@ def _called(system: ImpactFormulas, formula: str, *given: Any) -> Any:
 
 
 @contextmanager
-def _refused(system: ImpactFormulas, formula: str) -> Iterator[None]:
+def _with_location(system: ImpactFormulas, formula: str) -> Iterator[None]:
     """State the class and the formula of an error, and where the formula is written."""
     try:
         yield

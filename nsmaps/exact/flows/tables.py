@@ -146,13 +146,13 @@ def formulas_of(system: ImpactFormulas) -> Formulas:
     cls, fixed = type(system), choices_of(system)
     key = *cls.written(), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
-        with refused(cls):
+        with refuse_errors(cls):
             KNOWN[key] = _formulas(cls, fixed)
     return KNOWN[key]
 
 
 @contextmanager
-def refused(cls: type[ImpactFormulas]) -> Iterator[None]:
+def refuse_errors(cls: type[ImpactFormulas]) -> Iterator[None]:
     """Refuse a class by a SystemDefinitionError that states where its flight is written, whatever fails in its formulas."""
     try:
         yield
@@ -166,7 +166,7 @@ def refused(cls: type[ImpactFormulas]) -> Iterator[None]:
 def table_of(system: ImpactFormulas) -> Floats:
     """The table of a system for its parameters. Raises as `formulas_of` does."""
     formulas, cls = formulas_of(system), type(system)
-    with refused(cls):
+    with refuse_errors(cls):
         try:
             return formulas.table(list(system.parameters.values()))
         except SystemDefinitionError as error:

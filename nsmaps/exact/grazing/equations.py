@@ -174,10 +174,10 @@ class Touch:
             return np.array([start.y, *ahead, start.y + whole]), ("closed", "closed")
         first, behind = self.branch(start, -along, max_points)
         points = [*behind[::-1], start.y, *ahead]
-        return (_thinned(points, CROWDED * max_points), (first, last)) if len(points) > 1 else None
+        return (_thin(points, CROWDED * max_points), (first, last)) if len(points) > 1 else None
 
 
-def _thinned(points: list[Floats], least: float) -> Floats:
+def _thin(points: list[Floats], least: float) -> Floats:
     """The points without those whose states crowd at an end; both ends are preserved."""
     first, *inner, end = points
     kept, last = [first], first

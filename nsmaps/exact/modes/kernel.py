@@ -17,8 +17,8 @@ from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import START, MotionKernel, ReturnRows, in_chunks, return_rows
 from nsmaps.exact.modes.blocks.batch_scheduler import FEW, returns
 from nsmaps.exact.modes.blocks.workspace import workspace
+from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.reading import definition_of
 from nsmaps.exact.modes.paths.arriving import arrivals_of
 from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
 from nsmaps.exact.modes.paths.impacts import flights_of, impacts_of

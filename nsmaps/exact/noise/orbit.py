@@ -168,7 +168,7 @@ def returned(step, ball, count, v, how, out):
     """Write one return of the ball, which stands on the base wall."""
     p, i, word = step.p, count[MADE], word_of(count)
     after = i + 1
-    out.codes[i], _ = append_symbol(word.code, word.power, base_of(p), word.letter, word.row)
+    out.codes[i], _ = append_symbol(word.code, word.place_value, base_of(p), word.letter, word.row)
     phi, whole = phase_and_turns(p, ball[ANGLE], ball[NOW])
     out.states[after, SPEED], out.states[after, PHASE] = v, phi
     out.turns[i, SPEED], out.turns[i, PHASE] = 0, count[WHOLE] + whole

@@ -17,7 +17,7 @@ from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.memory import Quantities, rule
-from nsmaps.exact.observables.spec import Observable, ObservableLike, distinct, observable_of
+from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -65,7 +65,7 @@ class Vocabulary:
         """A formula in symbols. Raises ConditionError for a text that is not one, with the column."""
         return _read(self, text, of)
 
-    def written(self, formula: sp.Expr, of: str) -> str:
+    def text(self, formula: sp.Expr, of: str) -> str:
         """A formula as text, with the names of the user."""
         shown = {symbol: sp.Symbol(name) for name, symbol in self.names(of).items() if symbol.is_Symbol}
         return str(sp.sstr(formula.xreplace(shown)))
@@ -243,7 +243,7 @@ def _of_motion(formulas: Any, system: "ImpactSystem") -> dict[str, Observable]:
     """The work of the forcing and the loss to damping, from the equation of motion."""
     vocabulary, (work, damping) = vocabulary_of(system), powers(formulas)
     return {
-        name: Observable(name=name, formula=vocabulary.written(power, "flights"), of="flights")
+        name: Observable(name=name, formula=vocabulary.text(power, "flights"), of="flights")
         for name, power in (("work", work), ("damping", damping))
     }
 
@@ -266,7 +266,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     return sp.simplify(force - mean) * velocity, damping * velocity
 
 
-def resolved(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+def resolve_observables(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
     """Observables of a system, given by name, by their keys, or as they are.
 
     Raises:
@@ -276,7 +276,7 @@ def resolved(system: System, observables: Sequence[ObservableLike]) -> tuple[Obs
     given = (observables,) if isinstance(observables, (str, Observable, Mapping)) else tuple(observables)
     known = known_observables(system) if any(isinstance(one, str) for one in given) else {}
     vocabulary = vocabulary_of(system)
-    found = distinct(vocabulary.whole(_one(system, one, known)) for one in given)
+    found = with_distinct_names(vocabulary.whole(_one(system, one, known)) for one in given)
     for one in found:
         vocabulary.rows(one)
         for formula in one.formulas:

@@ -58,7 +58,7 @@ class Observable(BaseModel):
 ObservableLike: TypeAlias = str | Observable | Mapping[str, Any]  #: the name of one that the system has, one, or its keys
 
 
-def distinct(observables: Iterable[Observable]) -> tuple[Observable, ...]:
+def with_distinct_names(observables: Iterable[Observable]) -> tuple[Observable, ...]:
     """Observables as they are; NsmapsError if there is none, or if a name occurs twice."""
     found = tuple(observables)
     names = [one.name for one in found]

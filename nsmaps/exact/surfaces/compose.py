@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 LARGEST_CODE = 2**63 - 1  #: of a word, an int64
 
 
-def joined(first: Returns, second: Returns) -> Returns:
+def compose_returns(first: Returns, second: Returns) -> Returns:
     """Two consecutive returns of each state as one: the second starts from the image of the first.
 
     The base wall between them is one letter of the joint word: BB, BTB give BBTB, and B~, BTB give B~TB. Where either has no
     image there is no word, and the outcome is that of the one which ended.
     """
     pairs, inverse = np.unique(np.column_stack([first.codes, second.codes]), axis=0, return_inverse=True)
-    codes = np.array([_joint(int(a), int(b), first.walls) for a, b in pairs], np.int64)[inverse.reshape(-1)]
+    codes = np.array([_joint_code(int(a), int(b), first.walls) for a, b in pairs], np.int64)[inverse.reshape(-1)]
     derivative = margin = None
     if first.derivative is not None and second.derivative is not None:
         derivative = second.derivative @ first.derivative
@@ -45,21 +45,21 @@ def joined(first: Returns, second: Returns) -> Returns:
     )
 
 
-def iterated(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
+def iterate_returns(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
     """Returns of a map, each joined with those that follow it, as many in all as `times` has, shape (N,), from one on."""
     rows, row, derivative = np.arange(len(returns)), replace(returns, number=returns.numbers), returns.derivative is not None
     numbers, parts = [rows[times <= 1]], [row.select(times <= 1)]
     for k in range(2, int(times.max(initial=1)) + 1):
         on = times[rows] >= k
         rows, row = rows[on], row.select(on)
-        row = joined(row, map.first_return(row.image, derivative))
+        row = compose_returns(row, map.first_return(row.image, derivative))
         done = times[rows] == k
         numbers.append(rows[done])
         parts.append(row.select(done))
     return Returns.concatenated(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
 
 
-def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
+def _joint_code(first: int, second: int, walls: tuple[str, ...]) -> int:
     """The code of two words read as one; negative, as in the kernel, where it holds only the beginning."""
     one, two = decode(first, walls), decode(second, walls)
     if LONGER in one or not two:
@@ -69,10 +69,10 @@ def _joint(first: int, second: int, walls: tuple[str, ...]) -> int:
     return -encode(word[:letters], walls) if len(word) > letters or LONGER in two else encode(word, walls)
 
 
-def most_returns(word: str) -> int:
+def returns_in_word(word: str) -> int:
     """The number of returns of a word without repetitions: its base letters but the last, and releases on the base wall.
 
-    >>> [most_returns(word) for word in ("BB", "BTTB", "BBTB", "B~", "B~TB")]
+    >>> [returns_in_word(word) for word in ("BB", "BTTB", "BBTB", "B~", "B~TB")]
     [1, 1, 2, 1, 2]
     """
     base = word[:1]

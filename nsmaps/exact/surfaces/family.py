@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.patterns import reach_of
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import joined, most_returns
+from nsmaps.exact.surfaces.compose import compose_returns, returns_in_word
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
 from nsmaps.exact.systems.files import Transferable, place_of
 from nsmaps.exact.systems.parameters import System
@@ -46,7 +46,7 @@ class ReturnFamily(BaseModel, Transferable, ABC):
         return Surface(self.name, grid, *members(system, system.first_return(grid.states()), self))
 
 
-def contained(family: ReturnFamily, returns: Returns) -> NDArray[np.bool_]:
+def membership(family: ReturnFamily, returns: Returns) -> NDArray[np.bool_]:
     """The returns that a family contains, shape (N,); a NsmapsError where its class gives anything else."""
     name, count = f"{type(family).__name__}.contains", len(returns)
     try:
@@ -67,7 +67,7 @@ def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDA
 
     A member is the shortest sequence of at most `family.max_returns` returns that the family contains.
     """
-    found = contained(family, returns) & returns.valid
+    found = membership(family, returns) & returns.valid
     rows, row = np.arange(len(returns)), returns
     numbers, parts = [np.flatnonzero(found)], [returns.select(found)]
     on, margin = ~found & returns.valid, {} if returns.margin is None else {"margin": True}  # systems with modes take none
@@ -75,8 +75,8 @@ def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDA
         rows, row = rows[on], row.select(on)
         if not len(rows):
             break
-        row = joined(row, system.first_return(row.image, row.derivative is not None, **margin))
-        hit = contained(family, row) & row.valid
+        row = compose_returns(row, system.first_return(row.image, row.derivative is not None, **margin))
+        hit = membership(family, row) & row.valid
         numbers.append(rows[hit])
         parts.append(row.select(hit))
         on = ~hit & row.valid
@@ -100,7 +100,7 @@ class WordFamily(ReturnFamily):
     @classmethod
     def _as_many_as_needed(cls, data: Any) -> Any:
         if isinstance(data, dict) and "max_returns" not in data and isinstance(words := data.get("words"), list | tuple):
-            needed = [LONG if is_pattern(word) else most_returns(word) for word in words if isinstance(word, str) and word]
+            needed = [LONG if is_pattern(word) else returns_in_word(word) for word in words if isinstance(word, str) and word]
             return {**data, "max_returns": max(needed, default=1)}
         return data
 
@@ -123,7 +123,7 @@ class WordFamily(ReturnFamily):
 
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
         """The returns with one of the words, shape (N,)."""
-        return np.logical_or.reduce([_make(returns, word) for word in self.words])
+        return np.logical_or.reduce([_have_word(returns, word) for word in self.words])
 
 
 def is_pattern(word: str) -> bool:
@@ -136,7 +136,7 @@ def letters_of(word: str) -> str:
     return OPERATORS.sub("", word)
 
 
-def _make(returns: Returns, word: str) -> NDArray[np.bool_]:
+def _have_word(returns: Returns, word: str) -> NDArray[np.bool_]:
     if not is_pattern(word):
         return returns.has_word(word)
     encode(letters_of(word), returns.walls)  # the word contains a letter that is not a wall

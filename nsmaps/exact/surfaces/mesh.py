@@ -13,7 +13,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import members
-from nsmaps.exact.surfaces.refine import refined
+from nsmaps.exact.surfaces.refine import refine_triangles
 from nsmaps.exact.surfaces.surface import Grid, Surface
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     Cells whose corners lie on several smooth pieces of the map (`ImpactSystem.itineraries`) are divided into four. Between the
     corners of these the places where the piece changes are found by bisection, up to six on a side. If the image is continuous
     there, as at births of turning points, both sides are one vertex. Triangles are divided where the surface bends, and left out
-    where it jumps between neighbours on one piece (`refined`); what else lies between these is not found.
+    where it jumps between neighbours on one piece (`refine_triangles`); what else lies between these is not found.
 
     Args:
         surface: that of the family, over a plane of states; see `Axis.at`.
@@ -81,14 +81,14 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     if len(varying := surface.grid.varying) != 2:
         raise NsmapsError(f"the grid varies along {', '.join(varying) or 'no coordinate'}; expected: two coordinates")
     pieces = _Pieces(system, family, part or (lambda returns: np.zeros(len(returns), np.int64)))
-    lattice = _refined(pieces, surface)
-    pairs, outlines = _crossed(pieces, lattice)
+    lattice = _refined_lattice(pieces, surface)
+    pairs, outlines = _piece_changes(pieces, lattice)
     states = np.concatenate([lattice.states, pairs])
-    same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared(pieces, pairs)])
+    same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared_vertices(pieces, pairs)])
     label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
     triangles = same[np.concatenate([*_halves(lattice.whole), *fans])]
-    states, triangles = refined(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
+    states, triangles = refine_triangles(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
     used = np.zeros(len(states), bool)
     used[triangles] = True
     used[used], own = pieces.members(states[used])
@@ -152,7 +152,7 @@ class _Lattice:
     divided: Ints  #: (D, 4), the parts of all others
 
 
-def _refined(pieces: _Pieces, surface: Surface) -> _Lattice:
+def _refined_lattice(pieces: _Pieces, surface: Surface) -> _Lattice:
     """The lattice of a surface."""
     axes = surface.grid.axes
     fine = Grid(axes={name: axis.model_copy(update={"points": FINER * (axis.points - 1) + 1}) for name, axis in axes.items()})
@@ -201,7 +201,7 @@ def _on_surface(key: Ints) -> Bools:
     return np.asarray(member > 0)
 
 
-def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
+def _piece_changes(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
     """States (2 B, n) on both sides of each change of piece between corners of divided cells, in pairs, and the cells' outlines.
 
     An outline, of shape (D, S), has the number of each corner, then those of the states on the side to the next, which are
@@ -225,7 +225,7 @@ def _crossed(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
     return pairs, np.concatenate([cells[..., None], on_side], axis=-1).reshape(len(cells), 4 + 8 * CHANGES)
 
 
-def _shared(pieces: _Pieces, pairs: Floats) -> Ints:
+def _shared_vertices(pieces: _Pieces, pairs: Floats) -> Ints:
     """The vertices of the states (2 B, n) on both sides of changes, by number: one for both if the map is continuous there."""
     member, own = pieces.members(pairs)
     there = member[::2] & member[1::2]

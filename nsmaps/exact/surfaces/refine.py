@@ -17,7 +17,7 @@ HALVINGS = 26  #: of a side, to find a jump
 JUMP = 0.005  #: share of the extent of an image; a square root changes by less over the last of the halves
 
 
-def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge: Bools) -> tuple[Floats, Ints]:
+def refine_triangles(members: Members, keys: Keys, states: Floats, triangles: Ints, edge: Bools) -> tuple[Floats, Ints]:
     """Triangles (T, 3) between states (P, n) of a surface, so that sides follow it, and none that passes a jump of the image.
 
     A side is halved, in four rounds, where the image of its middle is beside the middle of those of its ends by more than 1/100
@@ -39,7 +39,7 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
     size[size == 0] = 1
     image /= size
 
-    def scaled(at: Floats) -> Floats:
+    def scaled_images(at: Floats) -> Floats:
         return _images(members, at) / size
 
     for _ in range(ROUNDS):
@@ -47,15 +47,15 @@ def refined(members: Members, keys: Keys, states: Floats, triangles: Ints, edge:
         extent = np.maximum(np.maximum(a, b), c) - np.minimum(np.minimum(a, b), c)
         wide = (extent > STEEP * FLAT).any(axis=1)
         flat, triangles = np.concatenate([flat, triangles[~wide]]), triangles[wide]
-        states, image, triangles = _halved(scaled, keys, states, image, triangles, edge)
+        states, image, triangles = _halve_sides(scaled_images, keys, states, image, triangles, edge)
         edge = np.pad(edge, (0, len(states) - len(edge)))
     sides, of_side = _sides(triangles, len(states))
     torn = np.asarray(~edge[sides].all(axis=1))
-    torn[torn] = _jumps(scaled, states[sides[torn]], image[sides[torn]])
+    torn[torn] = _jumps(scaled_images, states[sides[torn]], image[sides[torn]])
     return states, np.concatenate([flat, triangles[~torn[of_side].any(axis=1)]])
 
 
-def _halved(
+def _halve_sides(
     images: Images, keys: Keys, states: Floats, image: Floats, triangles: Ints, edge: Bools
 ) -> tuple[Floats, Floats, Ints]:
     """One round: the states and images with those of the middles of bent sides, and the triangles between them."""
@@ -72,7 +72,7 @@ def _halved(
     number = np.full(len(sides), -1)
     number[asked[bent]] = np.arange(len(states), len(states) + bent.sum())
     points = np.concatenate([states, middle[bent]]), np.concatenate([image, between[bent]])
-    return *points, _divided(triangles, number[of_side])
+    return *points, _divide_triangles(triangles, number[of_side])
 
 
 def _images(members: Members, states: Floats) -> Floats:
@@ -94,7 +94,7 @@ def _sides(triangles: Ints, points: int) -> tuple[Ints, Ints]:
     return np.stack(np.divmod(codes, points), axis=1), number.reshape(triangles.shape)
 
 
-def _divided(triangles: Ints, middle: Ints) -> Ints:
+def _divide_triangles(triangles: Ints, middle: Ints) -> Ints:
     """Triangles (T, 3) whose sides are halved at points (T, 3), by the side, -1 where one is not."""
     count = (middle >= 0).sum(axis=1)
     turn = np.where(count == 1, middle.argmax(axis=1), middle.argmin(axis=1))  # the one that is unlike the others comes first

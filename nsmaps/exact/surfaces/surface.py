@@ -27,7 +27,7 @@ class Axis(BaseModel):
     points: int = Field(ge=1, le=100_000)
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.points == 1 and self.low != self.high:
             raise ValueError(f"the axis runs from {self.low} to {self.high} with 1 point; expected: 2 or more, or the same ends")
         if self.points > 1 and not self.low < self.high:
@@ -116,7 +116,7 @@ class Surface:
         """Images with angles continued from their start, not wrapped, shape (M, n)."""
         return self.returns.lifted
 
-    def restricted(self, mask: ArrayLike) -> "Surface":
+    def restrict(self, mask: ArrayLike) -> "Surface":
         """The part of the surface that a mask over its M members selects."""
         mask = np.asarray(mask, bool)
         member = self.member.copy()

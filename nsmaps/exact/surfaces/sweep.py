@@ -49,12 +49,12 @@ def sweep(
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
     cuts = jobs.cuts(len(along))
 
-    def found(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
+    def surfaces_of(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
         grids = {cuts[number].start + k: _row(part, k) for number, part in parts.items() for k in range(len(part["codes"]))}
         rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
         return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
 
-    return found(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], found))))
+    return surfaces_of(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], surfaces_of))))
 
 
 def _row(arrays: Arrays, k: int) -> Arrays:

@@ -3,7 +3,7 @@
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_told
+from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_text
 from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.walls import ImpactFormulas
@@ -50,7 +50,7 @@ def check_start(system: ImpactFormulas) -> None:
         for values in trials(residue):
             off = sp.N(residue.subs(values))
             if off.is_finite and abs(off) > NEAR * (1 + abs(values.get(start, 0))):
-                at = f" at {values_told(values)}" if values else ""
+                at = f" at {values_text(values)}" if values else ""
                 text = f"{name}.displacement does not {what}: off by {abs(off):.6g}{at}{place_of(type(system), 'displacement')}"
                 raise SystemDefinitionError(text)
 

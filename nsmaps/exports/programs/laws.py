@@ -11,7 +11,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.engine.flight.layout import AT_PARAMETERS
 from nsmaps.exact.engine.kernel import SpectralKernel
 from nsmaps.exact.flows.formulas import PHI, V, is_linear
-from nsmaps.exact.flows.laws import SLOPES, replaced
+from nsmaps.exact.flows.laws import SLOPES, replace_functions
 from nsmaps.exact.modes.definitions.definition import Definition
 
 #: what C calls the functions of an expression, in Julia
@@ -125,7 +125,7 @@ def reset_text(resets: Sequence[Sequence[tuple[int, sp.Expr]]], definition: Defi
     for number, curved in enumerate(resets, 1):
         places = [(k + first, j + first) for k, _ in curved for j in range(1 + len(by))]
         formulas = [entry for _, formula in curved for entry in (formula, *(sp.diff(formula, x) for x in by))]
-        shared, short = sp.cse([replaced(formula, SLOPES) for formula in formulas], symbols=sp.numbered_symbols("c"))
+        shared, short = sp.cse([replace_functions(formula, SLOPES) for formula in formulas], symbols=sp.numbered_symbols("c"))
         named = {symbol: str(symbol) for symbol, _ in shared}
         try:
             own = [(str(symbol), _Expression(texts | named).doprint(formula)) for symbol, formula in shared]

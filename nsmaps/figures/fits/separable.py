@@ -126,7 +126,7 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     spec = specs[piece or next(iter(specs))]
     asked, family = section(spec.separable, "fit"), section(spec.family, "family")
     whole, region = result.surfaces[family], composite.piece(spec.name).region
-    surface = whole.restricted(region.contains(whole.coordinates.wrap(whole.start)))
+    surface = whole.restrict(region.contains(whole.coordinates.wrap(whole.start)))
     mesh = result.mesh(family, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, kind_of
-from nsmaps.exact.words import CHATTER, LONGER, REST, decoded
+from nsmaps.exact.words import CHATTER, LONGER, REST, words_of
 from nsmaps.figures.data import BIFURCATION, section
 from nsmaps.figures.lines import window
 from nsmaps.figures.page import Sheet
@@ -134,7 +134,7 @@ def raster(
     cells, codes = np.rint(places[shown]).astype(np.int64) * len(near) + column, codes[shown]
     layers, total = np.zeros((ROWS, len(near), 3)), np.zeros((ROWS, len(near)))
     for code in np.unique(codes):
-        word = str(decoded(code, diagram.walls))
+        word = str(words_of(code, diagram.walls))
         count = np.bincount(cells[codes == code], minlength=total.size).reshape(total.shape)
         rows = np.pad(count, ((_REACH, _REACH), (0, 0)))
         wide = np.lib.stride_tricks.sliding_window_view(rows, 2 * _REACH + 1, axis=0).sum(axis=-1)
@@ -160,7 +160,7 @@ def _columns(values: Floats) -> tuple[Ints, tuple[float, float]]:
 
 def _colours(diagrams: "Mapping[str, Bifurcation]") -> dict[str, str]:
     """A colour for each word of all maps."""
-    words = {word for each in diagrams.values() for word in decoded(np.unique(each.codes), each.walls).tolist() if word}
+    words = {word for each in diagrams.values() for word in words_of(np.unique(each.codes), each.walls).tolist() if word}
     ordered = sorted(words, key=lambda word: (any(mark in word for mark in (CHATTER, REST, LONGER)), len(word), word))
     own = family_colours([word for word in ordered if LONGER not in word])
     return {word: own.get(word, GREY) for word in ordered}

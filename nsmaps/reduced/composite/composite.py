@@ -240,7 +240,7 @@ def data_of(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: Pi
     surface = surfaces[family]
     if surface.coordinates != coordinates:
         raise FitError(f"the surface has coordinates {surface.coordinates}, not {coordinates}")
-    inside = surface.restricted(region.contains(coordinates.wrap(surface.start)))
+    inside = surface.restrict(region.contains(coordinates.wrap(surface.start)))
     if not len(inside.start):
         raise FitError(f"no data of family {family!r} where {region.condition()}; {_whereabouts(surface)}")
     return inside

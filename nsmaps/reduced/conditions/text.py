@@ -8,7 +8,7 @@ from sympy.core.relational import Relational
 from sympy.logic.boolalg import BooleanAtom, BooleanFunction
 
 from nsmaps.errors import ConditionError
-from nsmaps.exact.flows.laws import REMAINDERS, SLOPES, replaced
+from nsmaps.exact.flows.laws import REMAINDERS, SLOPES, replace_functions
 from nsmaps.files.expressions import CAPITAL, FUNCTIONS
 
 WIDE = 32  #: terms of a sum or factors of a product without parentheses, which nest no deeper than a text may
@@ -27,7 +27,7 @@ def text_of(expression: Any, names: Sequence[str]) -> str:
     >>> text_of(sp.sqrt(x / 3) - 0.1 * sp.Max(x, 1), ("x",)), text_of((x > 0) & ~sp.Eq(x, 1), ("x",))
     ('sqrt(3)*sqrt(x)/3 - 0.1*max(1, x)', '(x != 1) and (x > 0)')
     """
-    return _Writer(frozenset(map(str, names))).written(replaced(sp.sympify(expression), {**REMAINDERS, **SLOPES}))
+    return _Writer(frozenset(map(str, names))).written(replace_functions(sp.sympify(expression), {**REMAINDERS, **SLOPES}))
 
 
 class _Writer:

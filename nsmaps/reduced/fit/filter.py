@@ -38,7 +38,7 @@ class Diagonal(BaseModel):
             mask &= self.region.over(surface.coordinates).contains(surface.start)
         if self.slope is not None:
             mask &= (np.abs(own_slopes(surface)) <= self.slope).all(axis=1)
-        return surface.restricted(mask)
+        return surface.restrict(mask)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, is_angle
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.family import ReturnFamily, contained
+from nsmaps.exact.surfaces.family import ReturnFamily, membership
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.conditions.region import Box, Region, Where, as_where
 
@@ -150,7 +150,7 @@ class Sorting:
         """A number for each return, shape (N,): that of its family or word."""
         number = returns.codes
         for k, family in reversed(list(enumerate(self.families))):
-            number = np.where(contained(family, returns) & returns.valid, FIRST + k, number)
+            number = np.where(membership(family, returns) & returns.valid, FIRST + k, number)
         return number
 
     def pieces(self, map: ReturnMap, states: Floats) -> Ints:

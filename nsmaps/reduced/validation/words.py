@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.surfaces.compose import iterated
+from nsmaps.exact.surfaces.compose import iterate_returns
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import CompositeMap
 
@@ -39,7 +39,7 @@ def misleads(composite: CompositeMap, grid: Grid, map: ReturnMap, first: Returns
     """
     from scipy.ndimage import distance_transform_edt
 
-    exact = iterated(map, first, composite.returns_of(first.start)) if composite.several else first
+    exact = iterate_returns(map, first, composite.returns_of(first.start)) if composite.several else first
     ours = composite.first_return(exact.start)
     number = composite.piece_of(exact.start)
     worded = np.array([bool(piece.word) for piece in composite.pieces] + [False])[number]

@@ -8,9 +8,9 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from nsmaps.errors import SystemDefinitionError, near_match
+from nsmaps.exact.flows.alternatives import DELAY, FORCING
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.flows.laws import replaced
-from nsmaps.exact.flows.ways import DELAY, FORCING
+from nsmaps.exact.flows.laws import replace_functions
 from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
 from nsmaps.exact.modes.definitions.rows import Row, affine_row, row_of, same_row
 
@@ -40,10 +40,10 @@ class Reader:
     noise: tuple[str, ...] = ()  #: names of states that no event changes: the noise and its derivatives
     kinks: Kinks = field(default_factory=Kinks)  #: in the formulas that have been read
 
-    def stated(self, given: Any, what: str) -> sp.Expr:
+    def formula(self, given: Any, what: str) -> sp.Expr:
         """A formula in sympy with known symbols, or a SystemDefinitionError with the reason."""
         try:
-            expr = replaced(sp.sympify(given, strict=True), RATIOS)
+            expr = replace_functions(sp.sympify(given, strict=True), RATIOS)
         except sp.SympifyError:
             raise SystemDefinitionError(f"{what} is {given!r:.60}; expected: a formula of sympy or a number") from None
         unknown = expr.free_symbols - self.parameters - set(self.states.values()) - {PHI}
@@ -56,15 +56,15 @@ class Reader:
         return expr
 
     def expression(self, given: Any, what: str) -> sp.Expr:
-        """A formula as `stated` with signs in place of kinks."""
+        """A formula as `formula` with signs in place of kinks."""
         try:
-            return self.kinks.smooth(self.stated(given, what), {*self.states.values(), PHI})
+            return self.kinks.smooth(self.formula(given, what), {*self.states.values(), PHI})
         except SystemDefinitionError as error:
             raise error if what in str(error) else SystemDefinitionError(f"{what} {error}") from None
 
     def row(self, given: Any, what: str) -> Row:
         """A formula as a row, or a SystemDefinitionError with the reason."""
-        expr = self.stated(given, what)
+        expr = self.formula(given, what)
         check_smooth(expr, {*self.states.values(), PHI}, what)
         row = row_of(self.expression(given, what), tuple(self.states.values()))
         check_periodic(expr if row.variables else row.remainder, what)
@@ -84,7 +84,7 @@ class Reader:
         return same_row(list(self.states).index(state), len(self.states))
 
 
-def shown(expr: sp.Expr) -> str:
+def text_of(expr: sp.Expr) -> str:
     """An expression in the author's names."""
     return str(expr).replace("_y_", "y.").replace("_p_", "").replace("_phi", "phi")
 
@@ -92,13 +92,13 @@ def shown(expr: sp.Expr) -> str:
 def check_smooth(expr: sp.Expr, moving: set[sp.Symbol], what: str) -> None:
     """Refuse a formula of which a part has no Taylor series in the symbols that move."""
     if expr.has(AppliedUndef):
-        raise SystemDefinitionError(f"{what} is {shown(expr)}; expected: the states at the time t; {DELAY}")
+        raise SystemDefinitionError(f"{what} is {text_of(expr)}; expected: the states at the time t; {DELAY}")
     for part in sp.preorder_traversal(expr):
         if isinstance(part, sp.Function) and part.free_symbols & moving and not isinstance(part, (*SMOOTH_FUNCTIONS, *KINKS)):
             names = ", ".join(kind.__name__ for kind in (*SMOOTH_FUNCTIONS, *KINKS))
             raise SystemDefinitionError(
-                f"{what} is {shown(expr)}, and {part.func.__name__} has no Taylor series that can be followed; expected: powers, "
-                f"roots, and {names}"
+                f"{what} is {text_of(expr)}, and {part.func.__name__} has no Taylor series that can be followed; expected: "
+                f"powers, roots, and {names}"
             )
 
 
@@ -109,7 +109,7 @@ def check_periodic(expr: sp.Expr, what: str) -> None:
         first, second = (sp.N(one.subs(values), 30) for one in (expr, later))
         if first.is_finite and abs(first - second) > NEAR * (1 + abs(first)):
             raise SystemDefinitionError(
-                f"{what} is {shown(expr)}, which is not the same after one `period` of the forcing; {FORCING}"
+                f"{what} is {text_of(expr)}, which is not the same after one `period` of the forcing; {FORCING}"
             )
 
 

@@ -18,21 +18,21 @@ def with_derived_states(definition: Definition) -> Definition:
     Resets and starts that are not affine are formulas in any system.
     """
     variables = definition.variables
-    transitions = tuple(_reset(one, variables) for one in definition.transitions)
-    starts = tuple(_started(one, variables) for one in definition.starts)
+    transitions = tuple(_reset_with_formulas(one, variables) for one in definition.transitions)
+    starts = tuple(_start_with_formulas(one, variables) for one in definition.starts)
     plain = replace(definition, transitions=transitions, starts=starts)
     if not any(row.variables for row in plain.rows):
         return plain
     derived = Derived(variables)
     smooth = tuple(tuple(row.of(variables) for row in mode) for mode in plain.rates)
-    plain = _mapped(replace(plain, rates=()), derived.row)
+    plain = _map_rows(replace(plain, rates=()), derived.row)
     n, total = len(variables), len(variables) + len(derived.formulas)
     more = (zero_row(total),) * len(derived.formulas)
 
     def wide(row: Row) -> Row:
         return Row((*row.coefficients, *[sp.S.Zero] * (total - len(row.coefficients))), row.remainder)
 
-    plain = _mapped(plain, wide)
+    plain = _map_rows(plain, wide)
     return replace(
         plain,
         rates=((zero_row(total),) * total,) * len(plain.modes),
@@ -66,7 +66,7 @@ class Derived:
         return Row((*row.coefficients, *shares), sp.Add(*waves))
 
 
-def _mapped(definition: Definition, change: Callable[[Row], Row]) -> Definition:
+def _map_rows(definition: Definition, change: Callable[[Row], Row]) -> Definition:
     """The definition with other functions and conditions of events and surfaces."""
 
     def of(rows: Sequence[Row]) -> tuple[Row, ...]:
@@ -84,14 +84,14 @@ def _mapped(definition: Definition, change: Callable[[Row], Row]) -> Definition:
     )
 
 
-def _reset(one: Transition, variables: Sequence[sp.Symbol]) -> Transition:
+def _reset_with_formulas(one: Transition, variables: Sequence[sp.Symbol]) -> Transition:
     """A transition whose reset is affine but for its formulas."""
     formulas = dict(_formulas(one.reset, variables)) | dict(one.curved)
     rows = [same_row(k, len(variables)) if k in formulas else row for k, row in enumerate(one.reset)]
     return replace(one, reset=tuple(rows), curved=tuple(formulas.items())) if formulas else one
 
 
-def _started(one: Start, variables: Sequence[sp.Symbol]) -> Start:
+def _start_with_formulas(one: Start, variables: Sequence[sp.Symbol]) -> Start:
     """A start whose states are affine in the coordinates but for its formulas."""
     formulas = _formulas(one.states, variables)
     rows = [zero_row(len(variables)) if k in dict(formulas) else row for k, row in enumerate(one.states)]

@@ -41,7 +41,7 @@ class Row:
             return row_of(self.of(self.variables).subs(values), self.variables)
         return Row(tuple(c.subs(values) for c in self.coefficients), self.remainder.subs(values))
 
-    def scaled(self, factor: sp.Expr) -> "Row":
+    def times(self, factor: sp.Expr) -> "Row":
         """The row times a factor that is free of the states."""
         return Row(tuple(factor * c for c in self.coefficients), factor * self.remainder, self.variables)
 
@@ -59,7 +59,7 @@ class Row:
             return row_of(self.of(variables).subs(dict(zip(variables, values, strict=True)), simultaneous=True), variables)
         total = Row(tuple(sp.S.Zero for _ in self.coefficients), self.remainder)
         for coefficient, state in zip(self.coefficients, states, strict=True):
-            total = total + state.scaled(coefficient)
+            total = total + state.times(coefficient)
         return Row(tuple(map(sp.cancel, total.coefficients)), sp.expand(total.remainder))
 
     def rate(self, rates: "Sequence[Row]", phase_rate: sp.Expr) -> "Row":
@@ -130,7 +130,7 @@ def factor_of(one: Row, other: Row) -> sp.Expr | None:
     """The factor free of states and phase by which a function is another one that is not zero; None where there is none."""
     pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
     factor = next((sp.simplify(a / b) for a, b in pairs if b != 0), None)
-    if factor is None or factor.has(PHI, *one.variables, *other.variables) or not equal(one, other.scaled(factor)):
+    if factor is None or factor.has(PHI, *one.variables, *other.variables) or not equal(one, other.times(factor)):
         return None
     return factor
 

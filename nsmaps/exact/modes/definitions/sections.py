@@ -10,7 +10,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Start, Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates
-from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
+from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, text_of
 from nsmaps.exact.modes.definitions.rows import Row, equal, factor_of, vanishes
 from nsmaps.exact.systems.guards import Section
 
@@ -68,8 +68,8 @@ def _check_bound(reader: Reader, section: Section, transitions: Sequence[Transit
         for row in (row for row in start.zeros if row.variables and not row.timed):
             raise SystemDefinitionError(
                 f"{reader.name}.section at {transitions[start.transition].name!r} has coordinates and `states` that lie on a "
-                f"surface only where {shown(row.of(row.variables))} is zero, which is not affine; expected: one coordinate less, "
-                "and the formula of that state in `states`"
+                f"surface only where {text_of(row.of(row.variables))} is zero, which is not affine; expected: one coordinate "
+                "less, and the formula of that state in `states`"
             )
 
 
@@ -82,22 +82,22 @@ def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
         others = reader.states_in(row) - set(section.coordinates)
         if others or state in section.coordinates:
             raise SystemDefinitionError(
-                f"{what} is {shown(reader.stated(given, what))}; expected: a formula in the coordinates, of another state"
+                f"{what} is {text_of(reader.formula(given, what))}; expected: a formula in the coordinates, of another state"
             )
-        if reader.expression(given, what) != reader.stated(given, what):
+        if reader.expression(given, what) != reader.formula(given, what):
             raise SystemDefinitionError(
-                f"{what} is {shown(reader.stated(given, what))}, which has a kink; expected: a smooth formula, or another state "
-                "among the coordinates"
+                f"{what} is {text_of(reader.formula(given, what))}, which has a kink; expected: a smooth formula, or another "
+                "state among the coordinates"
             )
         rows[state] = row
     rows |= {state: reader.row(0, "") for state in reader.noise}
     left = [state for state in reader.states if state not in rows]
     if left:
-        rows |= _solved(reader, section, transition, left, rows)
+        rows |= _solve_states(reader, section, transition, left, rows)
     return tuple(rows[state] for state in reader.states)
 
 
-def _solved(
+def _solve_states(
     reader: Reader, section: Section, transition: Transition, left: Sequence[str], rows: Mapping[str, Row]
 ) -> dict[str, Row]:
     """The states that are left by the zeros at an event."""
@@ -223,7 +223,7 @@ def _distinct(reader: Reader, transitions: Sequence[Transition], flows: Sequence
 
     def positive(start: Start) -> Iterator[Row]:
         event = transitions[start.transition]
-        yield event.function.rate(flows[event.mode], reader.phase_rate).at(start.states).scaled(sp.S.NegativeOne)
+        yield event.function.rate(flows[event.mode], reader.phase_rate).at(start.states).times(sp.S.NegativeOne)
         yield from (row.at(start.states) for row in event.where)
 
     return any(_opposite(a, b) for a in positive(one) for b in positive(other))
@@ -246,7 +246,7 @@ def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence
     for one in (one for one, clock in zip(ones, clocks, strict=True) if clock and one.function.variables):
         raise SystemDefinitionError(
             f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r}, "
-            f"{shown(one.function.remainder)}, is not a sum of harmonics; expected: one with the same zero, such as -sin(w t)"
+            f"{text_of(one.function.remainder)}, is not a sum of harmonics; expected: one with the same zero, such as -sin(w t)"
         )
     if all(clocks) and all(equal(one.function, other.function) for one, other in pairwise(ones)):
         return next(start.transition for start in starts)

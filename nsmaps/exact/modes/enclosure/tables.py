@@ -13,7 +13,7 @@ from flint import arb, arb_mat, ctx
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.compiling.addresses import by_address
-from nsmaps.exact.flows.balls import many_digits, rounded
+from nsmaps.exact.flows.balls import many_digits, nearest_float
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.enclosure.zeros import facts_of, mode_of
 from nsmaps.exact.modes.tables.rows import rows_of
@@ -81,14 +81,14 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
         fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in series[0]}
         fields |= derived_of([rows.functions[k] for k in table.chosen[table.choices[:-1]]], table, units)
         fields |= facts_of(definition, values, table).fields
-        turns = np.array([rounded(rate * cell) for cell in cells])
+        turns = np.array([nearest_float(rate * cell) for cell in cells])
     fields |= {"cell": np.array(cells), "turn": turns, "last": table.horizon / np.array(cells)}
     return BallTables(**{name: fields[name] if name in fields else getattr(table, name) for name in BallTables._fields})
 
 
 def floats(matrix: arb_mat) -> Floats:
     """A matrix of many digits rounded to floats."""
-    return np.reshape([rounded(x) for x in matrix.entries()], (matrix.nrows(), matrix.ncols()))
+    return np.reshape([nearest_float(x) for x in matrix.entries()], (matrix.nrows(), matrix.ncols()))
 
 
 def cell_of(flow: arb_mat, horizon: float) -> float:

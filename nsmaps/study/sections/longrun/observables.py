@@ -47,7 +47,7 @@ def _check(spec: ObservablesSection, study: "Study") -> None:
 
 
 def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...]:
-    from nsmaps.exact.observables.formulas import resolved, vocabulary_of
+    from nsmaps.exact.observables.formulas import resolve_observables, vocabulary_of
 
     source, named = binding.study.source, list[Observable]()
     with source.located(("observables",)):
@@ -55,7 +55,7 @@ def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...
         formulas = [vocabulary.whole(one) for one in spec.formulas]
     for number, name in enumerate(spec.quantities):
         with source.located(("observables", "quantities", number)):
-            named += resolved(binding.system, [name])
+            named += resolve_observables(binding.system, [name])
     for number, one in enumerate(formulas):
         if one.of not in vocabulary.inputs:
             with source.located(("observables", "formulas", number, "of")):
@@ -67,7 +67,7 @@ def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...
         with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
             vocabulary.rows(one)
     with source.located(("observables",)):
-        return resolved(binding.system, [*named, *formulas])
+        return resolve_observables(binding.system, [*named, *formulas])
 
 
 def _compute(spec: ObservablesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import Discriminator, Tag
 
-from nsmaps.exact.surfaces.compose import most_returns
+from nsmaps.exact.surfaces.compose import returns_in_word
 from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_pattern
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import surfaces_among
@@ -62,7 +62,7 @@ def _length(family: tuple[str, ...] | Instance) -> int:
         return int(
             (family.model_extra or {}).get("max_returns") or class_of(FAMILY, family.of).model_fields["max_returns"].default
         )
-    return max(LONG if is_pattern(word) else most_returns(word) for word in family)
+    return max(LONG if is_pattern(word) else returns_in_word(word) for word in family)
 
 
 def grid_size(study: "Study") -> Size:

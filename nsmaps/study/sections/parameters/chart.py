@@ -68,10 +68,10 @@ def _bind(spec: ChartSection, binding: "Binding") -> Floats:
     binding.some_values(("chart", "sweep"), spec.sweep)
     binding.some_values(("chart", "across"), spec.across)
     if spec.observables:
-        from nsmaps.exact.observables.formulas import resolved
+        from nsmaps.exact.observables.formulas import resolve_observables
 
         with binding.study.source.located(("chart", "observables")):
-            resolved(binding.system, spec.observables)
+            resolve_observables(binding.system, spec.observables)
     return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(spec.starts)])
 
 

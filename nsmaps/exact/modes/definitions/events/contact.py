@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact.flows.alternatives import FRICTION
 from nsmaps.exact.flows.formulas import PHI, trials
-from nsmaps.exact.flows.ways import FRICTION
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
-from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, shown
+from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, text_of
 from nsmaps.exact.modes.definitions.rows import Row, row_of
 from nsmaps.exact.systems.guards import Guard
 
@@ -51,17 +51,17 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     lift = speed.rate(rates[free], reader.phase_rate)
     if gap.variables or speed.variables:
         raise SystemDefinitionError(
-            f"{what} has the function {shown(gap.of(tuple(reader.states.values())))}, which or whose rate is not affine in the "
+            f"{what} has the function {text_of(gap.of(tuple(reader.states.values())))}, which or whose rate is not affine in the "
             "states; expected: for contact that lasts a distance that is a state, as in polar coordinates, or no `rests`"
         )
     variables = tuple(reader.states.values())
-    after = [reader.stated(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
+    after = [reader.formula(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
     jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
     _check_impact(reader, what, gap, speed, jumps)
     whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))
     changed = {y for y, jump in zip(variables, jumps, strict=True) if jump != 0}
     names = zip(reader.states, jumps, strict=True)
-    direction = [_fixed(sp.simplify(jump / whole), changed, f"{what}: {state}") for state, jump in names]
+    direction = [_constant_component(sp.simplify(jump / whole), changed, f"{what}: {state}") for state, jump in names]
     held = tuple(_along(one, lift, -q, variables) for one, q in zip(rates[free], direction, strict=True))
     still = tuple(_along(reader.same(state), speed, -q, variables) for state, q in zip(reader.states, direction, strict=True))
     states = tuple(row.at(still) for row in on_surface(reader, gap, what))
@@ -72,10 +72,10 @@ def _along(row: Row, other: Row, factor: sp.Expr, variables: tuple[sp.Symbol, ..
     """A row plus another one times a factor, which may depend on states and time."""
     if factor.has(PHI, *variables):
         return row_of(row.of(variables) + factor * other.of(variables), variables)
-    return row + other.scaled(factor)
+    return row + other.times(factor)
 
 
-def _fixed(share: sp.Expr, changed: set[sp.Symbol], what: str) -> sp.Expr:
+def _constant_component(share: sp.Expr, changed: set[sp.Symbol], what: str) -> sp.Expr:
     """A component of the direction of an impact, free of the states that it changes, also where these cancel in floats alone."""
     moving = share.free_symbols & changed
     if not moving:
@@ -84,7 +84,7 @@ def _fixed(share: sp.Expr, changed: set[sp.Symbol], what: str) -> sp.Expr:
     numbers = [[sp.N(one.subs(at), 30) for one in values] for at in trials(share)]
     if not all(abs(x - first) <= NEAR * (1 + abs(first)) for first, *others in numbers for x in others):
         raise SystemDefinitionError(
-            f"{what} changes by {shown(share)} at an impact where the rate of the function grows by one; expected: a "
+            f"{what} changes by {text_of(share)} at an impact where the rate of the function grows by one; expected: a "
             "direction of the impact that is free of the states that it changes"
         )
     value, *_ = values
@@ -112,8 +112,8 @@ def contact_transitions(reader: Reader, name: str, guard: Guard, found: Contact,
     """How contact begins, by itself after an impact, and its release."""
     free, resting = modes.index(found.free), modes.index(guard.rests)
     minus = sp.S.NegativeOne
-    begins = found.speed, found.lift.scaled(minus)
+    begins = found.speed, found.lift.times(minus)
     yield Transition("", "", free, found.gap, resting, found.states, begins=begins, guard=name)
-    press = found.lift.at(found.states).scaled(minus)
+    press = found.lift.at(found.states).times(minus)
     held = found.gap, found.speed
     yield Transition(name, "", resting, press, free, found.states, held=held, releases=True, leaves=True)

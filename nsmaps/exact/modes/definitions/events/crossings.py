@@ -37,22 +37,22 @@ class Crossings:
         for one in transitions:
             for below in self.flags(one.mode):
                 if not crosses(one):
-                    yield from self.changed(one, below)
+                    yield from self.with_change(one, below)
                 elif not below[self.functions[one.mode].index(one.function)]:
-                    yield from self.passed(one, below) if nothing_changes(one) else self.changed(one, below)
+                    yield from self.without_change(one, below) if nothing_changes(one) else self.with_change(one, below)
         for (mode, below), number in self.numbers.items():
             for k, function in enumerate(self.functions[mode]):
                 like, *others = (one for one in transitions if one.mode == mode and one.function == function and crosses(one))
                 if below[k]:
-                    yield silent(like, number, opposite(function), self.at(mode, below, k, False))
+                    yield silent_transition(like, number, opposite(function), self.at(mode, below, k, False))
                 elif all(each.where for each in (like, *others)):
-                    yield silent(like, number, function, self.at(mode, below, k, True))
+                    yield silent_transition(like, number, function, self.at(mode, below, k, True))
 
     def at(self, mode: int, below: Flags, k: int, flag: bool) -> int:
         """The part of a mode in which the function k has another flag."""
         return self.numbers[mode, tuple(flag if i == k else each for i, each in enumerate(below))]
 
-    def known(self, after: Row, one: Transition, below: Flags) -> bool | None:
+    def below_after(self, after: Row, one: Transition, below: Flags) -> bool | None:
         """Whether a function is below zero just after an event in a part of its mode; None where that depends on the state.
 
         On the surface that is crossed it counts as below, unless it surely rises; what an event does not change keeps its sign.
@@ -66,7 +66,7 @@ class Crossings:
                 return not flag
         return None
 
-    def passed(self, one: Transition, below: Flags) -> Iterator[Transition]:
+    def without_change(self, one: Transition, below: Flags) -> Iterator[Transition]:
         """A crossing at which nothing changes, in a part of its mode where its function is not below zero."""
         functions = self.functions[one.mode]
         k = functions.index(one.function)
@@ -77,7 +77,7 @@ class Crossings:
             mode, target = self.numbers[one.mode, below], self.numbers[one.mode, flags]
             yield replace(one, mode=mode, target=target, where=(*one.where, *others))
 
-    def changed(self, one: Transition, below: Flags) -> Iterator[Transition]:
+    def with_change(self, one: Transition, below: Flags) -> Iterator[Transition]:
         """An event at which something changes, in a part of its mode.
 
         It leads to the part where each function has the sign that it has just after.
@@ -86,7 +86,7 @@ class Crossings:
             yield replace(one, mode=self.numbers[one.mode, below])
             return
         after = [function.subs(self.later).at(one.reset) for function in self.functions[one.target]]
-        known = [self.known(row, one, below) for row in after]
+        known = [self.below_after(row, one, below) for row in after]
         for flags in self.flags(one.target):
             if all(part in (None, flag) for part, flag in zip(known, flags, strict=True)):
                 sides = [side(row, flag) for row, flag, part in zip(after, flags, known, strict=True) if part is None]
@@ -102,7 +102,7 @@ def crosses(one: Transition) -> bool:
 
 def opposite(row: Row) -> Row:
     """The function with the other sign."""
-    return row.scaled(sp.S.NegativeOne)
+    return row.times(sp.S.NegativeOne)
 
 
 def nothing_changes(one: Transition) -> bool:
@@ -117,7 +117,7 @@ def rises(clock: Row, function: Row) -> bool:
     return clock.timed and sp.simplify(clock.remainder / function.remainder).is_negative is True
 
 
-def divided(
+def divide_modes(
     name: str, transitions: tuple[Transition, ...], modes: int, later: Mapping[sp.Symbol, sp.Symbol]
 ) -> tuple[tuple[Transition, ...], list[tuple[int, Flags]]]:
     """The transitions of a class of this name between parts of its modes; of each part the mode, and what is below zero there.
@@ -137,7 +137,7 @@ def divided(
     return tuple(crossings.all(transitions)), parts
 
 
-def silent(like: Transition, mode: int, function: Row, target: int) -> Transition:
+def silent_transition(like: Transition, mode: int, function: Row, target: int) -> Transition:
     """An event without name and letter at which nothing changes but the part of the mode."""
     n = len(like.reset)
     same = tuple(same_row(k, n) for k in range(n))

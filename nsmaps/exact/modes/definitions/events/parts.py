@@ -13,7 +13,7 @@ from nsmaps.exact.flows.formulas import trials
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.crossings import Flags, crosses
 from nsmaps.exact.modes.definitions.events.sliding import Rates
-from nsmaps.exact.modes.definitions.formulas import Reader, shown
+from nsmaps.exact.modes.definitions.formulas import Reader, text_of
 from nsmaps.exact.modes.definitions.rows import Row, factor_of, row_of
 
 Signs = Mapping[sp.Symbol, int]  #: of the arguments of kinks in a part of a mode
@@ -123,8 +123,8 @@ def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) ->
         one, other = (sp.N(expr.subs(at)) for expr in (above, below))
         if at and abs(one - other) > JUMP * (abs(one) + abs(other)):
             raise SystemDefinitionError(
-                f"{reader.name}.modes: where {shown(argument)} is zero its own rate jumps, as by sign({shown(argument)}), and "
-                "the motion may stay there; expected: a `Sliding` between two modes with this function"
+                f"{reader.name}.modes: where {text_of(argument)} is zero its own rate jumps, as by sign({text_of(argument)}), "
+                "and the motion may stay there; expected: a `Sliding` between two modes with this function"
             )
 
 
@@ -141,8 +141,8 @@ def _check_power(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) -
         for power in (part for part in rate.atoms(sp.Pow) if not part.exp.is_integer and part.base.has(*variables)):
             if sp.expand(power.base.subs(there)) == 0:
                 raise SystemDefinitionError(
-                    f"{reader.name}.modes: {shown(power)} has no Taylor series where {shown(argument)} is zero, and motions cross"
-                    " that; expected: a whole power, or with a small length, as u*(u**2 + eps**2)**(1/4) for u**(3/2)"
+                    f"{reader.name}.modes: {text_of(power)} has no Taylor series where {text_of(argument)} is zero, and "
+                    "motions cross that; expected: a whole power, or a small length, as in u*(u**2 + eps**2)**(1/4) for u**(3/2)"
                 )
 
 

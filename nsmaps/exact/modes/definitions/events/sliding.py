@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Surface, Transition
-from nsmaps.exact.modes.definitions.formulas import Reader, check_names, shown
+from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
 from nsmaps.exact.modes.definitions.rows import Row, row_of
 from nsmaps.exact.systems.guards import Sliding
 
@@ -35,16 +35,16 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
     function = reader.row(given.function, f"the function of {what}")
     variables = tuple(reader.states.values())
     rise = function.rate(above, reader.phase_rate)
-    jump = rise + function.rate(below, reader.phase_rate).scaled(sp.S.NegativeOne)
+    jump = rise + function.rate(below, reader.phase_rate).times(sp.S.NegativeOne)
     across = sp.expand(jump.of(variables))
     if across == 0:
         raise SystemDefinitionError(
-            f"{what}: its function {shown(given.function)} has the same rate in {given.above!r} and in {given.below!r}: no "
+            f"{what}: its function {text_of(given.function)} has the same rate in {given.above!r} and in {given.below!r}: no "
             "motion slides; expected: modes whose rates lead to the surface from either side, or a `Guard`"
         )
     rows = []
     for one, other in zip(above, below, strict=True):
-        difference = sp.expand((one + other.scaled(sp.S.NegativeOne)).of(variables))
+        difference = sp.expand((one + other.times(sp.S.NegativeOne)).of(variables))
         step = sp.cancel(difference / across) if difference.is_polynomial(*variables) else difference / across
         rate = one.of(variables) - rise.of(variables) * step
         rows.append(row_of(rate if one.variables or rise.variables else sp.expand(rate), variables))
@@ -67,7 +67,7 @@ def on_surface(reader: Reader, function: Row, what: str) -> Rates:
     share = Row(
         tuple(c if i != k else sp.S.Zero for i, c in enumerate(function.coefficients)), function.remainder, function.variables
     )
-    solved = share.scaled(-1 / function.coefficients[k])
+    solved = share.times(-1 / function.coefficients[k])
     return tuple(solved if i == k else reader.same(state) for i, state in enumerate(reader.states))
 
 
@@ -77,11 +77,11 @@ def surface_of(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Ra
     function = reader.row(given.function, f"the function of {what}")
     states = on_surface(reader, function, what)
     above, below = (function.rate(rates[mode], reader.phase_rate).at(states) for mode in (given.above, given.below))
-    rows = function, above, below.scaled(sp.S.NegativeOne)
-    return Surface(name, (given.above, given.below), tuple(_settled(reader, row, states, what) for row in rows))
+    rows = function, above, below.times(sp.S.NegativeOne)
+    return Surface(name, (given.above, given.below), tuple(_without_signs(reader, row, states, what) for row in rows))
 
 
-def _settled(reader: Reader, row: Row, states: Rates, what: str) -> Row:
+def _without_signs(reader: Reader, row: Row, states: Rates, what: str) -> Row:
     """A row on a surface with the signs of kinks that do not change along it."""
     symbols = set().union(*(expr.free_symbols for expr in (*row.coefficients, row.remainder)))
     values, variables = {}, tuple(reader.states.values())
@@ -89,7 +89,7 @@ def _settled(reader: Reader, row: Row, states: Rates, what: str) -> Row:
         values[sign] = sp.sign(row_of(argument, variables).at(states).of(variables))
         if values[sign].has(PHI, *variables, *reader.kinks.signs.values()):
             raise SystemDefinitionError(
-                f"{what} leads through a kink of the rates, where {shown(argument)} is zero; expected: modes of their own on "
+                f"{what} leads through a kink of the rates, where {text_of(argument)} is zero; expected: modes of their own on "
                 "either side of it"
             )
     return row.subs(values)
@@ -100,10 +100,10 @@ def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[
     modes = tuple(rates)
     what = f"{reader.name}.guards: the sliding {name!r}"
     up = reader.row(given.function, f"the function of {what}")
-    down = up.scaled(sp.S.NegativeOne)
+    down = up.times(sp.S.NegativeOne)
     states = on_surface(reader, up, what)
     rise, fall = (
-        up.rate(rates[mode], reader.phase_rate).at(states).scaled(sign)
+        up.rate(rates[mode], reader.phase_rate).at(states).times(sign)
         for mode, sign in ((given.below, sp.S.One), (given.above, sp.S.NegativeOne))
     )
     same = tuple(map(reader.same, reader.states))
@@ -126,7 +126,7 @@ def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[
 
     for before, after, function, begins in ((given.above, given.below, up, rise), (given.below, given.above, down, fall)):
         yield event(before, name, function, states, (begins,))
-        yield event(before, after, function, same, (begins.scaled(sp.S.NegativeOne),))
+        yield event(before, after, function, same, (begins.times(sp.S.NegativeOne),))
     yield event(name, given.above, fall, states, held=(up,))
     yield event(name, given.below, rise, states, held=(up,))
 
@@ -153,7 +153,7 @@ def _leaves(reader: Reader, one: Transition) -> bool:
     zeros = (*one.held, one.function)
     for values in trials(*(row.of(symbols) for row in zeros), *after):
         fixed = {symbol: value for symbol, value in values.items() if symbol not in symbols}
-        states = _projected([_numbers(row, fixed) for row in zeros], len(symbols))
+        states = _random_zero([_numbers(row, fixed) for row in zeros], len(symbols))
         given = fixed | dict(zip(symbols, map(sp.Float, states.tolist()), strict=True))
         new = np.array([float(expr.subs(given)) for expr in after] + [1.0])
         for row in one.held:
@@ -168,7 +168,7 @@ def _numbers(row: Row, values: dict[sp.Symbol, sp.Expr]) -> Floats:
     return np.array([float(sp.N(sp.sympify(x).subs(values))) for x in (*row.coefficients, row.remainder)])
 
 
-def _projected(rows: list[Floats], n: int) -> Floats:
+def _random_zero(rows: list[Floats], n: int) -> Floats:
     """Random states at which rows are zero, shape (n,)."""
     table, states = np.array(rows), np.random.default_rng(1).normal(size=n)
     return states - np.linalg.pinv(table[:, :n]) @ (table[:, :n] @ states + table[:, n])

@@ -10,15 +10,15 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, in_symbols
 from nsmaps.exact.modes.definitions.definition import Definition, Transition
 from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
+from nsmaps.exact.modes.definitions.evaluate import evaluate_formulas
 from nsmaps.exact.modes.definitions.events.contact import Contact, contact_of, contact_transitions
-from nsmaps.exact.modes.definitions.events.crossings import divided, nothing_changes
+from nsmaps.exact.modes.definitions.events.crossings import divide_modes, nothing_changes
 from nsmaps.exact.modes.definitions.events.parts import in_part, later, signs_of, with_kink_crossings
 from nsmaps.exact.modes.definitions.events.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
 from nsmaps.exact.modes.definitions.rows import Row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
-from nsmaps.exact.modes.definitions.stated import formulas_stated
 from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
 from nsmaps.exact.systems.parameters import choices_of
 
@@ -43,11 +43,11 @@ def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
     y = cls._arguments(reader.states)
     if cls.noise:
         check_noise(cls.__name__, cls.noise, cls.states)
-    modes, guards, section = formulas_stated(symbolic, t, y)
+    modes, guards, section = evaluate_formulas(symbolic, t, y)
     if cls.noise:
         check_noise(cls.__name__, cls.noise, section.coordinates)
     rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in modes.items()}
-    definition = _defined(reader, known, rates, guards, section, _horizon(cls.horizon, period))
+    definition = _build_definition(reader, known, rates, guards, section, _horizon(cls.horizon, period))
     if driven:
         check_driven(cls.__name__, cls.noise, definition)
     return definition
@@ -57,7 +57,7 @@ def _horizon(periods: float, period: Any) -> sp.Expr:
     return sp.sympify(periods) * (sp.S.One if period is None else sp.sympify(period))
 
 
-def _defined(
+def _build_definition(
     reader: Reader,
     symbols: tuple[sp.Symbol, ...],
     rates: dict[str, Rates],
@@ -68,7 +68,9 @@ def _defined(
     """The definition from the rates of the modes that are given, the events, and the section."""
     forced, names = reader.phase_rate != 0, tuple(reader.states)
     events = with_kink_crossings(reader, _events(reader, guards, rates), tuple(rates.values()))
-    transitions, parts = divided(reader.name, events, len(rates), {sign: later(sign) for sign in reader.kinks.signs.values()})
+    transitions, parts = divide_modes(
+        reader.name, events, len(rates), {sign: later(sign) for sign in reader.kinks.signs.values()}
+    )
     signs = [signs_of(reader, events, tuple(rates.values()), *part) for part in parts]
     transitions = tuple(in_part(one, signs[one.mode], signs[one.target] if one.target >= 0 else {}) for one in transitions)
     named = [tuple(rates.items())[mode] for mode, _ in parts]
@@ -147,12 +149,12 @@ def _transitions(
         if isinstance(given, Sliding):
             yield from slide_transitions(reader, name, given, rates)
         else:
-            yield from _guarded(reader, tuple(rates), name, given)
+            yield from _guard_transitions(reader, tuple(rates), name, given)
         if name in contacts and isinstance(given, Guard):
             yield from contact_transitions(reader, name, given, contacts[name], tuple(rates))
 
 
-def _guarded(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) -> Iterator[Transition]:
+def _guard_transitions(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) -> Iterator[Transition]:
     """The event of a guard in each of its modes."""
     what = f"{reader.name}.guards: {name!r}"
     check_names(f"{what} names the mode", [*guard.watched, *([guard.to] if guard.to else [])], modes)
@@ -173,7 +175,7 @@ def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tu
     """The states just after an event as rows, the state itself where it is another formula, and these formulas."""
     rows, curved = [], []
     for k, state in enumerate(reader.states):
-        expr = reader.stated(guard.reset.get(state, reader.states[state]), f"the reset of {state} by {what}")
+        expr = reader.formula(guard.reset.get(state, reader.states[state]), f"the reset of {state} by {what}")
         row = reader.affine(expr)
         rows.append(row or reader.same(state))
         if row is None:

@@ -14,30 +14,32 @@ Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | Sliding],
 SIDES = "before", "after"
 
 
-def formulas_stated(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) -> Formulas:
+def evaluate_formulas(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) -> Formulas:
     """The modes, guards and section of a system, at symbols for the time and the states.
 
     Raises:
         SystemDefinitionError: one of them fails with symbols, or is of another kind.
     """
-    modes, guards, section = (_called(system, formula, t, y) for formula in ("modes", "guards", "section"))
+    modes, guards, section = (_call(system, formula, t, y) for formula in ("modes", "guards", "section"))
     if not isinstance(modes, Mapping) or not modes or not all(isinstance(rates, Mapping) for rates in modes.values()):
-        raise _other(system, "modes", modes, "the rates of all states by the names of modes, as {'flight': {'x': y.v, 'v': -1}}")
+        raise _wrong_kind(
+            system, "modes", modes, "the rates of all states by the names of modes, as {'flight': {'x': y.v, 'v': -1}}"
+        )
     if not isinstance(guards, Mapping) or not all(isinstance(one, Guard | Sliding) for one in guards.values()):
-        raise _other(system, "guards", guards, "a `Guard` or a `Sliding` by its name, as {'I': Guard('flight', y.x)}")
+        raise _wrong_kind(system, "guards", guards, "a `Guard` or a `Sliding` by its name, as {'I': Guard('flight', y.x)}")
     if not isinstance(section, Section):
-        raise _other(system, "section", section, "a `Section`, as Section('I', ('v', 'phi'))")
+        raise _wrong_kind(system, "section", section, "a `Section`, as Section('I', ('v', 'phi'))")
     if section.side not in SIDES:
-        raise _other(system, "section", section.side, f"its side as {' or '.join(map(repr, SIDES))}")
+        raise _wrong_kind(system, "section", section.side, f"its side as {' or '.join(map(repr, SIDES))}")
     return modes, guards, section
 
 
-def _other(system: HybridFormulas, formula: str, given: Any, expected: str) -> SystemDefinitionError:
+def _wrong_kind(system: HybridFormulas, formula: str, given: Any, expected: str) -> SystemDefinitionError:
     """The error of a formula of another kind."""
     return SystemDefinitionError(f"{type(system).__name__}.{formula} is {given!r:.60}; expected: {expected}")
 
 
-def _called(system: HybridFormulas, formula: str, t: sp.Expr, y: SimpleNamespace) -> Any:
+def _call(system: HybridFormulas, formula: str, t: sp.Expr, y: SimpleNamespace) -> Any:
     """The result of a formula; an error of Python in it as one of the definition."""
     try:
         return getattr(system, formula)(t, y)
