@@ -1,8 +1,10 @@
 """Compiled code that strangers can read: no number without a name, no long tuple, few arguments."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -21,8 +23,54 @@ LATER = (
     "observables/mode_slopes.py",
     "observables/motions.py",
 )
+#: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
+LATER_NAMES = (
+    "batches.py",
+    "compiling",
+    "enclosure",
+    "modes/enclosure",
+    "modes/flights",
+    "modes/march",
+    "modes/tables",
+    "noise",
+    "observables",
+    "piecewise",
+    "returnmap.py",
+    "returns.py",
+    "systems",
+    "taylor",
+)
+LATER_SHAPES = (
+    "modes/blocks/batch_scheduler.py",
+    "modes/march/returns.py",
+    "modes/paths/path.py",
+    "noise/modes.py",
+    "noise/orbit.py",
+    "observables/flights.py",
+)
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
 LONGEST, MOST = 4, 7  #: of a tuple that is returned, of arguments
+#: past participles: words in -ed but for some nouns and verbs, and irregular ones that are nothing else
+PARTICIPLE = re.compile(
+    r"(?!(?:bed|embed|exceed|feed|need|proceed|seed|shed|speed|succeed)$)(?:[a-z]*ed|begun|bent|borne|bought|bound|broken|brought"
+    r"|built|caught|chosen|dealt|done|drawn|driven|fallen|found|flown|fought|given|gone|grown|heard|held|hidden|hung|kept|known"
+    r"|laid|led|left|lent|lost|made|meant|met|paid|risen|said|seen|sent|shown|sold|sought|spent|spoken|struck|stuck|swept|taken"
+    r"|taught|thrown|told|torn|won|worn|wound|woven|written)"
+)
+ENTRIES = {"entry", "long_entry"}
+COMPILERS = {"inner", "inlined", "fused", "allocating", *ENTRIES}  #: decorators of `exact/engine/jit.py`
+SHAPE = re.compile(r"\((?:\d+ )?[A-Z0-9]\w*(?: [-+*] \w+)*(?:, [^()]*|,)\)")  #: as (N,), (N, 2), (n + 1, M)
+#: formulas of compiled code and of definitions: where they stand, and the source that is cited there
+SOURCES = (
+    ("engine/accumulation.py", "Budd and F. Dux", "Nordmark and P. Piiroinen"),
+    ("engine/constants.py", "Cody and W. Waite"),
+    ("engine/flight/layout.py", "d(s) = w s + "),
+    ("engine/observers.py", "Aizerman and F. R. Gantmakher"),
+    ("engine/returns.py", "Taylor's theorem"),
+    ("engine/steps.py", "Taylor's theorem"),
+    ("modes/definitions/events/contact.py", "Nordmark and P. Piiroinen"),
+    ("modes/definitions/events/sliding.py", "Filippov"),
+)
 
 
 def complaints(tree: ast.Module) -> Iterator[str]:
@@ -58,10 +106,39 @@ def _names_a_constant(node: ast.stmt) -> bool:
     return all(each.id.isupper() for each in names)
 
 
+def functions(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef, set[str]]]:
+    """The functions of a module that are no properties, with the names of their decorators."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            known = {ast.unparse(each) for each in node.decorator_list}
+            if not known & {"property", "cached_property"}:
+                yield node, known
+
+
+def participles(tree: ast.Module) -> list[str]:
+    """The functions whose name is a bare participle."""
+    return [node.name for node, _ in functions(tree) if PARTICIPLE.fullmatch(node.name.strip("_"))]
+
+
+def without_shapes(tree: ast.Module) -> list[str]:
+    """The entry points of compiled code that take a part of an argument and name the shape of none in their docstring."""
+    found = []
+    for node, known in functions(tree):
+        names = {each.arg for each in node.args.args}
+        arrays = {ast.unparse(each.value) for each in ast.walk(node) if isinstance(each, ast.Subscript)} & names
+        if known & ENTRIES and arrays and not SHAPE.search(ast.get_docstring(node) or ""):
+            found.append(node.name)
+    return found
+
+
+def is_listed(name: str, rooms: tuple[str, ...]) -> bool:
+    """True for a module that is one of some rooms and modules, or in one of them."""
+    return any(name == each or name.startswith(f"{each}/") for each in rooms)
+
+
 def later(file: Path) -> bool:
     """True for a module that does not comply yet."""
-    name = str(file.relative_to(EXACT))
-    return any(name == each or name.startswith(f"{each}/") for each in LATER)
+    return is_listed(str(file.relative_to(EXACT)), LATER)
 
 
 FILES = sorted(file for file in EXACT.rglob("*.py") if file.name != "constants.py")
@@ -78,7 +155,37 @@ def test_the_list_of_modules_that_do_not_comply_yet_can_only_shrink(room: str) -
     assert any(list(complaints(ast.parse(file.read_text()))) for file in files), f"{room} complies: take it off the list"
 
 
+def trees(rooms: tuple[str, ...], listed: bool) -> list[tuple[str, ast.Module]]:
+    """The modules that are listed, or that are not, by rooms or names, with their names."""
+    names = [(str(file.relative_to(EXACT)), file) for file in FILES]
+    return [(name, ast.parse(file.read_text())) for name, file in names if is_listed(name, rooms) == listed]
+
+
+def test_kernels_have_docstrings() -> None:
+    kernels = [(name, *each) for name, tree in trees((), listed=False) for each in functions(tree) if each[1] & COMPILERS]
+    assert len(kernels) > 400
+    assert [(name, node.name) for name, node, _ in kernels if not ast.get_docstring(node)] == []
+
+
+@pytest.mark.parametrize(("rule", "rooms"), [(participles, LATER_NAMES), (without_shapes, LATER_SHAPES)])
+def test_functions_are_named_by_nouns_and_verbs_and_entries_state_shapes(rule: Any, rooms: tuple[str, ...]) -> None:
+    assert [(name, found) for name, tree in trees(rooms, listed=False) if (found := rule(tree))] == []
+    comply = [room for room in rooms if not any(rule(tree) for _, tree in trees((room,), listed=True))]
+    assert comply == [], "these comply: take them off the list"
+
+
+@pytest.mark.parametrize(("file", "sources"), [(file, sources) for file, *sources in SOURCES])
+def test_formulas_cite_their_source(file: str, sources: list[str]) -> None:
+    text = " ".join((EXACT / file).read_text().split())
+    assert [source for source in sources if source not in text] == []
+
+
 def test_the_rules_are_seen_to_be_broken() -> None:
     source = "def f(a, b, c, d, e, f, g, h):\n    return a[0], b[k + 1], 1.5 * c, d.shape[1], e[2:], f[g]"
     assert [each.split(": ")[1] for each in complaints(ast.parse(source))] != []
     assert len(list(complaints(ast.parse(source)))) == 5
+    names = "\n".join(f"def {name}(): ..." for name in ("_moved", "speed", "held", "moved_point"))
+    assert participles(ast.parse(names)) == ["_moved", "held"]
+    entry = "@entry\ndef f(x):\n    'The first number of x{}.'\n    return x[FIRST]"
+    assert without_shapes(ast.parse(entry.format(""))) == ["f"]
+    assert without_shapes(ast.parse(entry.format(", shape (N,)"))) == []

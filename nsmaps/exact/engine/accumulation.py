@@ -13,7 +13,7 @@ def accumulation_time(u, r, press):
     """The time after which impacts accumulate, to second order, from the speed u after one, at a constant acceleration.
 
     The acceleration `press` into the wall is positive, and each impact leaves the share r < 1 of the speed: flights take
-    2 u/press, 2 r u/press, ..., a geometric series (Budd and Dux, section 3).
+    2 u/press, 2 r u/press, ..., a geometric series (Budd and Dux).
     """
     return 2.0 * u / (press * (1.0 - r))
 

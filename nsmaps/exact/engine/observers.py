@@ -235,7 +235,7 @@ def trajectory(p, impact, chatter, track):
 
 @entry
 def sample_flight(p, impact, times, places, velocities):
-    """Displacements and velocities at times after an impact, written into the given arrays."""
+    """Displacements and velocities at times after an impact, all of shape (N,), written into the given arrays."""
     top, bottom = wall_places(p)
     u, _ = rebound(p, impact.up, impact.speed)
     begin(p, angle(impact.phase), top if impact.up else bottom, -u if impact.up else u)

@@ -1,6 +1,7 @@
 """Steps within which a gap certainly stays open, and tests for its certain closing, from its rates and bounds on its derivatives.
 
-A gap y has the rates u, b, j, its first to third derivative by the time; `jerk` and `snap` bound the third and the fourth.
+A gap y has the rates u, b, j, its first to third derivative by the time; `jerk` and `snap` bound the third and the fourth. By
+Taylor's theorem y(h) lies within snap h^4/24 of y + u h + b h^2/2 + j h^3/6, and within jerk h^3/6 of it without its last term.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Contact that lasts, derived from an impact: its rates, and the events that begin and end it.
 
 An impact at g = 0 changes the states along a direction q, scaled so that g' grows by one. Impacts that accumulate bring g' to
-zero along q; then the contact force, along q too, holds g'' at zero, at the rates f - g'' q, until the free g'' becomes positive.
+zero along q; then the contact force, along q too, holds g'' at zero, at the rates f - g'' q, until the free g'' becomes positive
+(A. Nordmark and P. Piiroinen, Nonlinear Dynamics 58, 2009).
 """
 
 from collections.abc import Iterator, Mapping

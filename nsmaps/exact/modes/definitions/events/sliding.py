@@ -2,7 +2,8 @@
 
 With the rates f and f' above and below the surface g = 0, and a and b the rates of g in them, the motion slides where a < 0 < b,
 at the rates f - a (f - f')/(a - b), for which g stays zero; it leaves upwards where a rises to zero and downwards where b falls
-to zero: one of the two fields is then tangential to the surface.
+to zero: one of the two fields is then tangential to the surface (A. F. Filippov, Differential Equations with Discontinuous
+Righthand Sides, Kluwer 1988).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
