@@ -11,6 +11,7 @@ from toys import DraggedBall, Oscillator, Textbook
 
 from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.enclosure.arithmetic import elementary
+from nsmaps.exact.enclosure.arithmetic.balls import Ball
 from nsmaps.exact.enclosure.flight import flow
 from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
 
@@ -51,7 +52,7 @@ def test_flights_in_balls_hold_exact_ones(kind, radius, pair):
     for _ in range(40):
         centre = rng.uniform(0, 2 * np.pi), float(rng.choice(system._kernel().places)), rng.normal(), rng.uniform(0, 5)
         radii = radius * rng.random(4) * [1, 0, 1, 1]
-        found = [ball for balls in motions(p, *zip(centre, radii, strict=True)) for ball in balls]
+        found = [ball for balls in motions(p, *map(Ball, centre, radii)) for ball in balls]
         with mp.workdps(60):
             place = [mp.mpf(x) + mp.mpf(r) * mp.mpf(t) for x, r, t in zip(centre, radii, rng.uniform(-1, 1, 4), strict=True)]
             values = [mp.re(value) for value in exact(*place)]

@@ -4,37 +4,37 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsmaps.exact.compiling.addresses import by_address
-from nsmaps.exact.enclosure.arithmetic.balls import between, high, low, size
+from nsmaps.exact.enclosure.arithmetic.balls import between, exact, high, low, size
 from nsmaps.exact.enclosure.encounters import first_impacts
+from nsmaps.exact.enclosure.images import LOWER, UPPER
 from nsmaps.exact.enclosure.subdivide import (
     FIRST,
-    LOWER,
     MOST_HITS,
     MOST_PARTS,
     SLACK,
     SMALL,
-    UPPER,
     BoxMemory,
     CellImages,
+    ImageRows,
     Progress,
     add_image,
     all_finite,
     box_memory,
+    copy_sides,
     enclose_boxes,
     follow_sets,
     put_word,
 )
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flight.flow import on_top, walls_of
-from nsmaps.exact.engine.jit import entry, inner
+from nsmaps.exact.engine.jit import allocating, entry, inlined, inner
 from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
 LOOSE = 1.1  #: width of the image of a whole box over its linear part, above which corners are used
 BASE_LETTER, OTHER_LETTER = 1, 2  #: digits of the walls in words
+BASE_OF_ONE_WALL, BASE_OF_TWO_WALLS = 4, 5  #: of codes of words
 
 
-@by_address
 class SetMemory(NamedTuple):
     """Workspace for the Taylor sets of one thread."""
 
@@ -42,18 +42,24 @@ class SetMemory(NamedTuple):
     parts: Any  #: shape (MOST_PARTS, ROW), sets that wait
     hits: Any  #: shape (MOST_HITS, ROW), sets at impacts
     ends: Any  #: shape (2, 2), a tightened image
+    spread: Any  #: shape (2,), of the set in flight, by each coordinate
 
 
-def set_memory() -> SetMemory:
+compiled_box_memory = allocating(box_memory)
+
+
+@allocating
+def set_memory():
     """A workspace."""
-    return SetMemory(box_memory(2, PHASE), np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW)), np.empty((2, 2)))
+    parts, hits = np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW))
+    return SetMemory(compiled_box_memory(2, PHASE), parts, hits, np.empty((2, 2)), np.empty(2))
 
 
 @inner
 def word_base(p):
     """The base of codes of words, as in `first_return`."""
     has_up, has_down, _ = walls_of(p)
-    return 5 if has_up and has_down else 4
+    return BASE_OF_TWO_WALLS if has_up and has_down else BASE_OF_ONE_WALL
 
 
 @inner
@@ -77,10 +83,10 @@ def take_impact(p, hit, word, progress, w):
 
 @inner
 def first_impacts_of(p, part, w):
-    """All possible first impacts of a set that waits; of the first flight of a cell the spread by each coordinate is kept."""
-    flight, by = first_impacts(p, w.parts[part, ON_TOP] > 0.0, w.parts[part], w.hits)
+    """All possible first impacts of a set that waits; the spread of the first flight of a cell is kept."""
+    flight = first_impacts(p, part, w)
     if not max(w.box.spread[SPEED], w.box.spread[PHASE]) > 0.0:
-        w.box.spread[SPEED], w.box.spread[PHASE] = by
+        w.box.spread[SPEED], w.box.spread[PHASE] = w.spread[SPEED], w.spread[PHASE]
     return flight
 
 
@@ -89,8 +95,7 @@ def set_images(p, v, phi, w):
     """The images of the set that fills a box: (their number, whether all are bounded, whether some state may have none, whether
     no graze cuts it). A box with one smooth image has it in the first row of `hits`.
     """
-    base_up = on_top(p)
-    put_set(w.parts[FIRST], base_up, box_set(v, phi), True)
+    put_set(w.parts[FIRST], on_top(p), box_set(v, phi), True)
     code, place_value = append_symbol(0, 1, word_base(p), BASE_LETTER, 1)
     put_word(w.box, FIRST, code, place_value)
     w.box.spread[SPEED], w.box.spread[PHASE] = 0.0, 0.0
@@ -112,41 +117,50 @@ def cell_images(p, k, w):
 
 @inner
 def sharpen(p, cell, w, widest):
-    """Tighten the one image of a cell where the map is monotone, and write its spread by each coordinate: True if it is loose.
+    """Tighten the one image of a cell where the map is monotone, and write its spread by each coordinate: True if it is loose."""
+    image, code, floor = get_set(w.hits[FIRST]), w.box.codes[FIRST], SMALL * SMALL
+    one, d, r = image.d, image.all_d, image.r
+    copy_sides(w.box.images[FIRST], w.ends)
+    linear_v = abs(one.v_1.centre) * r.x_1 + abs(one.v_2.centre) * r.x_2 + floor * size(image.box_v)
+    linear_phi = abs(one.phi_1.centre) * r.x_1 + abs(one.phi_2.centre) * r.x_2 + floor
+    loose_v = sharpen_side(p, cell, w, SPEED, (d.v_1, d.v_2), image.box_v.radius / linear_v, widest)
+    loose_phi = sharpen_side(p, cell, w, PHASE, (d.phi_1, d.phi_2), image.box_phi.radius / linear_phi, widest)
+    w.box.codes[FIRST] = code
+    copy_sides(w.ends, w.box.images[FIRST])
+    by_v, by_phi = size(d.v_1) + size(d.phi_1), size(d.v_2) + size(d.phi_2)
+    w.box.spread[SPEED], w.box.spread[PHASE] = by_v * r.x_1, by_phi * r.x_2
+    return loose_v or loose_phi
+
+
+@inner
+def sharpen_side(p, cell, w, side, slopes, wide, widest):
+    """Tighten one side of the image of a cell, so many times as wide as its linear part: True if it is loose.
 
     A component whose derivatives have no zero in the cell takes its extrema at corners.
     """
-    _, _, one, d, _, r, v, phi = get_set(w.hits[FIRST])
-    code, loose = w.box.codes[FIRST], False
-    for row in range(2):
-        for end in range(2):
-            w.ends[row, end] = w.box.images[FIRST, row, end]
-    for row in range(2):
-        a, b = d[2 * row], d[2 * row + 1]
-        linear = abs(one[2 * row][0]) * r[0] + abs(one[2 * row + 1][0]) * r[1] + SMALL * SMALL * (1.0 if row else size(v))
-        wide = (phi[1] if row else v[1]) / linear
-        if not wide > widest:
-            continue
-        if not (abs(a[0]) > a[1] and abs(b[0]) > b[1]):
-            loose = loose or wide > SLACK
-            continue
-        for end in range(2):
-            corner = (cell[0, end if a[0] > 0.0 else 1 - end], 0.0), (cell[1, end if b[0] > 0.0 else 1 - end], 0.0)
-            n, bounded, _, smooth = set_images(p, corner[0], corner[1], w)
-            if n == 1 and bounded and smooth:
-                there = w.box.images[FIRST, row, end]
-                w.ends[row, end] = max(w.ends[row, end], there) if end == LOWER else min(w.ends[row, end], there)
-            else:
-                loose = True
-    w.box.codes[FIRST] = code
-    for row in range(2):
-        for end in range(2):
-            w.box.images[FIRST, row, end] = w.ends[row, end]
-    w.box.spread[SPEED], w.box.spread[PHASE] = (size(d[0]) + size(d[2])) * r[0], (size(d[1]) + size(d[3])) * r[1]
+    by_v, by_phi = slopes
+    if not wide > widest:
+        return False
+    if not (abs(by_v.centre) > by_v.radius and abs(by_phi.centre) > by_phi.radius):
+        return wide > SLACK
+    loose = False
+    for end in range(2):
+        number, bounded, _, whole = set_images(p, corner(cell, SPEED, by_v, end), corner(cell, PHASE, by_phi, end), w)
+        if number == 1 and bounded and whole:
+            there = w.box.images[FIRST, side, end]
+            w.ends[side, end] = max(w.ends[side, end], there) if end == LOWER else min(w.ends[side, end], there)
+        else:
+            loose = True
     return loose
 
 
+@inlined
+def corner(cell, c, slope, end):
+    """Where in a cell a component with this derivative by coordinate c is least, or greatest."""
+    return exact(cell[c, end if slope.centre > 0.0 else UPPER - end])
+
+
 @entry
-def all_box_images(p, w, boxes, rows):
-    """Write the images of boxes of shape (N, 2, 2) into `ImageRows`; returns their number."""
-    return enclose_boxes(p, boxes, rows, w, cell_images)
+def all_box_images(p, boxes, codes, images, number, empty, bounded):
+    """Write the images of boxes of shape (N, 2, 2) into the fields of `ImageRows`; returns their number."""
+    return enclose_boxes(p, boxes, ImageRows(codes, images, number, empty, bounded), set_memory(), cell_images)

@@ -12,6 +12,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
 
 MOST_PHASE = 1e10  #: radians; larger phases have lost too many digits
+LOWER, UPPER = range(2)  #: ends of the side of a box
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -37,9 +38,9 @@ class BoxImages:
         hull = np.full((len(self.bounded), *self.images.shape[1:]), np.nan)
         if len(self.source):
             first = np.flatnonzero(np.diff(self.source, prepend=-1))
-            hull[self.source[first], :, 0] = np.minimum.reduceat(self.images[:, :, 0], first)
-            hull[self.source[first], :, 1] = np.maximum.reduceat(self.images[:, :, 1], first)
-        hull[~self.bounded, :, 0], hull[~self.bounded, :, 1] = -np.inf, np.inf
+            hull[self.source[first], :, LOWER] = np.minimum.reduceat(self.images[:, :, LOWER], first)
+            hull[self.source[first], :, UPPER] = np.maximum.reduceat(self.images[:, :, UPPER], first)
+        hull[~self.bounded] = -np.inf, np.inf
         return hull
 
 
@@ -69,7 +70,7 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
             f"the lower and the upper end of each of {coordinates}"
         )
     angles = np.abs(array[:, Coordinates(coordinates).angles]).max(axis=(1, 2), initial=0.0)
-    right = np.isfinite(array).all(axis=(1, 2)) & (array[:, :, 0] <= array[:, :, 1]).all(axis=1) & (angles <= MOST_PHASE)
+    right = np.isfinite(array).all(axis=(1, 2)) & (array[:, :, LOWER] <= array[:, :, UPPER]).all(axis=1) & (angles <= MOST_PHASE)
     if not right.all():
         i = int(np.argmin(right))
         raise StateError(

@@ -6,48 +6,51 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.enclosure.cells import all_box_images, set_memory
+from nsmaps.exact.enclosure.arithmetic.balls import ENLARGE
+from nsmaps.exact.enclosure.cells import all_box_images
 from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
-from nsmaps.exact.enclosure.images import BoxImages, as_boxes
-from nsmaps.exact.enclosure.subdivide import MOST_IMAGES, ImageRows
+from nsmaps.exact.enclosure.images import UPPER, BoxImages, as_boxes
+from nsmaps.exact.enclosure.subdivide import MOST_IMAGES
+from nsmaps.exact.engine.returns import SPEED
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import words_of
 
 CHUNK = 1_000  #: boxes that a thread takes at a time
+FULL_TURN = TWO_PI * ENLARGE  #: an upper bound
 
 
 def image_boxes(system: ImpactFormulas, boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `ImpactSystem.image_boxes`."""
     start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
-    below, none = start[:, 0].T < 0
-    start[:, 0] = np.maximum(start[:, 0], 0)
-    found = images_in_chunks(system, start, lambda *given: all_box_images(ball_flow(table), set_memory(), *given))
+    below, none = start[:, SPEED].T < 0
+    start[:, SPEED] = np.maximum(start[:, SPEED], 0)
+    found = images_in_chunks(system, start, lambda *given: all_box_images(ball_flow(table), *given))
     kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
     return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
 
 
-def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[[Floats, ImageRows], int]) -> BoxImages:
+def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[..., int]) -> BoxImages:
     """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
 
     Args:
-        enclose: of a chunk of boxes; it fills `ImageRows`, as many rows of images as it returns.
+        enclose: of a chunk of boxes and the fields of `ImageRows`, of which it fills as many rows of images as it returns.
     """
     (n, m), angles = start.shape[:2], system.coordinates.angles
-    low, high = start[:, :, 0], start[:, :, 1]
+    low, high = np.moveaxis(start, -1, 0)
     circles = np.where(angles, np.maximum(np.ceil((high - low) / TWO_PI) - 1, 0), 0.0)  # after the first
     if circles.any():
-        start = np.stack([low, np.where(circles > 0, low + TWO_PI * (1 + 1e-15), high)], axis=2)
+        start = np.stack([low, np.where(circles > 0, low + FULL_TURN, high)], axis=2)
     number, empty, bounded = np.empty(n, np.int64), np.empty(n, bool), np.empty(n, bool)
     parts = {0: (np.empty(0, np.int64), np.empty((0, m, 2)))}
 
     def run(k: slice) -> None:
         rows = len(start[k]) * MOST_IMAGES  # memory is used for the rows that are written
         codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
-        rows = enclose(start[k], ImageRows(codes, images, number[k], empty[k], bounded[k]))
+        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
         if circles[k].any():
-            images[:rows, :, 1] += TWO_PI * (1 + 1e-15) * np.repeat(circles[k], number[k], axis=0)
+            images[:rows, :, UPPER] += FULL_TURN * np.repeat(circles[k], number[k], axis=0)
         parts[k.start] = codes[:rows], images[:rows]
 
     in_chunks(n, run, CHUNK)

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.compiling.addresses import by_address
-from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, badd, bneg, high, low, reduced
+from nsmaps.exact.enclosure.arithmetic.balls import ZERO, badd, bneg, exact, high, low, reduce_phase
+from nsmaps.exact.enclosure.images import LOWER, UPPER
 from nsmaps.exact.engine.jit import inner
 
 MOST_IMAGES = 16  #: words distinguished in one box
@@ -29,7 +30,6 @@ SLACK = 1.25  #: width of an image over its linear part, above which cells are h
 SMALL = 1e-9  #: of the size of a coordinate, or of a radian: half sides that are not halved
 LANDED, GONE, SPENT = range(3)  #: how the flight of a set ended; except for the first, perhaps for some states only
 FIRST = 0  #: place of the box among its cells, of the set of a cell among those that wait
-LOWER, UPPER = range(2)  #: ends of the side of a box
 CODE, PLACE_VALUE = range(2)  #: of a word so far
 
 
@@ -100,6 +100,13 @@ def box_memory(coordinates: int, phase: int) -> BoxMemory:
         images=np.zeros((MOST_IMAGES, coordinates, 2)),
         words=np.zeros((MOST_PARTS + 1, 2), np.int64),
     )
+
+
+@inner
+def copy_sides(sides, to):
+    """Copy a box of shape (m, 2)."""
+    for c in range(len(sides)):
+        to[c, LOWER], to[c, UPPER] = sides[c, LOWER], sides[c, UPPER]
 
 
 @inner
@@ -175,11 +182,12 @@ def halve(box, k, last):
             best = c
     if best < 0:
         return False
+    second = last + 1
     for c in range(cells.shape[1]):
         lower, upper = cells[k, c, LOWER], cells[k, c, UPPER]
         middle = 0.5 * (lower + upper)
         cells[last, c, LOWER], cells[last, c, UPPER] = lower, middle if c == best else upper
-        cells[last + 1, c, LOWER], cells[last + 1, c, UPPER] = middle if c == best else lower, upper
+        cells[second, c, LOWER], cells[second, c, UPPER] = middle if c == best else lower, upper
     return True
 
 
@@ -207,12 +215,12 @@ def enclose_box(p, codes, images, w, cell_images):
 @inner
 def first_cell(box, sides):
     """Write the first cell, with the phase in the first turn of its circle; returns the angle of the turns removed, a ball."""
-    turns = NOTHING
+    turns = ZERO
     for c in range(len(sides)):
         lower, upper = sides[c, LOWER], sides[c, UPPER]
         if c == box.phase:
-            _, turns = reduced((0.5 * (lower + upper), 0.0))
-            lower, upper = low(badd((lower, 0.0), bneg(turns))), high(badd((upper, 0.0), bneg(turns)))
+            _, turns = reduce_phase(exact(0.5 * (lower + upper)))
+            lower, upper = low(badd(exact(lower), bneg(turns))), high(badd(exact(upper), bneg(turns)))
         box.cells[FIRST, c, LOWER], box.cells[FIRST, c, UPPER] = lower, upper
     return turns
 
@@ -231,8 +239,8 @@ def enclose_boxes(p, boxes, rows, w, cell_images):
         elif w.box.phase >= 0:
             for k in range(number):
                 lower, upper = images[k, w.box.phase, LOWER], images[k, w.box.phase, UPPER]
-                images[k, w.box.phase, LOWER] = low(badd((lower, 0.0), turns))
-                images[k, w.box.phase, UPPER] = high(badd((upper, 0.0), turns))
+                images[k, w.box.phase, LOWER] = low(badd(exact(lower), turns))
+                images[k, w.box.phase, UPPER] = high(badd(exact(upper), turns))
         rows.number[i], rows.bounded[i], rows.empty[i] = number, bounded, empty
         total += number
     return total

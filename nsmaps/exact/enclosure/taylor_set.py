@@ -1,4 +1,5 @@
-"""Second-order Taylor sets: sets of states that are followed together.
+"""Second-order Taylor sets: sets of states that are followed together (K. Makino, M. Berz, *Taylor models and other validated
+functional inclusion methods*, Int. J. Pure Appl. Math. 4, 2003, here of first and second order with the mean value form besides).
 
 A *Taylor set* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative d,
 for all x the first derivative D and the second derivative H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi)
@@ -7,7 +8,23 @@ power of 1/rate, D as the first, and the box does not grow; elsewhere H makes th
 that of the box and, by the mean value theorem, that of the centre plus its derivative over the set times x.
 """
 
-from nsmaps.exact.enclosure.arithmetic.balls import GROW, NOTHING, ONE, bmeet, bmul, bneg, met, size
+from typing import NamedTuple
+
+from nsmaps.exact.enclosure.arithmetic.balls import (
+    GROW,
+    ONE,
+    ZERO,
+    Ball,
+    ball_in,
+    bdot,
+    bmeet,
+    bmul,
+    bneg,
+    exact,
+    put_ball,
+    size,
+    widen,
+)
 from nsmaps.exact.enclosure.arithmetic.elementary import bangle
 from nsmaps.exact.enclosure.flight.bounds import ball_bounds
 from nsmaps.exact.enclosure.flight.flow import (
@@ -20,128 +37,222 @@ from nsmaps.exact.enclosure.flight.flow import (
     ball_tangent,
     centre_begin,
 )
+from nsmaps.exact.enclosure.flight.terms import Motion
 from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
 
-ON_TOP, SMOOTH, ROW = 38, 39, 40  # columns of a table of Taylor sets
+# A row of a table of Taylor sets, balls in pairs of numbers
+AT_SPEED, AT_PHASE, AT_SLOPES, AT_ALL_SLOPES, AT_BENDS, AT_RADII, AT_BOX_SPEED, AT_BOX_PHASE = 0, 2, 4, 12, 20, 32, 34, 36
+ON_TOP, SMOOTH, ROW = 38, 39, 40
+
+
+class Radii(NamedTuple):
+    """The radii of x."""
+
+    x_1: float
+    x_2: float
+
+
+class Slopes(NamedTuple):
+    """First derivatives of speed and phase by x."""
+
+    v_1: Ball
+    v_2: Ball
+    phi_1: Ball
+    phi_2: Ball
+
+
+class Bends(NamedTuple):
+    """Second derivatives of speed and phase by x."""
+
+    v_11: Ball
+    v_12: Ball
+    v_22: Ball
+    phi_11: Ball
+    phi_12: Ball
+    phi_22: Ball
+
+
+class TaylorSet(NamedTuple):
+    """A set of impacts: see above."""
+
+    v: Ball  #: speed of the centre
+    phi: Ball  #: phase of the centre
+    d: Slopes  #: at the centre
+    all_d: Slopes  #: over the set
+    h: Bends  #: over the set
+    r: Radii
+    box_v: Ball
+    box_phi: Ball
+
+
+class StartSlopes(NamedTuple):
+    """First derivatives of phase and velocity just after impacts by x."""
+
+    phi_1: Ball
+    phi_2: Ball
+    w_1: Ball
+    w_2: Ball
+
+
+class MotionSlopes(NamedTuple):
+    """First derivatives of displacement and velocity at fixed times by x."""
+
+    d_1: Ball
+    d_2: Ball
+    v_1: Ball
+    v_2: Ball
+
+
+class Launch(NamedTuple):
+    """The flights of a Taylor set."""
+
+    part: int  #: place of the set among those that wait
+    up: bool  #: whether it starts on the upper wall
+    w: Ball  #: velocities at the start, over the set
+    centre: Ball  #: that of the centre
+    y: StartSlopes  #: over the set
+    r: Radii
+    start: Motion  #: over the set
+    jerk: float  #: bounds for all times, of the absolute value
+    snap: float
+    last: float  #: longest flight that is followed, in the system's time
 
 
 @inlined
 def box_set(v, phi):
     """The Taylor set that fills a box."""
-    flat = NOTHING, NOTHING, NOTHING, NOTHING, NOTHING, NOTHING
-    unit = ONE, NOTHING, NOTHING, ONE
-    return (v[0], 0.0), (phi[0], 0.0), unit, unit, flat, (v[1], phi[1]), v, phi
+    unit = Slopes(ONE, ZERO, ZERO, ONE)
+    flat = Bends(ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+    return TaylorSet(exact(v.centre), exact(phi.centre), unit, unit, flat, Radii(v.radius, phi.radius), v, phi)
 
 
 @inlined
-def put_set(t, upper, taylor_set, smooth):
-    """Write a Taylor set into a row of a table."""
-    v, phi, d, all_x, h, r, box_v, box_phi = taylor_set
-    k = 0
-    for each in (v, phi, *d, *all_x, *h, r, box_v, box_phi):
-        t[k], t[k + 1] = each
+def put_balls(row, k, balls):
+    """Write balls from place k of a row on."""
+    for ball in balls:
+        put_ball(row, k, ball)
         k += 2
-    t[ON_TOP], t[SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
 
 
 @inlined
-def four(t, k):
-    """Four balls from place k of a row."""
-    return (t[k], t[k + 1]), (t[k + 2], t[k + 3]), (t[k + 4], t[k + 5]), (t[k + 6], t[k + 7])
+def put_set(row, upper, a_set, smooth):
+    """Write a Taylor set into a row of a table."""
+    put_balls(row, AT_SPEED, (a_set.v, a_set.phi))
+    put_balls(row, AT_SLOPES, a_set.d)
+    put_balls(row, AT_ALL_SLOPES, a_set.all_d)
+    put_balls(row, AT_BENDS, a_set.h)
+    put_balls(row, AT_RADII, (Ball(a_set.r.x_1, a_set.r.x_2), a_set.box_v, a_set.box_phi))
+    row[ON_TOP], row[SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
 
 
 @inlined
-def get_set(t):
+def slopes_in(row, k):
+    """The first derivatives from place k of a row on."""
+    return Slopes(ball_in(row, k), ball_in(row, k + 2), ball_in(row, k + 4), ball_in(row, k + 6))
+
+
+@inlined
+def bends_in(row, k):
+    """The second derivatives from place k of a row on."""
+    v_11, v_12, v_22 = ball_in(row, k), ball_in(row, k + 2), ball_in(row, k + 4)
+    return Bends(v_11, v_12, v_22, ball_in(row, k + 6), ball_in(row, k + 8), ball_in(row, k + 10))
+
+
+@inlined
+def get_set(row):
     """The Taylor set in a row of a table."""
-    h = *four(t, 20), (t[28], t[29]), (t[30], t[31])
-    return (t[0], t[1]), (t[2], t[3]), four(t, 4), four(t, 12), h, radii(t), (t[34], t[35]), (t[36], t[37])
+    d, all_d, h = slopes_in(row, AT_SLOPES), slopes_in(row, AT_ALL_SLOPES), bends_in(row, AT_BENDS)
+    v, phi = box_of(row)
+    return TaylorSet(ball_in(row, AT_SPEED), ball_in(row, AT_PHASE), d, all_d, h, radii(row), v, phi)
 
 
 @inlined
-def radii(t):
+def radii(row):
     """The radii of x of the Taylor set in a row."""
-    return t[32], t[33]
+    r = ball_in(row, AT_RADII)
+    return Radii(r.centre, r.radius)
 
 
 @inlined
-def box_of(t):
+def box_of(row):
     """The box of the Taylor set in a row."""
-    return (t[34], t[35]), (t[36], t[37])
+    return ball_in(row, AT_BOX_SPEED), ball_in(row, AT_BOX_PHASE)
 
 
 @inlined
 def spread(a, b, r):
     """The radius of a x_1 + b x_2."""
-    return (size(a) * r[0] + size(b) * r[1]) * GROW
+    return (size(a) * r.x_1 + size(b) * r.x_2) * GROW
 
 
 @inlined
-def widened(c, r):
-    """A ball with a larger radius."""
-    return c[0], (c[1] + r) * GROW
+def spreads(a, b, r):
+    """The radii of a x_1 and of b x_2."""
+    return size(a) * r.x_1, size(b) * r.x_2
 
 
 @inner
-def slopes(known, d, h, r):
+def narrow_slopes(known, d, h, r):
     """Bounds on the first derivative over a set, intersected with those from the derivative of the centre and the second
     derivative.
     """
-    return (
-        bmeet(known[0], widened(d[0], spread(h[0], h[1], r))),
-        bmeet(known[1], widened(d[1], spread(h[1], h[2], r))),
-        bmeet(known[2], widened(d[2], spread(h[3], h[4], r))),
-        bmeet(known[3], widened(d[3], spread(h[4], h[5], r))),
+    return Slopes(
+        bmeet(known.v_1, widen(d.v_1, spread(h.v_11, h.v_12, r))),
+        bmeet(known.v_2, widen(d.v_2, spread(h.v_12, h.v_22, r))),
+        bmeet(known.phi_1, widen(d.phi_1, spread(h.phi_11, h.phi_12, r))),
+        bmeet(known.phi_2, widen(d.phi_2, spread(h.phi_12, h.phi_22, r))),
     )
 
 
 @inner
-def launch_of(p, up, v):
+def launch_velocity(p, up, v):
     """The velocity after impacts of speeds v, and its first and second derivatives by v."""
     u, slope, bend = ball_rebound(p, up, v)
     return (bneg(u), bneg(slope), bneg(bend)) if up else (u, slope, bend)
 
 
-@inner
-def launched(p, up, row):
-    """Write the part of the flights of the set in a row, and of its centre, that does not depend on time; their velocities and
-    bounds.
+@inlined
+def start_slopes(d, slope):
+    """First derivatives of phase and velocity just after impacts, where the velocity has this derivative by the speed."""
+    return StartSlopes(d.phi_1, d.phi_2, bmul(slope, d.v_1), bmul(slope, d.v_2))
 
-    Returns ((velocities, those of the centre, phase and velocity by x, radii of x), acceleration and jerk at the start, bound on
-    |jerk|, on |snap|).
-    """
-    v, phi, _, d, _, r, box_v, box_phi = get_set(row)
+
+@inner
+def launch_set(p, part, row, last):
+    """Write the part of the flights of the set in a row, and of its centre, that does not depend on time: the `Launch`."""
+    a_set, up = get_set(row), row[ON_TOP] > 0.0
     top, bottom = ball_places(p)
     z = top if up else bottom
-    w, slope, _ = launch_of(p, up, box_v)
-    centre, _, _ = launch_of(p, up, v)
-    whole = bangle(box_phi)
-    ball_begin(p, p.one, bangle(phi), z, centre)
-    centre_begin(p, centre[0])
+    w, slope, _ = launch_velocity(p, up, a_set.box_v)
+    centre, _, _ = launch_velocity(p, up, a_set.v)
+    whole = bangle(a_set.box_phi)
+    ball_begin(p, p.one, bangle(a_set.phi), z, centre)
+    centre_begin(p, centre.centre)
     ball_begin(p, p.whole, whole, z, w)
     jerk, snap = ball_bounds(p, p.whole)
-    by_x = d[2], d[3], bmul(slope, d[0]), bmul(slope, d[1])
-    return (w, centre, by_x, r), ball_start(p, whole, z, w), jerk * OUTWARD, snap * OUTWARD
+    acceleration, jerk_then = ball_start(p, whole, z, w)
+    y, start = start_slopes(a_set.all_d, slope), Motion(ZERO, w, acceleration, jerk_then)
+    return Launch(part, up, w, centre, y, a_set.r, start, jerk * OUTWARD, snap * OUTWARD, last)
 
 
 @inlined
 def by_start(tangent, y):
     """The derivatives of displacement and velocity by x at fixed times, from those by phase and velocity of the start."""
-    return (
-        met(tangent[0], tangent[1], y[0], y[2]),
-        met(tangent[0], tangent[1], y[1], y[3]),
-        met(tangent[2], tangent[3], y[0], y[2]),
-        met(tangent[2], tangent[3], y[1], y[3]),
+    return MotionSlopes(
+        bdot(tangent.d_phi, tangent.d_w, y.phi_1, y.w_1),
+        bdot(tangent.d_phi, tangent.d_w, y.phi_2, y.w_2),
+        bdot(tangent.v_phi, tangent.v_w, y.phi_1, y.w_1),
+        bdot(tangent.v_phi, tangent.v_w, y.phi_2, y.w_2),
     )
 
 
 @inner
-def view(p, flight, s):
+def narrow_motion(p, launch, s):
     """Displacement and its rates over a set at time s, intersected with those from its centre; and its spread by x_1 and x_2."""
-    at_time(p, (s, 0.0))
-    d, v, _, _ = ball_motion(p, p.one, flight[1], 1)
-    all_d, all_v, all_a, all_j = ball_motion(p, p.whole, flight[0], 3)
-    d_1, d_2, v_1, v_2 = by_start(ball_tangent(p, p.whole, 1), flight[2])
-    r = flight[3]
-    motion = bmeet(all_d, widened(d, spread(d_1, d_2, r))), bmeet(all_v, widened(v, spread(v_1, v_2, r))), all_a, all_j
-    return motion, (size(d_1) * r[0], size(d_2) * r[1])
+    at_time(p, exact(s))
+    d, v, _, _ = ball_motion(p, p.one, launch.centre, 1)
+    all_d, all_v, a, j = ball_motion(p, p.whole, launch.w, 3)
+    x, r = by_start(ball_tangent(p, p.whole, 1), launch.y), launch.r
+    d, v = bmeet(all_d, widen(d, spread(x.d_1, x.d_2, r))), bmeet(all_v, widen(v, spread(x.v_1, x.v_2, r)))
+    return Motion(d, v, a, j), spreads(x.d_1, x.d_2, r)

@@ -1,100 +1,147 @@
 """Balls: numbers known up to a radius, in an arithmetic that rounds outward.
 
-A ball is a pair (centre, radius). The result of every operation contains the results for all numbers of its operands: a bound on
-the rounding error of the centre, at least one unit in its last place, is added to the radius, and then a bound on the rounding
-error of the radius (S. M. Rump, Acta Numerica 19, 2010, section 10). An infinite or NaN radius states that nothing is known.
+The result of every operation contains the results for all numbers of its operands: a bound on the rounding error of the centre,
+at least one unit in its last place, is added to the radius, and then a bound on the rounding error of the radius (S. M. Rump,
+Acta Numerica 19, 2010, section 10). An infinite or NaN radius states that nothing is known.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from nsmaps.exact.engine.jit import inlined, inner
 
-UNIT = 2.3e-16  # more than 2^-52: at least one unit in the last place
-GROW = 1.0 + 2e-15  # more than a few roundings of a radius
-TINY = 1e-300  # more than underflow loses
-NOTHING, ONE = (0.0, 0.0), (1.0, 0.0)
-PI_REST = 1.3e-16  # more than |pi - fl(pi)|
+UNIT = 2.3e-16  #: more than 2^-52: at least one unit in the last place
+GROW = 1.0 + 2e-15  #: more than a few roundings of a radius
+TINY = 1e-300  #: more than underflow loses
+PI_REST = 1.3e-16  #: more than |pi - fl(pi)|
+SHRINK, ENLARGE = 1.0 - 1e-15, 1.0 + 1e-15  #: beyond the roundings of a difference, of a square root
+RADIUS = 1  #: place of the radius in an array, after that of the centre
+
+
+class Ball(NamedTuple):
+    """All numbers within a radius of a centre."""
+
+    centre: float
+    radius: float
+
+
+ZERO, ONE = Ball(0.0, 0.0), Ball(1.0, 0.0)
 
 
 @inlined
 def badd(a, b):
     """The sum."""
-    c = a[0] + b[0]
-    return c, (a[1] + b[1] + UNIT * abs(c)) * GROW
+    c = a.centre + b.centre
+    return Ball(c, (a.radius + b.radius + UNIT * abs(c)) * GROW)
 
 
 @inlined
 def bneg(a):
     """The negative."""
-    return -a[0], a[1]
+    return Ball(-a.centre, a.radius)
 
 
 @inlined
 def bsub(a, b):
     """The difference."""
-    c = a[0] - b[0]
-    return c, (a[1] + b[1] + UNIT * abs(c)) * GROW
+    c = a.centre - b.centre
+    return Ball(c, (a.radius + b.radius + UNIT * abs(c)) * GROW)
+
+
+@inlined
+def spread_of_product(a, b):
+    """The radius of a product, without rounding."""
+    return abs(a.centre) * b.radius + a.radius * (abs(b.centre) + b.radius)
 
 
 @inlined
 def bmul(a, b):
     """The product."""
-    c = a[0] * b[0]
-    return c, (abs(a[0]) * b[1] + a[1] * (abs(b[0]) + b[1]) + UNIT * abs(c)) * GROW + TINY
+    c = a.centre * b.centre
+    return Ball(c, (spread_of_product(a, b) + UNIT * abs(c)) * GROW + TINY)
 
 
 @inlined
 def bplus(a, x, y):
     """The sum a + x y, with one enlargement of the radius for all rounding errors."""
-    p = x[0] * y[0]
-    c = a[0] + p
-    r = abs(x[0]) * y[1] + x[1] * (abs(y[0]) + y[1])
-    return c, (a[1] + r + UNIT * (abs(p) + abs(c))) * GROW + TINY
+    p = x.centre * y.centre
+    c = a.centre + p
+    return Ball(c, (a.radius + spread_of_product(x, y) + UNIT * (abs(p) + abs(c))) * GROW + TINY)
 
 
 @inlined
-def met(x, y, u, v):
+def bdot(x, y, u, v):
     """The sum x u + y v, as in `bplus`."""
-    p, q = x[0] * u[0], y[0] * v[0]
+    p, q = x.centre * u.centre, y.centre * v.centre
     c = p + q
-    r = (abs(x[0]) * u[1] + x[1] * (abs(u[0]) + u[1])) + (abs(y[0]) * v[1] + y[1] * (abs(v[0]) + v[1]))
-    return c, (r + UNIT * (abs(p) + abs(q) + abs(c))) * GROW + TINY
+    r = spread_of_product(x, u) + spread_of_product(y, v)
+    return Ball(c, (r + UNIT * (abs(p) + abs(q) + abs(c))) * GROW + TINY)
 
 
 @inlined
 def binv(a):
     """The reciprocal; its radius is infinite where the ball contains zero."""
-    lower = (abs(a[0]) - a[1]) * (1.0 - 1e-15)
-    c = 1.0 / a[0]
-    r = (a[1] * abs(c) / lower + UNIT * abs(c)) * GROW + TINY
-    return c, r if lower > 0.0 else math.inf
+    lower = (abs(a.centre) - a.radius) * SHRINK
+    c = 1.0 / a.centre
+    r = (a.radius * abs(c) / lower + UNIT * abs(c)) * GROW + TINY
+    return Ball(c, r if lower > 0.0 else math.inf)
 
 
 @inlined
 def low(a):
     """A lower bound on the ball."""
-    return a[0] - a[1] - UNIT * (abs(a[0]) + a[1])
+    return a.centre - a.radius - UNIT * (abs(a.centre) + a.radius)
 
 
 @inlined
 def high(a):
     """An upper bound on the ball."""
-    return a[0] + a[1] + UNIT * (abs(a[0]) + a[1])
+    return a.centre + a.radius + UNIT * (abs(a.centre) + a.radius)
 
 
 @inlined
 def size(a):
     """A bound on the absolute value."""
-    return (abs(a[0]) + a[1]) * GROW
+    return (abs(a.centre) + a.radius) * GROW
+
+
+@inlined
+def exact(x):
+    """The ball of one number."""
+    return Ball(x, 0.0)
+
+
+@inlined
+def bhalf(a):
+    """Half of a ball: exact."""
+    return Ball(0.5 * a.centre, 0.5 * a.radius)
+
+
+@inlined
+def btwice(a):
+    """Twice a ball: exact."""
+    return Ball(2.0 * a.centre, 2.0 * a.radius)
+
+
+@inlined
+def widen(a, r):
+    """A ball with a radius larger by r."""
+    return Ball(a.centre, (a.radius + r) * GROW)
 
 
 @inlined
 def between(lower, upper):
     """The ball of all numbers between two bounds."""
     c = 0.5 * (lower + upper)
-    return c, max(c - lower, upper - c) * GROW
+    return Ball(c, max(c - lower, upper - c) * GROW)
+
+
+@inlined
+def bhull(a, b):
+    """A ball that contains two balls."""
+    return between(min(low(a), low(b)), max(high(a), high(b)))
 
 
 @inlined
@@ -107,14 +154,14 @@ def bmeet(a, b):
 @inner
 def bsqrt(a):
     """The square root of a ball of nonnegative numbers."""
-    root = between(math.sqrt(max(low(a), 0.0)) * (1.0 - 1e-15), math.sqrt(high(a)) * (1.0 + 1e-15))
-    return root[0], root[1] * GROW + TINY
+    root = between(math.sqrt(max(low(a), 0.0)) * SHRINK, math.sqrt(high(a)) * ENLARGE)
+    return Ball(root.centre, root.radius * GROW + TINY)
 
 
 @inlined
 def babs(a):
     """The absolute value."""
-    return (abs(a[0]), a[1]) if abs(a[0]) >= a[1] else between(0.0, size(a))
+    return Ball(abs(a.centre), a.radius) if abs(a.centre) >= a.radius else between(0.0, size(a))
 
 
 @inlined
@@ -130,26 +177,25 @@ def bmin(a, b):
 
 
 @inner
-def reduced(phi):
-    """The phase reduced modulo 2 pi, its centre in [0, 2 pi), and the number of turns removed."""
-    whole = np.floor(phi[0] / (2.0 * math.pi))
-    turns = bmul((whole, 0.0), (2.0 * math.pi, 2.0 * PI_REST))
+def reduce_phase(phi):
+    """The phase reduced modulo 2 pi, its centre in [0, 2 pi), and the angle of the turns removed."""
+    turns = bmul(exact(np.floor(phi.centre / (2.0 * math.pi))), Ball(2.0 * math.pi, 2.0 * PI_REST))
     return bsub(phi, turns), turns
 
 
 @inlined
 def rounded(x):
     """The ball of all numbers that round to x."""
-    return x, UNIT * abs(x)
+    return Ball(x, UNIT * abs(x))
 
 
 @inlined
-def ball_in(c, k):
-    """The ball at place k."""
-    return c[k], c[k + 1]
+def ball_in(numbers, k):
+    """The ball at place k of an array."""
+    return Ball(numbers[k], numbers[k + RADIUS])
 
 
 @inlined
-def put_ball(c, k, ball):
-    """Write a ball."""
-    c[k], c[k + 1] = ball
+def put_ball(numbers, k, ball):
+    """Write a ball at place k of an array."""
+    numbers[k], numbers[k + RADIUS] = ball.centre, ball.radius

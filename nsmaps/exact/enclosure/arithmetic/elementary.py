@@ -5,9 +5,10 @@ in intervals of many digits; the constants here are those bounds, rounded up.
 """
 
 import math
+from typing import NamedTuple
 
-from nsmaps.exact.enclosure.arithmetic.balls import ONE, TINY, between, bmul, bsub, high, low, size
-from nsmaps.exact.engine.constants import FARTHEST
+from nsmaps.exact.enclosure.arithmetic.balls import ONE, TINY, Ball, between, bmul, bsub, exact, high, low, size
+from nsmaps.exact.engine.constants import FARTHEST, THREE
 from nsmaps.exact.engine.flight.remainders import growth, reduce_exponent, wave
 from nsmaps.exact.engine.jit import inner
 
@@ -15,6 +16,14 @@ COSINE_OFF, SINE_OFF, REST_OFF = 2e-15, 1e-15, 5e-15  # relative error of cos - 
 GROWTH_OFF, BEND_OFF, EXP_OFF = 1e-15, 4e-15, 1e-15  # relative error of exp - 1, exp - 1 - x and exp itself
 PARTS_OFF, MOST_ANGLE = 1e-36, 1e6  # error of the reduction to quarter turns, per radian; radians up to which it holds
 WIDER = 1.0 + 8e-15  # more than the error of a radius computed from these functions with a few roundings
+
+
+class BallPhase(NamedTuple):
+    """Phases of the forcing."""
+
+    phi: Ball
+    less: Ball  #: its cosine minus one
+    sine: Ball
 
 
 @inner
@@ -25,9 +34,9 @@ def bwave(a):
     lost = PARTS_OFF * abs(x) if abs(x) <= MOST_ANGLE else math.inf
     s, c, q = abs(sine) + lost, abs(1.0 + less) + COSINE_OFF, 0.5 * h * h
     return (
-        (less, (min(s * h + c * q, 2.0) + COSINE_OFF * abs(less) + lost) * WIDER + TINY),
-        (sine, (min(c * h + s * q, 2.0) + SINE_OFF * s + lost) * WIDER + TINY),
-        (remainder, (min(abs(less) * h + s * q + h * q / 3.0, 2.0 + h) + REST_OFF * abs(remainder) + lost) * WIDER + TINY),
+        Ball(less, (min(s * h + c * q, 2.0) + COSINE_OFF * abs(less) + lost) * WIDER + TINY),
+        Ball(sine, (min(c * h + s * q, 2.0) + SINE_OFF * s + lost) * WIDER + TINY),
+        Ball(remainder, (min(abs(less) * h + s * q + h * q / THREE, 2.0 + h) + REST_OFF * abs(remainder) + lost) * WIDER + TINY),
     )
 
 
@@ -39,8 +48,8 @@ def bgrowth(a):
     more, bend = growth(h)
     whole = 1.0 + plain + 2.0 * GROWTH_OFF
     return (
-        (plain, (whole * more + GROWTH_OFF * abs(plain)) * WIDER + TINY),
-        (remainder, (abs(plain) * h + whole * bend + BEND_OFF * abs(remainder)) * WIDER + TINY),
+        Ball(plain, (whole * more + GROWTH_OFF * abs(plain)) * WIDER + TINY),
+        Ball(remainder, (abs(plain) * h + whole * bend + BEND_OFF * abs(remainder)) * WIDER + TINY),
     )
 
 
@@ -50,16 +59,16 @@ def bexp(a):
     x, h = a
     n, more = reduce_exponent(min(max(x, -FARTHEST), FARTHEST))
     c = math.ldexp(1.0 + more, n)
-    off = EXP_OFF if abs(x) <= FARTHEST else 1.0 if x < 0.0 else math.inf
-    return c, c * (growth(h)[0] + off) * WIDER + TINY
+    off, (more, _) = EXP_OFF if abs(x) <= FARTHEST else 1.0 if x < 0.0 else math.inf, growth(h)
+    return Ball(c, c * (more + off) * WIDER + TINY)
 
 
 @inner
 def log_of(x):
     """The logarithm of a number, from an approximation c by log x = c + log(1 + w) with w = x exp(-c) - 1."""
     c = math.log(x)
-    w = size(bsub(bmul((x, 0.0), bexp((-c, 0.0))), ONE))
-    return c, w / (1.0 - w) * WIDER if w < 0.5 else math.inf
+    w = size(bsub(bmul(exact(x), bexp(exact(-c))), ONE))
+    return Ball(c, w / (1.0 - w) * WIDER if w < 0.5 else math.inf)
 
 
 @inner
@@ -70,6 +79,6 @@ def blog(a):
 
 @inner
 def bangle(phi):
-    """A phase with its cosine minus one and its sine, as in `angle`."""
+    """A phase with its cosine and sine, as in `angle`."""
     less, sine, _ = bwave(phi)
-    return phi, less, sine
+    return BallPhase(phi, less, sine)

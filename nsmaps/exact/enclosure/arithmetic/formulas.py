@@ -1,7 +1,7 @@
 """Impact laws in balls: from a formula to a compiled function that encloses it and its derivatives."""
 
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import count
 from typing import Any
 
@@ -12,12 +12,13 @@ from nsmaps.exact.enclosure.arithmetic import balls, elementary
 from nsmaps.exact.engine.jit import ball_law_of
 
 WAVES = {
-    sp.sin: "bwave({0})[1]",
-    sp.cos: "badd((1.0, 0.0), bwave({0})[0])",
+    sp.sin: "bangle({0}).sine",
+    sp.cos: "badd(Ball(1.0, 0.0), bangle({0}).less)",
     sp.exp: "bexp({0})",
     sp.log: "blog({0})",
     sp.Abs: "babs({0})",
 }
+DIGITS, LAST_PLACE = 40, 2.0**-52  #: of irrational numbers, and the relative error with which they are rounded
 LONG = 16  #: operations of a sum or product, which are nested
 CHAINS = {sp.Add: "badd", sp.Mul: "bmul", sp.Max: "bmax", sp.Min: "bmin"}
 
@@ -32,14 +33,15 @@ def ball_code(expr: sp.Expr) -> str:
         return str(expr)
     if expr.is_number:
         return _number(expr)
-    if isinstance(expr, sp.Mul) and expr.args[0] is sp.S.NegativeOne:
-        return f"bneg({ball_code(sp.Mul(*expr.args[1:]))})"
+    first, *others = expr.args
+    if isinstance(expr, sp.Mul) and first is sp.S.NegativeOne:
+        return f"bneg({ball_code(sp.Mul(*others))})"
     if type(expr) in CHAINS:
         return _chain(CHAINS[type(expr)], [ball_code(part) for part in expr.args])
     if isinstance(expr, sp.Pow):
         return _power(*expr.args)
     if type(expr) in WAVES:
-        return WAVES[type(expr)].format(ball_code(expr.args[0]))
+        return WAVES[type(expr)].format(ball_code(first))
     if isinstance(expr, (sp.tan, sp.sinh, sp.cosh, sp.tanh)):
         return ball_code(expr.rewrite(sp.cos) if isinstance(expr, sp.tan) else expr.rewrite(sp.exp))
     raise ProofError(
@@ -51,19 +53,16 @@ def ball_code(expr: sp.Expr) -> str:
 def _chain(name: str, parts: Sequence[str]) -> str:
     if len(parts) > LONG:  # Python reads at most 200 nested parentheses
         return f"{name}({_chain(name, parts[: len(parts) // 2])}, {_chain(name, parts[len(parts) // 2 :])})"
-    code = parts[0]
-    for part in parts[1:]:
-        code = f"{name}({code}, {part})"
-    return code
+    return reduce(lambda code, part: f"{name}({code}, {part})", parts)
 
 
 def _number(expr: sp.Expr) -> str:
     if expr.is_Rational and sp.Rational(float(expr)) == expr:
-        return f"({float(expr)!r}, 0.0)"
-    value = sp.N(expr, 40)
+        return f"Ball({float(expr)!r}, 0.0)"
+    value = sp.N(expr, DIGITS)
     if not value.is_real:
         raise ProofError(f"{sp.sstr(expr)} is not a real number; only real numbers can be enclosed")
-    return f"({float(value)!r}, {abs(float(value)) * 2.0**-52!r})"
+    return f"Ball({float(value)!r}, {abs(float(value)) * LAST_PLACE!r})"
 
 
 def _power(base: sp.Expr, power: sp.Expr) -> str:
@@ -85,7 +84,7 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
     """
     exprs = [law, sp.diff(law, speed), sp.diff(law, speed, 2)]
     shared, results = sp.cse(exprs, symbols=(sp.Symbol(f"_x{i}") for i in count()), order="none")
-    lines = [f"    {speed} = (centre, radius)", *(f"    {symbol} = (p[{i}], 0.0)" for i, symbol in enumerate(parameters))]
+    lines = [f"    {speed} = Ball(centre, radius)", *(f"    {symbol} = Ball(p[{i}], 0.0)" for i, symbol in enumerate(parameters))]
     lines += [f"    {name} = {ball_code(value)}" for name, value in shared]
     lines += [f"    out[{2 * i}], out[{2 * i + 1}] = {ball_code(result)}" for i, result in enumerate(results)]
     return _compiled("\n".join(["def law(centre, radius, p, out):", *lines])).address
@@ -93,4 +92,4 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
 
 @lru_cache(maxsize=256)
 def _compiled(text: str) -> Any:
-    return ball_law_of(text, {name: found for name, found in {**vars(balls), **vars(elementary)}.items() if name.startswith("b")})
+    return ball_law_of(text, {**vars(balls), **vars(elementary)})

@@ -3,7 +3,8 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import ball_in, size
-from nsmaps.exact.engine.flight.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, POWERS, SIMPLE
+from nsmaps.exact.engine.flight.layout import AT_CHAINS, AT_RATES, CHAIN, CHAIN_POWER, CHAINED, DIFFERENCE_RE, POWERS, SIMPLE
+from nsmaps.exact.engine.flight.motion import pair
 from nsmaps.exact.engine.jit import inner
 
 
@@ -16,18 +17,19 @@ def ball_bounds(p, c):
     k += 2 * n
     b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
     for i in range(plain + int(t[CHAINED])):
-        alpha, power = t[rates + 2 * i], 0
+        (alpha, omega), power = pair(t, rates, i), 0
+        speed = math.sqrt(alpha**2 + omega**2)
         if i >= plain:
             at = int(t[AT_CHAINS]) + CHAIN * (i - plain)
-            power = int(t[at])
-            alpha = max(alpha, alpha - t[at + 1])
+            power = int(t[at + CHAIN_POWER])
+            alpha = max(alpha, alpha - t[at + DIFFERENCE_RE])
         if power == 0:
             b0, b1, b2, b3 = 0.0, 0.0, 0.0, 0.0
         greatest = math.inf if alpha > 0.0 or (power > 0 and alpha == 0.0) else 1.0
         for m in range(1, power + 1):  # s^n exp(alpha s)/n! is greatest at s = -n/alpha
             greatest *= power / (math.e * -alpha * m) if alpha < 0.0 else 1.0
         x, y = size(ball_in(t, k)), size(ball_in(t, k + 2))
-        speed, weight = math.sqrt(t[rates + 2 * i] ** 2 + t[rates + 2 * i + 1] ** 2), math.sqrt(x * x + y * y)
+        weight = math.sqrt(x * x + y * y)
         first = speed * greatest + b0
         second = speed * first + b1
         third = speed * second + b2

@@ -1,114 +1,190 @@
 """Contributions of powers of time, of rates, and of equal or nearly equal rates to a motion, in balls: see `engine.layout`."""
 
-from nsmaps.exact.enclosure.arithmetic.balls import NOTHING, ONE, UNIT, badd, ball_in, bmul, bneg, bplus, met, rounded
+from typing import NamedTuple
+
+from nsmaps.exact.enclosure.arithmetic.balls import (
+    ONE,
+    UNIT,
+    ZERO,
+    Ball,
+    badd,
+    ball_in,
+    bdot,
+    bhalf,
+    bmul,
+    bneg,
+    bplus,
+    put_ball,
+    rounded,
+)
 from nsmaps.exact.enclosure.arithmetic.elementary import bgrowth, bwave
-from nsmaps.exact.engine.flight.layout import AT_CHAINS, AT_RATES, CHAIN, CHAINED, SIMPLE
+from nsmaps.exact.engine.flight.layout import AT_CHAINS, AT_RATES, CHAIN, CHAIN_POWER, CHAINED, SIMPLE
+from nsmaps.exact.engine.flight.motion import pair
 from nsmaps.exact.engine.jit import inlined, inner
+
+RATE_BEGIN, RATE_SIZE = 2, 8  #: behind the ball of the time: four balls of each rate
+TWO_RE, TWO_IM, ONE_RE, ONE_IM = range(0, RATE_SIZE, 2)  #: these
+
+
+class Motion(NamedTuple):
+    """Displacement since the start of a flight and its derivatives by the time."""
+
+    d: Ball
+    v: Ball
+    a: Ball
+    j: Ball
+
+
+class Rate(NamedTuple):
+    """A complex rate."""
+
+    re: Ball
+    im: Ball
+
+
+class Remainders(NamedTuple):
+    """Of the exponential of a complex number x, real and imaginary parts of exp x - 1 - x and of exp x - 1."""
+
+    two_re: Ball
+    two_im: Ball
+    one_re: Ball
+    one_im: Ball
+
+
+REST = Motion(ZERO, ZERO, ZERO, ZERO)
+
+
+@inlined
+def rate_of(t, i):
+    """The rate i of a table."""
+    re, im = pair(t, int(t[AT_RATES]), i)
+    return Rate(rounded(re), rounded(im))
+
+
+@inlined
+def remainders_in(p, i):
+    """The remainders of the rate i at the time of `at_time`."""
+    t, k = p.table, p.basis + RATE_BEGIN + RATE_SIZE * i
+    return Remainders(ball_in(t, k + TWO_RE), ball_in(t, k + TWO_IM), ball_in(t, k + ONE_RE), ball_in(t, k + ONE_IM))
+
+
+@inlined
+def put_remainders(p, i, remainders):
+    """Write the remainders of the rate i."""
+    t, k = p.table, p.basis + RATE_BEGIN + RATE_SIZE * i
+    put_ball(t, k + TWO_RE, remainders.two_re)
+    put_ball(t, k + TWO_IM, remainders.two_im)
+    put_ball(t, k + ONE_RE, remainders.one_re)
+    put_ball(t, k + ONE_IM, remainders.one_im)
 
 
 @inlined
 def polynomial(t, k, n, s):
-    """The part of `applied` that is polynomial in s."""
+    """The part of a motion that is polynomial in s, with n coefficients from place k on."""
     if n == 1:
         x = ball_in(t, k)
-        if x[0] == 0.0 and x[1] == 0.0:
-            return NOTHING, NOTHING, NOTHING, NOTHING
+        if x.centre == 0.0 and x.radius == 0.0:
+            return REST
         v = bmul(x, s)
-        return bmul(v, (0.5 * s[0], 0.5 * s[1])), v, x, NOTHING
-    d, v, a, j = NOTHING, NOTHING, NOTHING, NOTHING
-    power, before, last, first = s, ONE, NOTHING, NOTHING  # s^m/m! and the previous ones
+        return Motion(bmul(v, bhalf(s)), v, x, ZERO)
+    d, v, a, j = REST
+    power, before, last, first = s, ONE, ZERO, ZERO  # s^m/m! and the previous ones
     for m in range(2, n + 2):
         x = ball_in(t, k)
         k += 2
-        power, before, last, first = bmul(bmul(power, s), (1.0 / m, UNIT)), power, before, last
+        power, before, last, first = bmul(bmul(power, s), Ball(1.0 / m, UNIT)), power, before, last
         d, v, a, j = bplus(d, x, power), bplus(v, x, before), bplus(a, x, last), bplus(j, x, first)
-    return d, v, a, j
+    return Motion(d, v, a, j)
 
 
 @inlined
-def ball_remainders(alpha, omega, s):
-    """For x = (alpha + i omega) s the real and imaginary parts of exp x - 1 - x and of exp x - 1."""
-    if alpha[0] == 0.0 and alpha[1] == 0.0:
+def ball_remainders(rate, s):
+    """The remainders of exp x for x = rate s."""
+    alpha, omega = rate
+    if alpha.centre == 0.0 and alpha.radius == 0.0:
         less, sine, remainder = bwave(bmul(omega, s))
-        return less, remainder, less, sine
+        return Remainders(less, remainder, less, sine)
     x, e = bgrowth(bmul(alpha, s))
-    if omega[0] == 0.0 and omega[1] == 0.0:
-        return e, NOTHING, x, NOTHING
+    if omega.centre == 0.0 and omega.radius == 0.0:
+        return Remainders(e, ZERO, x, ZERO)
     turn = bmul(omega, s)
     less, sine, remainder = bwave(turn)
     whole = badd(ONE, x)
-    return bplus(e, whole, less), met(x, whole, turn, remainder), bplus(x, whole, less), bmul(whole, sine)
+    return Remainders(bplus(e, whole, less), bdot(x, whole, turn, remainder), bplus(x, whole, less), bmul(whole, sine))
 
 
 @inlined
-def turned_by(alpha, omega, x, y):
+def derive_coefficients(rate, x, y):
     """The coefficients of the time derivative of a function with the coefficients x, y: of x Re + y Im."""
-    return met(alpha, omega, x, y), met(alpha, omega, y, bneg(x))
+    return bdot(rate.re, rate.im, x, y), bdot(rate.re, rate.im, y, bneg(x))
 
 
 @inlined
-def add_wave(total, omega, x, y, here, turn, orders):
-    """Add the contribution of a rate i omega to displacement and its first rates: see `applied`."""
-    d, v, a, j = total
-    less, sine = turn
-    odd = met(y, bneg(x), less, sine)
-    d, v = badd(d, met(x, y, here[0], here[1])), bplus(v, omega, odd)
+def add_wave(total, omega, coefficients, here, orders):
+    """Add the contribution of a rate i omega, with its remainders, to a motion, up to so many derivatives."""
+    (d, v, a, j), (x, y) = total, coefficients
+    odd = bdot(y, bneg(x), here.one_re, here.one_im)
+    d, v = badd(d, bdot(x, y, here.two_re, here.two_im)), bplus(v, omega, odd)
     if orders > 1:
         square = bneg(bmul(omega, omega))
-        a = bplus(a, square, met(x, y, badd(ONE, less), sine))
+        a = bplus(a, square, bdot(x, y, badd(ONE, here.one_re), here.one_im))
         if orders > 2:
             j = bplus(j, bmul(square, omega), badd(odd, y))
-    return d, v, a, j
+    return Motion(d, v, a, j)
 
 
 @inlined
-def add_rate(total, alpha, omega, x, y, here, growth, orders):
+def add_rate(total, rate, coefficients, here, orders):
     """As `add_wave`, for any rate."""
-    d, v, a, j = total
-    real, imaginary = growth
-    d = badd(d, met(x, y, here[0], here[1]))
-    x, y = turned_by(alpha, omega, x, y)
-    v = badd(v, met(x, y, real, imaginary))
+    (d, v, a, j), (x, y) = total, coefficients
+    real, imaginary = here.one_re, here.one_im
+    d = badd(d, bdot(x, y, here.two_re, here.two_im))
+    x, y = derive_coefficients(rate, x, y)
+    v = badd(v, bdot(x, y, real, imaginary))
     if orders > 1:
         real = badd(ONE, real)
-        x, y = turned_by(alpha, omega, x, y)
-        a = badd(a, met(x, y, real, imaginary))
+        x, y = derive_coefficients(rate, x, y)
+        a = badd(a, bdot(x, y, real, imaginary))
         if orders > 2:
-            x, y = turned_by(alpha, omega, x, y)
-            j = badd(j, met(x, y, real, imaginary))
-    return d, v, a, j
+            x, y = derive_coefficients(rate, x, y)
+            j = badd(j, bdot(x, y, real, imaginary))
+    return Motion(d, v, a, j)
 
 
 @inlined
-def next_rate(alpha, omega, of_this, of_last):
+def next_function(rate, this, last):
     """The time derivative of a chained function: the rate times it, plus the previous function; complex balls."""
-    x, y = of_this
-    return badd(met(alpha, omega, x, bneg(y)), of_last[0]), badd(met(alpha, omega, y, x), of_last[1])
+    (x, y), (re, im) = this, last
+    return badd(bdot(rate.re, rate.im, x, bneg(y)), re), badd(bdot(rate.re, rate.im, y, x), im)
+
+
+@inlined
+def weigh(coefficients, function):
+    """The contribution x Re + y Im of a function with the coefficients x, y."""
+    (x, y), (real, imaginary) = coefficients, function
+    return bdot(x, y, real, imaginary)
 
 
 @inner
-def applied_chains(p, k):
-    """The contribution to `applied` of the chained rates, whose coefficients begin at k."""
+def add_chains(p, k):
+    """The contribution to a motion of the chained rates, whose coefficients begin at k."""
     t = p.table
-    plain, rates = int(t[SIMPLE]), int(t[AT_RATES])
-    d, v, a, j = NOTHING, NOTHING, NOTHING, NOTHING
-    zero = (NOTHING, NOTHING)
+    plain = int(t[SIMPLE])
+    d, v, a, j = REST
+    zero = (ZERO, ZERO)
     less, value, first, second = zero, zero, zero, zero
     for i in range(int(t[CHAINED])):
-        at, rate = p.basis + 2 + 8 * (plain + i), rates + 2 * (plain + i)
-        alpha, omega, x, y = rounded(t[rate]), rounded(t[rate + 1]), ball_in(t, k), ball_in(t, k + 2)
-        begins = t[int(t[AT_CHAINS]) + CHAIN * i] == 0.0
+        rate, coefficients, remainders = rate_of(t, plain + i), (ball_in(t, k), ball_in(t, k + 2)), remainders_in(p, plain + i)
+        begins = t[int(t[AT_CHAINS]) + CHAIN * i + CHAIN_POWER] == 0.0
         if begins:
             less, value, first, second = zero, zero, zero, zero
-        d = badd(d, met(x, y, ball_in(t, at), ball_in(t, at + 2)))
-        here = ball_in(t, at + 4), ball_in(t, at + 6)
-        rise = next_rate(alpha, omega, here, less)
-        v = badd(v, met(x, y, rise[0], rise[1]))
-        whole = (badd(ONE, here[0]), here[1]) if begins else here
-        one = next_rate(alpha, omega, whole, value)
-        two = next_rate(alpha, omega, one, first)
-        three = next_rate(alpha, omega, two, second)
-        a, j = badd(a, met(x, y, two[0], two[1])), badd(j, met(x, y, three[0], three[1]))
+        d = badd(d, weigh(coefficients, (remainders.two_re, remainders.two_im)))
+        here = remainders.one_re, remainders.one_im
+        v = badd(v, weigh(coefficients, next_function(rate, here, less)))
+        whole = (badd(ONE, remainders.one_re), remainders.one_im) if begins else here
+        one = next_function(rate, whole, value)
+        two = next_function(rate, one, first)
+        a, j = badd(a, weigh(coefficients, two)), badd(j, weigh(coefficients, next_function(rate, two, second)))
         less, value, first, second = here, whole, one, two
         k += 4
-    return d, v, a, j
+    return Motion(d, v, a, j)

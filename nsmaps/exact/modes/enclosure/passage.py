@@ -3,7 +3,8 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import GROW
-from nsmaps.exact.enclosure.subdivide import LOWER, SMALL, UPPER, Progress, add_image, put_word
+from nsmaps.exact.enclosure.images import LOWER, UPPER
+from nsmaps.exact.enclosure.subdivide import SMALL, Progress, add_image, put_word
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.events import copied
 from nsmaps.exact.modes.enclosure.forms import (
