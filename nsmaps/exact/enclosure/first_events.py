@@ -18,6 +18,7 @@ from nsmaps.exact.engine.jit import inlined, inner
 
 MOST_STEPS = 2_000  #: of one flight of a set
 SHORT = 0.125  #: steps are abandoned when shorter than this share of the time in which a set passes a guard
+RESERVE = 1.05  #: factor of an estimate that is to be proved a bound
 LEAST = 1e-15  #: of the time flown: no step is shorter
 
 

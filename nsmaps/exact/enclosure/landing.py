@@ -23,6 +23,7 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     size,
     widen,
 )
+from nsmaps.exact.enclosure.first_events import RESERVE
 from nsmaps.exact.enclosure.flight.flow import Tangent, at_time, ball_bends, ball_motion, ball_rate, ball_tangent
 from nsmaps.exact.enclosure.flight.terms import Motion
 from nsmaps.exact.enclosure.taylor_set import (
@@ -41,8 +42,6 @@ from nsmaps.exact.enclosure.taylor_set import (
     start_slopes,
 )
 from nsmaps.exact.engine.jit import inlined, inner
-
-RESERVE = 1.05  #: factor of an estimate that is to be proved a bound
 
 
 class Gap(NamedTuple):

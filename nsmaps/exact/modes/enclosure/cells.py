@@ -4,9 +4,8 @@ import math
 
 from nsmaps.exact.enclosure.subdivide import (
     FIRST,
-    LANDED,
+    MOST_PARTS,
     SLACK,
-    SPENT,
     CellImages,
     SetFlight,
     all_finite,
@@ -15,14 +14,17 @@ from nsmaps.exact.enclosure.subdivide import (
     put_word,
 )
 from nsmaps.exact.engine.jit import inner, long_entry
-from nsmaps.exact.modes.enclosure.events import copied, first_events
-from nsmaps.exact.modes.enclosure.forms import apply_row, greatest, largest, least, radius
-from nsmaps.exact.modes.enclosure.landing import FALLING, STARTED
-from nsmaps.exact.modes.enclosure.passage import after_reset, begun, may_repel, take_event, valid
+from nsmaps.exact.modes.enclosure.events import FALLING, STARTED, first_events
+from nsmaps.exact.modes.enclosure.flow import span
+from nsmaps.exact.modes.enclosure.forms import BEYOND, CENTRE, WITHIN, apply_row, copy_set, greatest, largest, least, radius
+from nsmaps.exact.modes.enclosure.memory import BEHIND, KNOWN, MODE
+from nsmaps.exact.modes.enclosure.passage import after_reset, fall_at_start, may_repel, put_start, take_event
+from nsmaps.exact.modes.enclosure.tables import RATE, VALUE
 from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import AS_NEAR
 
 STEP = 4.0  # a longest step is at least a cell, and shorter than so many
+IN_FLIGHT = MOST_PARTS  # place of the set in flight, behind those that wait
 MOST_BELOW = 1_000_000  # functions below zero at a start
 
 
@@ -31,23 +33,23 @@ def distance(p, b, w):
     """Bounds on how far the states of a set are from a start, as `away` of `march/section.py`; its features are `w.z`."""
     nearest, farthest, k = 0.0, 0.0, p.starts[b]
     mode = p.mode[k]
-    for f in range(p.watched[mode], p.watched[mode + 1]):
-        row = p.functions[f, 0]
-        apply_row(row, w.z, w.late)
+    for f in span(p.watched, mode):
+        row, rate = p.functions[f, VALUE], w.rows[RATE]
+        apply_row(row, w.z, w.delay)
         large, small = 0.0, 0.0
         for j in range(len(row)):
             large += abs(row[j]) * largest(w.z[j])
-            small += abs(row[j]) * max(abs(w.z[j, 0]) - radius(w.z[j]), 0.0)
+            small += abs(row[j]) * max(abs(w.z[j, CENTRE]) - radius(w.z[j]), 0.0)
         own = f == p.function[k]
-        apply_row(p.functions[f, 1], w.z, w.rows[0])
-        large += STEP * largest(w.rows[0])
-        small += max(abs(w.rows[0, 0]) - radius(w.rows[0]), 0.0)
-        low_wrong = max(least(w.late), -greatest(w.late)) if own else -greatest(w.late)
-        high_wrong = largest(w.late) if own else -least(w.late)
+        apply_row(p.functions[f, RATE], w.z, rate)
+        large += STEP * largest(rate)
+        small += max(abs(rate[CENTRE]) - radius(rate), 0.0)
+        low_wrong = max(least(w.delay), -greatest(w.delay)) if own else -greatest(w.delay)
+        high_wrong = largest(w.delay) if own else -least(w.delay)
         if low_wrong > 0.0:
-            nearest = max(nearest, low_wrong / large * (1.0 - 1e-14))
+            nearest = max(nearest, low_wrong / large * WITHIN)
         if high_wrong > 0.0:
-            farthest = max(farthest, high_wrong / small * (1.0 + 1e-14))
+            farthest = max(farthest, high_wrong / small * BEYOND)
     return nearest, farthest
 
 
@@ -56,8 +58,8 @@ def nearest_start(p, cell, w):
     """The least of the distances within which some start of all states of a cell certainly is."""
     bound = math.inf
     for b in range(len(p.starts)):
-        _, sure = begun(p, b, cell, w)
-        far = distance(p, b, w)[1]
+        _, sure = put_start(p, b, cell, w)
+        _, far = distance(p, b, w)
         if sure and far < bound:
             bound = far
     return bound + AS_NEAR
@@ -68,9 +70,9 @@ def most_below(p, b, w):
     """A bound on how many functions are below zero at a start, as `below_after` of `march/section.py`; its features are `w.z`."""
     mode = p.mode[p.starts[b]]
     count = p.below[mode]
-    for f in range(p.watched[mode], p.watched[mode + 1]):
-        apply_row(p.functions[f, 0], w.z, w.late)
-        if f != p.function[p.starts[b]] and least(w.late) <= AS_NEAR * largest(w.late):
+    for f in span(p.watched, mode):
+        apply_row(p.functions[f, VALUE], w.z, w.delay)
+        if f != p.function[p.starts[b]] and least(w.delay) <= AS_NEAR * largest(w.delay):
             count += 1
     return count
 
@@ -80,10 +82,12 @@ def fewest_below(p, cell, w):
     """The least of these bounds at starts where all states of a cell certainly are, and fall."""
     fewest = MOST_BELOW
     for b in range(len(p.starts)):
-        _, sure = begun(p, b, cell, w)
-        if sure and distance(p, b, w)[1] <= AS_NEAR:
+        _, sure = put_start(p, b, cell, w)
+        _, far = distance(p, b, w)
+        if sure and far <= AS_NEAR:
             count = most_below(p, b, w)
-            if valid(p, b, w)[1]:
+            _, falls = fall_at_start(p, b, w)
+            if falls:
                 fewest = min(fewest, count)
     return fewest
 
@@ -91,14 +95,12 @@ def fewest_below(p, cell, w):
 @inner
 def first_events_of(p, part, w):
     """All possible first events of a set that waits, which is copied: sets that wait later take its place."""
-    here = len(w.parts) - 1
-    copied(w.parts[part], w.parts[here])
+    copy_set(w.parts[part], w.parts[IN_FLIGHT])
     for c in range(w.kind.shape[1]):
-        w.kind[here, c] = w.kind[part, c]
-    repelled = may_repel(p, w.kind[here, 0], w.parts[here], w)
-    ended, events = first_events(p, w.kind[here, 0], here, w)
-    lost = ended == LANDED and events == 0 and w.kind[here, 2] & STARTED != 0
-    return SetFlight(SPENT if lost else ended, events, repelled)
+        w.kind[IN_FLIGHT, c] = w.kind[part, c]
+    repelled = may_repel(p, w.kind[IN_FLIGHT, MODE], w.parts[IN_FLIGHT], w)
+    flight = first_events(p, IN_FLIGHT, w)
+    return SetFlight(flight.ended, flight.events, repelled or flight.missing)
 
 
 @inner
@@ -107,7 +109,8 @@ def start_images(p, b, number, w):
     k = p.starts[b]
     if not p.after:
         after_reset(p, k, w.parts[FIRST], w)
-    w.kind[0, 0], w.kind[0, 1], w.kind[0, 2] = p.target[k], b, STARTED | (0 if p.after else FALLING)
+    w.kind[FIRST, MODE], w.kind[FIRST, BEHIND] = p.target[k], b
+    w.kind[FIRST, KNOWN] = STARTED | (0 if p.after else FALLING)
     code, place_value = lengthened(p.base, p.digit[k], 0, 1)
     put_word(w.box, FIRST, code, place_value)
     return follow_sets(p, number, w, first_events_of, take_event)
@@ -122,10 +125,11 @@ def cell_images(p, k, w):
     several = len(p.starts) > 1
     reach, fewest = (nearest_start(p, cell, w), fewest_below(p, cell, w)) if several else (math.inf, MOST_BELOW)
     for b in range(len(p.starts)):
-        may, surely = begun(p, b, cell, w)
-        if not may or (several and (distance(p, b, w)[0] > reach or p.below[p.mode[p.starts[b]]] > fewest)):
+        may, surely = put_start(p, b, cell, w)
+        near, _ = distance(p, b, w) if several else (0.0, 0.0)
+        if not may or (several and (near > reach or p.below[p.mode[p.starts[b]]] > fewest)):
             continue
-        may, falls = valid(p, b, w)
+        may, falls = fall_at_start(p, b, w)
         sure_start = sure_start or (surely and falls)
         if may:
             used += 1

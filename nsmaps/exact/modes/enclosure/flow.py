@@ -3,15 +3,22 @@
 import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT
-from nsmaps.exact.engine.constants import INWARD, OUTWARD
+from nsmaps.exact.engine.constants import INWARD, OUTWARD, THREE
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import first_step, safe_step
 from nsmaps.exact.modes.enclosure.forms import apply_matrix, apply_row, greatest, largest, least
-from nsmaps.exact.modes.enclosure.tables import CELLS, POWERS, RATES
+from nsmaps.exact.modes.enclosure.tables import BEND, CELLS, CRACKLE, JERK, POWERS, RATE, RATES, SNAP, VALUE
+
+
+@inlined
+def span(begins, k):
+    """The rows of number k, from where they begin to where those of the next do."""
+    following = k + 1
+    return range(begins[k], begins[following])
 
 
 @inner
-def within_cell(p, mode, x, e, off):
+def put_exponential(p, mode, x, e, off):
     """Write exp(Y x), 0 <= x <= 1, by its series, with bounds on the errors."""
     width = len(e)
     power = x ** (POWERS + 1) * OUTWARD
@@ -26,7 +33,7 @@ def within_cell(p, mode, x, e, off):
 
 
 @inner
-def times(e, off, table, f, f_off):
+def multiply(e, off, table, f, f_off):
     """Write the product of a matrix with radii and one of the table."""
     width = len(e)
     for i in range(width):
@@ -43,16 +50,16 @@ def times(e, off, table, f, f_off):
 def flow_to(p, mode, s, w):
     """Write the features at the time s, in cells, of the set whose features at the start are `w.start`."""
     whole = math.floor(s)
-    within_cell(p, mode, s - whole, w.e, w.off)
+    put_exponential(p, mode, s - whole, w.e, w.off)
     if whole == 0:
         apply_matrix(w.e, w.off, w.start, w.z)
         return
-    times(w.e, w.off, p.near[mode, whole % CELLS], w.f, w.f_off)
+    multiply(w.e, w.off, p.near[mode, whole % CELLS], w.f, w.f_off)
     if whole < CELLS:
         apply_matrix(w.f, w.f_off, w.start, w.z)
         return
-    within_cell(p, mode, 0.0, w.e, w.off)
-    times(w.f, w.f_off, p.far[mode, whole // CELLS], w.e, w.off)
+    put_exponential(p, mode, 0.0, w.e, w.off)
+    multiply(w.f, w.f_off, p.far[mode, whole // CELLS], w.e, w.off)
     apply_matrix(w.e, w.off, w.start, w.z)
 
 
@@ -65,18 +72,18 @@ def measure(p, function, span, w):
     top = 0.0
     for j in range(len(w.z)):
         top += p.bounds[function, j] * largest(w.z[j])
-    third, fourth, fifth = largest(w.rows[3]), largest(w.rows[4]), largest(w.rows[5])
-    w.jerk[function] = (third + span * (fourth + span * (0.5 * fifth + span * top / 6.0))) * OUTWARD
+    third, fourth, fifth = largest(w.rows[JERK]), largest(w.rows[SNAP]), largest(w.rows[CRACKLE])
+    w.jerk[function] = (third + span * (fourth + span * (0.5 * fifth + span * top / (2 * THREE)))) * OUTWARD
     w.snap[function] = (fourth + span * (fifth + span * 0.5 * top)) * OUTWARD
 
 
 @inlined
 def clear_time(function, begins, rises, w):
     """A time for which a function certainly stays positive over the set; `begins` where it is zero now, and only now."""
-    u, b, j = w.low[function, 1], w.low[function, 2], w.low[function, 3]
+    u, b, j = w.low[function, RATE], w.low[function, BEND], w.low[function, JERK]
     if begins:
         if not rises and u <= 0.0:
             return 0.0
         return first_step(max(u, 0.0), b, j, w.jerk[function], w.snap[function]) * INWARD
-    y = w.low[function, 0]
+    y = w.low[function, VALUE]
     return safe_step(y, u, b, j, w.jerk[function], w.snap[function]) * INWARD if y > 0.0 else 0.0

@@ -1,4 +1,5 @@
-"""Affine forms: sets of states that are linear in symbols but for a remainder.
+"""Affine forms: sets of states that are linear in symbols but for a remainder (L. H. de Figueiredo, J. Stolfi, *Affine
+arithmetic: concepts and applications*, Numerical Algorithms 37, 2004, here with one remainder in place of new symbols).
 
 A *form* is a row (c, a_1, ..., a_m, r): the numbers c + a e + b with |e_k| <= 1, |b| <= r. The forms of one set have the symbols
 e_k in common, the remainders b may be any. A *set* of states has a form for each state and one for the phase, and as many
@@ -8,16 +9,23 @@ as in `balls`.
 
 import math
 
-from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, high, low
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, Ball, bneg, high, low
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
+from nsmaps.exact.engine.constants import ROUNDING
 from nsmaps.exact.engine.jit import inlined, inner
+
+CENTRE, SYMBOLS, REMAINDER = 0, 1, -1  #: places in a form; from the second on the coefficients of symbols
+PHASE = -1  #: place of the form of the phase in a set
+ROUNDINGS = 4 * UNIT  #: of the size of a sum of a few terms: more than their rounding errors
+ROUNDED = 1e-14  #: relative: more than the rounding errors of sums and quotients of floats
+BEYOND, WITHIN = 1.0 + ROUNDED, 1.0 - ROUNDED
 
 
 @inlined
 def radius(form):
     """A bound on how far the numbers of a form lie from its centre."""
-    total = form[len(form) - 1]
-    for k in range(1, len(form) - 1):
+    total = form[REMAINDER]
+    for k in range(SYMBOLS, len(form) - 1):
         total += abs(form[k])
     return total * GROW
 
@@ -25,40 +33,47 @@ def radius(form):
 @inlined
 def linear(form):
     """A bound on the part of a form that is linear in the symbols."""
-    return radius(form) - form[len(form) - 1]
+    return radius(form) - form[REMAINDER]
 
 
 @inlined
 def least(form):
     """A lower bound on a form."""
-    return low((form[0], radius(form)))
+    return low(Ball(form[CENTRE], radius(form)))
 
 
 @inlined
 def greatest(form):
     """An upper bound on a form."""
-    return high((form[0], radius(form)))
+    return high(Ball(form[CENTRE], radius(form)))
 
 
 @inlined
 def largest(form):
     """A bound on the absolute values of a form."""
-    return (abs(form[0]) + radius(form)) * GROW
+    return (abs(form[CENTRE]) + radius(form)) * GROW
 
 
 @inlined
-def same(form, to):
+def copy_form(form, to):
     """Copy a form."""
     for k in range(len(form)):
         to[k] = form[k]
 
 
 @inlined
-def plain(form, centre, spread):
-    """Write the form of a ball without symbols."""
+def copy_set(a_set, to):
+    """Copy a set."""
+    for i in range(len(a_set)):
+        copy_form(a_set[i], to[i])
+
+
+@inlined
+def put_plain(form, ball):
+    """Write the form of a ball, without symbols."""
     for k in range(len(form)):
         form[k] = 0.0
-    form[0], form[len(form) - 1] = centre, spread
+    form[CENTRE], form[REMAINDER] = ball.centre, ball.radius
 
 
 @inlined
@@ -74,8 +89,8 @@ def apply_row(row, z, form):
             for k in range(q - 1):
                 form[k] += h * z[j, k]
                 size += abs(h * z[j, k])
-            form[q - 1] += abs(h) * z[j, q - 1]
-    form[q - 1] = (form[q - 1] * (1.0 + UNIT) + (len(row) + 3) * UNIT * size) * GROW + TINY
+            form[REMAINDER] += abs(h) * z[j, REMAINDER]
+    form[REMAINDER] = (form[REMAINDER] * (1.0 + UNIT) + (len(row) + 3) * UNIT * size) * GROW + TINY
 
 
 @inlined
@@ -93,82 +108,94 @@ def apply_matrix(e, off, z, out):
                 for k in range(q - 1):
                     form[k] += h * z[j, k]
                     whole += abs(z[j, k])
-                form[q - 1] += (abs(h) + r) * z[j, q - 1] + r * whole
+                form[REMAINDER] += (abs(h) + r) * z[j, REMAINDER] + r * whole
                 size += abs(h) * whole
-        form[q - 1] = (form[q - 1] + (e.shape[1] + 3) * UNIT * size) * GROW + TINY
+        form[REMAINDER] = (form[REMAINDER] + (e.shape[1] + 3) * UNIT * size) * GROW + TINY
 
 
 @inlined
-def written(z, row, centre, slope, phase, spread):
-    """Write a wave from its value and derivative in balls at the phase's centre, a bound on the rest of Taylor's theorem."""
-    q = z.shape[1]
-    z[row, 0] = centre[0]
-    for k in range(1, q - 1):
-        z[row, k] = slope[0] * phase[k]
-    z[row, q - 1] = (centre[1] + (slope[1] + UNIT * abs(slope[0])) * spread + abs(slope[0]) * phase[q - 1]) * GROW
+def put_wave(form, value, slope, phase, spread, rest):
+    """Write a wave of the phase by Taylor's theorem, from its value and derivative, balls, at the phase's centre and a rest."""
+    form[CENTRE] = value.centre
+    for k in range(SYMBOLS, len(form) - 1):
+        form[k] = slope.centre * phase[k]
+    size = abs(slope.centre)
+    form[REMAINDER] = (value.radius + (slope.radius + UNIT * size) * spread + size * phase[REMAINDER]) * GROW
+    form[REMAINDER] += rest
+
+
+@inlined
+def times_harmonic(m, ball):
+    """The product of a ball with the number of a harmonic of the forcing, whose waves have larger errors than it rounds by."""
+    return Ball(m * ball.centre, m * ball.radius)
 
 
 @inner
 def add_waves(phase, z, n):
     """Write 1 and the waves of the phase behind the states of features."""
-    q, spread = z.shape[1], radius(phase)
-    plain(z[n], 1.0, 0.0)
+    spread = radius(phase)
+    put_plain(z[n], Ball(1.0, 0.0))
     for m in range(1, (len(z) - n - 1) // 2 + 1):
-        c, centre = n + 2 * m - 1, (m * phase[0], UNIT * m * abs(phase[0]))
-        less, sine, _ = bwave(centre)
-        cosine = (1.0 + less[0], less[1] + UNIT)
+        c, centre = n + 2 * m, Ball(m * phase[CENTRE], UNIT * m * abs(phase[CENTRE]))
+        before = c - 1
+        cosine_form, sine_form = z[before], z[c]
         bend = 0.5 * m * m * spread * spread * GROW
-        if bend + m * phase[q - 1] < m * spread and bend < 0.5:
-            written(z, c, cosine, (-m * sine[0], m * sine[1]), phase, spread)
-            written(z, c + 1, sine, (m * cosine[0], m * cosine[1]), phase, spread)
-            z[c, q - 1] += bend
-            z[c + 1, q - 1] += bend
+        linear_part = bend + m * phase[REMAINDER] < m * spread and bend < 0.5
+        less, sine, _ = bwave(centre if linear_part else Ball(centre.centre, (centre.radius + m * spread) * GROW))
+        cosine = Ball(1.0 + less.centre, less.radius + UNIT)
+        if linear_part:
+            put_wave(cosine_form, cosine, bneg(times_harmonic(m, sine)), phase, spread, bend)
+            put_wave(sine_form, sine, times_harmonic(m, cosine), phase, spread, bend)
         else:
-            less, sine, _ = bwave((centre[0], (centre[1] + m * spread) * GROW))
-            plain(z[c], 1.0 + less[0], less[1] + UNIT)
-            plain(z[c + 1], sine[0], sine[1])
+            put_plain(cosine_form, cosine)
+            put_plain(sine_form, sine)
 
 
 @inner
 def features(a_set, z, n):
     """Write the features of a set."""
     for i in range(n):
-        same(a_set[i], z[i])
+        copy_form(a_set[i], z[i])
     add_waves(a_set[n], z, n)
 
 
 @inner
 def shave(a_set, form, least_wanted):
     """Narrow the symbols of a set to where a form of them may be at least a bound; returns False if it is nowhere."""
-    q = len(form)
     above = greatest(form) - least_wanted
     if above < 0.0:
         return False
-    for k in range(1, q - 1):
+    for k in range(SYMBOLS, len(form) - 1):
         share = abs(form[k])
-        if share > 0.0 and above * (1.0 + 1e-14) < 2.0 * share:  # e_k >= 1 - above/share, where a_k > 0
-            part = min(above * (1.0 + 1e-14) / (2.0 * share) + 1e-15, 1.0)
+        if share > 0.0 and above * BEYOND < 2.0 * share:  # e_k >= 1 - above/share, where a_k > 0
+            part = min(above * BEYOND / (2.0 * share) + ROUNDING, 1.0)
             middle = (1.0 - part) if form[k] > 0.0 else (part - 1.0)
             for i in range(len(a_set)):
-                size = abs(a_set[i, 0]) + abs(a_set[i, k])
-                a_set[i, 0] += a_set[i, k] * middle
-                a_set[i, k] *= part
-                a_set[i, q - 1] = (a_set[i, q - 1] + 4.0 * UNIT * size) * GROW
+                narrow_symbol(a_set[i], k, middle, part)
     return True
+
+
+@inlined
+def narrow_symbol(form, k, middle, part):
+    """Write the form for values of a symbol within a part of its range about a middle, by a new symbol."""
+    size = abs(form[CENTRE]) + abs(form[k])
+    form[CENTRE] += form[k] * middle
+    form[k] *= part
+    form[REMAINDER] = (form[REMAINDER] + ROUNDINGS * size) * GROW
 
 
 @inner
 def fill(a_set, lower, upper):
     """Write the set that fills a box, each of whose sides has a symbol."""
     for i in range(len(a_set)):
-        middle = 0.5 * (lower[i] + upper[i])
-        plain(a_set[i], middle, 0.0)
+        side, middle = a_set[i], 0.5 * (lower[i] + upper[i])
+        put_plain(side, Ball(middle, 0.0))
         half = max(middle - lower[i], upper[i] - middle)
         if half > 0.0:
-            a_set[i, 1 + i] = (half + UNIT * abs(middle)) * GROW
+            side[SYMBOLS + i] = (half + UNIT * abs(middle)) * GROW
 
 
 @inlined
-def finite(form):
+def is_finite(form):
     """Whether a form is bounded."""
-    return math.isfinite(form[0]) and math.isfinite(radius(form))
+    return math.isfinite(form[CENTRE]) and math.isfinite(radius(form))

@@ -2,17 +2,35 @@
 
 import math
 
-from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT, badd, between, bmul, high, low
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT, Ball, badd, between, bmul, exact, high, low
+from nsmaps.exact.enclosure.first_events import RESERVE
+from nsmaps.exact.engine.constants import LATEST, ROUNDING
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.flow import flow_to, measure
-from nsmaps.exact.modes.enclosure.forms import apply_row, fill, greatest, largest, least, radius, same
+from nsmaps.exact.modes.enclosure.forms import (
+    BEYOND,
+    CENTRE,
+    PHASE,
+    REMAINDER,
+    ROUNDED,
+    ROUNDINGS,
+    WITHIN,
+    apply_row,
+    copy_form,
+    fill,
+    greatest,
+    largest,
+    least,
+    radius,
+)
+from nsmaps.exact.modes.enclosure.tables import BEND, RATE, VALUE
 
-STARTED, FALLING, LOOSE = 1, 2, 4  # of a set: at the section; the function of its event fell; a box, or a part of a set
-MOST_AIMS = 6  # of Newton's method
+MOST_AIMS = 6  #: of Newton's method
+AIMED = 1e-3  #: of the spread of times at which a set meets a guard: the time of its centre is as near as needed
 
 
 @inlined
-def rates_of(p, mode, w):
+def derive_features(p, mode, w):
     """Write the first and second derivatives of features."""
     for i in range(len(w.z)):
         apply_row(p.flows[mode, i], w.z, w.rates[i])
@@ -30,25 +48,27 @@ def bend_over(p, mode, i, span, w):
 
 
 @inlined
-def phase_now(p, mode, s, phase, form):
+def put_phase(p, mode, s, phase, form):
     """Write the phase at a time s after the start, a ball of a time."""
-    turned = bmul((p.turn[mode], UNIT * p.turn[mode]), s)
-    same(phase, form)
-    centre = badd((phase[0], phase[len(phase) - 1]), turned)
-    form[0], form[len(form) - 1] = centre
+    turned = bmul(Ball(p.turn[mode], UNIT * p.turn[mode]), s)
+    copy_form(phase, form)
+    now = badd(Ball(phase[CENTRE], phase[REMAINDER]), turned)
+    form[CENTRE], form[REMAINDER] = now.centre, now.radius
 
 
 @inner
-def aim(p, mode, function, s, first, last, w):
-    """Flow to about the time at which the centre of the set meets a guard, between two times: that time."""
+def flow_near_event(p, mode, near, w):
+    """Flow to about the time at which the centre of the set meets the nearest guard: that time."""
+    last, function, value, rate = near.time + LATEST * near.reach, near.function, w.rows[VALUE], w.rows[RATE]
+    s = near.time + near.reach
     for _ in range(MOST_AIMS):
         flow_to(p, mode, s, w)
-        apply_row(p.functions[function, 0], w.z, w.rows[0])
-        apply_row(p.functions[function, 1], w.z, w.rows[1])
-        step = -w.rows[0, 0] / w.rows[1, 0]
-        if not abs(step) > 1e-3 * radius(w.rows[0]) / abs(w.rows[1, 0]) + 1e-15 * s:
+        apply_row(p.functions[function, VALUE], w.z, value)
+        apply_row(p.functions[function, RATE], w.z, rate)
+        step = -value[CENTRE] / rate[CENTRE]
+        if not abs(step) > AIMED * radius(value) / abs(rate[CENTRE]) + ROUNDING * s:
             break
-        new = min(max(s + step, first), last)
+        new = min(max(s + step, near.time), last)
         if not math.isfinite(new) or new == s:
             break
         s = new
@@ -56,106 +76,117 @@ def aim(p, mode, function, s, first, last, w):
 
 
 @inner
-def crossing_time(function, s, first, last, w):
+def put_delay(s, near, w):
     """Write the time after s at which the set meets a guard as a form; a bound on its size, negative where that is not proved.
 
     With y, u, b the function and its derivatives now, 0 = y + u t + b t^2/2, so t is -y/u_0 for the centre u_0 of u, less
     ((u - u_0) t + b t^2/2)/u_0.
     """
-    y, u, q = w.rows[0], w.rows[1], len(w.late)
-    slope, spread, bend = abs(u[0]), radius(u), largest(w.rows[2])
+    y, u, q = w.rows[VALUE], w.rows[RATE], len(w.delay)
+    slope, spread, bend = abs(u[CENTRE]), radius(u), largest(w.rows[BEND])
     reach = largest(y) / slope
-    guess = reach * (1.05 + 2.0 * (spread + bend * reach) / slope)
-    bend += w.jerk[function] * guess
-    least_rate = (slope - spread - bend * guess) * (1.0 - 1e-14)
-    if not (u[0] < 0.0 and guess < 1.0 and least_rate > 0.0 and s - guess > first and s + guess < last):
+    guess = reach * (RESERVE + 2.0 * (spread + bend * reach) / slope)
+    bend += w.jerk[near.function] * guess
+    least_rate = (slope - spread - bend * guess) * WITHIN
+    inside = s - guess > near.time and s + guess < near.time + LATEST * near.reach
+    if not (u[CENTRE] < 0.0 and guess < 1.0 and least_rate > 0.0 and inside):
         return -1.0
-    t = largest(y) / least_rate * (1.0 + 1e-14)
+    t = largest(y) / least_rate * BEYOND
     if not t < guess:
         return -1.0
     for k in range(q):
-        w.late[k] = y[k] / slope
-    size = largest(w.late)
-    w.late[q - 1] = ((y[q - 1] + spread * t + 0.5 * bend * t * t) / slope + 4.0 * UNIT * size) * GROW
+        w.delay[k] = y[k] / slope
+    size = largest(w.delay)
+    w.delay[REMAINDER] = ((y[REMAINDER] + spread * t + 0.5 * bend * t * t) / slope + ROUNDINGS * size) * GROW
     return t
 
 
 @inner
-def landed(p, mode, function, s, first, last, start, w, out):
-    """Write the set at its event with a guard that all meet once, between two times, about s; returns whether that is proved.
-
-    `start` is the set at the start of the flight.
-    """
-    n, q = len(start) - 1, len(w.late)
-    s = aim(p, mode, function, s, first, last, w)
-    measure(p, function, 1.0, w)
-    t = crossing_time(function, s, first, last, w)
+def land_set(p, flight, near, w, out):
+    """Write the set at its event with the nearest guard, that all meet once; returns whether that is proved."""
+    start, mode, delay = w.parts[flight.part], flight.mode, w.delay
+    s = flow_near_event(p, mode, near, w)
+    measure(p, near.function, 1.0, w)
+    t = put_delay(s, near, w)
     if t < 0.0:
         return False
-    rates_of(p, mode, w)
-    for i in range(n):
-        rate, late = w.rates[i], w.late
-        lost = radius(rate) * t + 0.5 * bend_over(p, mode, i, t, w) * t * t + abs(rate[0]) * late[q - 1]
-        lost += 4.0 * UNIT * (largest(w.z[i]) + abs(rate[0]) * t)
-        for k in range(q - 1):
-            out[i, k] = w.z[i, k] + rate[0] * late[k]
-        out[i, q - 1] = (w.z[i, q - 1] + lost) * GROW
-    phase_now(p, mode, (s, 0.0), start[n], out[n])
-    turn = p.turn[mode]
-    for k in range(q - 1):
-        out[n, k] += turn * w.late[k]
-    out[n, q - 1] = (out[n, q - 1] + turn * w.late[q - 1] + 4.0 * UNIT * (abs(out[n, 0]) + radius(out[n]) + turn * t)) * GROW
+    derive_features(p, mode, w)
+    for i in range(len(start) - 1):
+        z, rate, form = w.z[i], w.rates[i], out[i]
+        lost = radius(rate) * t + 0.5 * bend_over(p, mode, i, t, w) * t * t + abs(rate[CENTRE]) * delay[REMAINDER]
+        lost += ROUNDINGS * (largest(z) + abs(rate[CENTRE]) * t)
+        for k in range(len(form) - 1):
+            form[k] = z[k] + rate[CENTRE] * delay[k]
+        form[REMAINDER] = (z[REMAINDER] + lost) * GROW
+    phase, turn = out[PHASE], p.turn[mode]
+    put_phase(p, mode, exact(s), start[PHASE], phase)
+    for k in range(len(phase) - 1):
+        phase[k] += turn * delay[k]
+    size = abs(phase[CENTRE]) + radius(phase) + turn * t
+    phase[REMAINDER] = (phase[REMAINDER] + turn * delay[REMAINDER] + ROUNDINGS * size) * GROW
     return True
 
 
 @inner
-def swept(p, mode, h, w):
+def sweep(p, mode, h, w):
     """Write the box of the features of a set from now until a time h <= 1 later."""
-    rates_of(p, mode, w)
+    derive_features(p, mode, w)
     for i in range(len(w.z)):
         bend = 0.5 * h * h * bend_over(p, mode, i, h, w)
         ahead, behind = max(h * greatest(w.rates[i]), 0.0), min(h * least(w.rates[i]), 0.0)
-        size = 4.0 * UNIT * (largest(w.z[i]) + max(ahead, -behind))
+        size = ROUNDINGS * (largest(w.z[i]) + max(ahead, -behind))
         w.lower[i], w.upper[i] = least(w.z[i]) + behind - bend - size, greatest(w.z[i]) + ahead + bend + size
 
 
+@inlined
+def term_of(row, j, w):
+    """The term of a row, rounded numbers, over the box of features."""
+    return bmul(Ball(row[j], UNIT * abs(row[j])), between(w.lower[j], w.upper[j]))
+
+
 @inner
-def contracted(row, least_value, greatest_value, w, n):
-    """Narrow the states of a box of features to where a row may lie between two bounds; returns False if it is nowhere."""
-    total, size = (0.0, 0.0), 0.0
+def contract(row, least_value, greatest_value, w, n):
+    """Narrow the states of a box of features to where a row may lie between two bounds; returns False if it is nowhere.
+
+    Hull consistency (F. Benhamou, F. Goualard, L. Granvilliers, J.-F. Puget, *Revising hull and box consistency*, 1999).
+    """
+    total, size = exact(0.0), 0.0
     for j in range(len(row)):
         if row[j] != 0.0:
-            term = bmul((row[j], UNIT * abs(row[j])), between(w.lower[j], w.upper[j]))
-            total, size = badd(total, term), size + abs(term[0]) + term[1]
+            term = term_of(row, j, w)
+            total, size = badd(total, term), size + abs(term.centre) + term.radius
     if low(total) > greatest_value or high(total) < least_value:
         return False
     for j in range(n):
         if row[j] != 0.0:
-            term = bmul((row[j], UNIT * abs(row[j])), between(w.lower[j], w.upper[j]))
-            slack = 1e-14 * size
-            others = low(total) + (term[1] - term[0]) - slack, high(total) - (term[0] + term[1]) + slack
-            ends = (least_value - others[1]) / row[j], (greatest_value - others[0]) / row[j]
-            small, big = min(ends[0], ends[1]), max(ends[0], ends[1])
-            w.lower[j], w.upper[j] = max(w.lower[j], small - 1e-15 * abs(small)), min(w.upper[j], big + 1e-15 * abs(big))
+            term, slack = term_of(row, j, w), ROUNDED * size
+            least_others = low(total) + (term.radius - term.centre) - slack
+            greatest_others = high(total) - (term.centre + term.radius) + slack
+            one, other = (least_value - greatest_others) / row[j], (greatest_value - least_others) / row[j]
+            small, big = min(one, other), max(one, other)
+            w.lower[j] = max(w.lower[j], small - ROUNDING * abs(small))
+            w.upper[j] = min(w.upper[j], big + ROUNDING * abs(big))
             if w.lower[j] > w.upper[j]:
                 return False
     return True
 
 
 @inner
-def passed(p, mode, function, s, h, proper, start, w, out):
-    """Write the box of the states of a set that may meet a guard from s, now, until s + h; returns whether there may be any.
+def enclose_passage(p, flight, near, function, h, w, out):
+    """Write the box of the states of a set that may meet a guard from now until a time h later; whether there may be any.
 
-    `proper` means that the function of none was negative at the start of the flight, so that it is zero and falls at the event.
+    Where the function of none was negative at the start of the flight, it is zero and falls at the event.
     """
+    start, mode, s = w.parts[flight.part], flight.mode, near.time
     n = len(start) - 1
-    swept(p, mode, h, w)
-    if proper:
-        rate, value = p.functions[function, 1], p.functions[function, 0]
+    sweep(p, mode, h, w)
+    if w.proper[function]:
+        rate, value = p.functions[function, RATE], p.functions[function, VALUE]
         for _ in range(2):
-            if not contracted(value, 0.0, 0.0, w, n) or not contracted(rate, -math.inf, 0.0, w, n):
+            if not contract(value, 0.0, 0.0, w, n) or not contract(rate, -math.inf, 0.0, w, n):
                 return False
-    phase_now(p, mode, between(s, s + h), start[n], out[n])
-    w.lower[n], w.upper[n] = least(out[n]), greatest(out[n])
+    phase = out[PHASE]
+    put_phase(p, mode, between(s, s + h), start[PHASE], phase)
+    w.lower[n], w.upper[n] = least(phase), greatest(phase)
     fill(out, w.lower, w.upper)
     return True

@@ -8,6 +8,9 @@ from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.enclosure.subdivide import MOST_HITS, MOST_PARTS, BoxMemory, box_memory
 from nsmaps.exact.modes.enclosure.tables import RATES, BallTables
 
+MODE, BEHIND, KNOWN = range(3)  #: of a set that waits: its mode, the transition behind it, what is known of it (`events.STARTED`)
+EVENT_FUNCTION, EVENT_KNOWN = range(2)  #: of an event: the function, what is known of it
+
 
 @by_address
 class BallMemory(NamedTuple):
@@ -15,15 +18,15 @@ class BallMemory(NamedTuple):
 
     box: BoxMemory
     parts: Any  #: shape (MOST_PARTS + 1, n + 1, q), sets that wait; the last place is that of the set in flight
-    kind: Any  #: shape (MOST_PARTS + 1, 3): mode, the transition behind, and what is known of it (`STARTED`, `FALLING`, `LOOSE`)
+    kind: Any  #: shape (MOST_PARTS + 1, 3), of each of them: see `MODE`
     hits: Any  #: shape (MOST_HITS + 1, n + 1, q), sets at events; the last place is for a copy
-    met: Any  #: shape (MOST_HITS, 2): function, what is known of the event
+    events: Any  #: shape (MOST_HITS, 2), of each event: see `EVENT_FUNCTION`
     start: Any  #: shape (N, q), features at the start of a flight
     z: Any  #: shape (N, q), features now
     rates: Any  #: shape (N, q), their derivatives
     bends: Any  #: shape (N, q), their second derivatives
     rows: Any  #: shape (RATES, q), a function and its derivatives
-    late: Any  #: shape (q,), the time of an event after that of its set's features
+    delay: Any  #: shape (q,), the time of an event after that of its set's features, or another form
     e: Any  #: shape (N, N), a matrix, and bounds on its errors
     off: Any
     f: Any  #: another
@@ -41,7 +44,7 @@ class BallMemory(NamedTuple):
 
 def ball_memory(p: BallTables) -> BallMemory:
     """Memory for a table."""
-    functions, width, n = len(p.functions), p.resets.shape[2], p.resets.shape[1]
+    functions, (_, n, width) = len(p.functions), p.resets.shape
     phase = int(np.argmin(p.places)) if (p.places < 0).any() else -1
     q = n + 3
     matrices = {name: np.zeros((width, width)) for name in ("e", "off", "f", "f_off")}
@@ -55,9 +58,9 @@ def ball_memory(p: BallTables) -> BallMemory:
         parts=np.zeros((MOST_PARTS + 1, n + 1, q)),
         kind=np.zeros((MOST_PARTS + 1, 3), np.int64),
         hits=np.zeros((MOST_HITS + 1, n + 1, q)),
-        met=np.zeros((MOST_HITS, 2), np.int64),
+        events=np.zeros((MOST_HITS, 2), np.int64),
         rows=np.zeros((RATES, q)),
-        late=np.zeros(q),
+        delay=np.zeros(q),
         low=np.zeros((functions, RATES)),
         high=np.zeros((functions, RATES)),
         proper=np.zeros(functions, bool),

@@ -2,35 +2,45 @@
 
 import math
 
-from nsmaps.exact.enclosure.arithmetic.balls import GROW
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, ZERO
 from nsmaps.exact.enclosure.images import LOWER, UPPER
-from nsmaps.exact.enclosure.subdivide import SMALL, Progress, add_image, put_word
+from nsmaps.exact.enclosure.subdivide import FIRST, SMALL, Progress, add_image, put_word
 from nsmaps.exact.engine.jit import inlined, inner
-from nsmaps.exact.modes.enclosure.events import copied
+from nsmaps.exact.modes.enclosure.events import FALLING, LOOSE, put_spread
+from nsmaps.exact.modes.enclosure.flow import span
 from nsmaps.exact.modes.enclosure.forms import (
+    CENTRE,
+    PHASE,
+    REMAINDER,
+    ROUNDED,
+    SYMBOLS,
     apply_row,
+    copy_form,
+    copy_set,
     features,
-    finite,
     greatest,
+    is_finite,
     largest,
     least,
     linear,
-    plain,
+    put_plain,
     radius,
-    same,
     shave,
 )
-from nsmaps.exact.modes.enclosure.landing import FALLING, LOOSE
+from nsmaps.exact.modes.enclosure.memory import BEHIND, EVENT_FUNCTION, EVENT_KNOWN, KNOWN, MODE
+from nsmaps.exact.modes.enclosure.tables import RATE
 from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import seen_before
+
+FUNCTION, ABOVE, BELOW = range(3)  #: rows of a surface of sliding: its function, and the rates of that on either side
 
 
 @inlined
 def image_of(p, a_set, code, n, w):
     """Unite the image that is a set at the section with those of its word; returns the number of images afterwards."""
     for c in range(len(p.places)):
-        form = a_set[p.places[c]] if p.places[c] >= 0 else a_set[len(a_set) - 1]
-        known = finite(form)
+        form = a_set[p.places[c]] if p.places[c] >= 0 else a_set[PHASE]
+        known = is_finite(form)
         w.box.side[c, LOWER], w.box.side[c, UPPER] = (least(form), greatest(form)) if known else (-math.inf, math.inf)
         straight = linear(form) + SMALL * SMALL * largest(form)
         w.excess[c] = max(w.excess[c], radius(form) / straight) if known else math.inf
@@ -38,16 +48,15 @@ def image_of(p, a_set, code, n, w):
 
 
 @inner
-def conditioned(p, k, a_set, z, w):
+def meet_conditions(p, k, a_set, z, w):
     """Narrow a set with features z to where the conditions of a transition may hold: (whether they may, whether they do)."""
     surely = True
-    for c in range(p.conditions[k], p.conditions[k + 1]):
-        apply_row(p.where[c], z, w.late)
-        if least(w.late) < 0.0:
+    for c in span(p.conditions, k):
+        apply_row(p.where[c], z, w.delay)
+        if least(w.delay) < 0.0:
             surely = False
-            for i in range(len(w.box.spread)):
-                w.box.spread[i] = abs(w.late[1 + i])
-            if not shave(a_set, w.late, 0.0):
+            put_spread(w.delay, w)
+            if not shave(a_set, w.delay, 0.0):
                 return False, False
     return True, surely
 
@@ -75,25 +84,27 @@ def exclude(p, a, b, z, form):
         h = a[j] + share * b[j]
         for k in range(q - 1):
             form[k] += h * z[j, k]
-            form[q - 1] += 1e-14 * (abs(a[j]) + abs(share * b[j])) * abs(z[j, k])
-        form[q - 1] += abs(h) * z[j, q - 1]
+            form[REMAINDER] += ROUNDED * (abs(a[j]) + abs(share * b[j])) * abs(z[j, k])
+        form[REMAINDER] += abs(h) * z[j, REMAINDER]
     return least(form) > 0.0
 
 
 @inner
 def exhaustive(p, f, known, z, w):
     """Whether one of the two transitions of a function surely takes place."""
-    if p.choices[f + 1] - p.choices[f] != 2:
+    if len(span(p.choices, f)) != 2:
         return False
-    one, two, rate = p.chosen[p.choices[f]], p.chosen[p.choices[f] + 1], p.functions[f, 1]
+    first_place, rate = p.choices[f], p.functions[f, RATE]
+    second_place = first_place + 1
+    one, two = p.chosen[first_place], p.chosen[second_place]
     falls = known & FALLING != 0
-    for i in range(p.conditions[one], p.conditions[one + 1]):
-        apply_row(p.where[i], z, w.late)
-        first = least(w.late) >= 0.0 or (falls and exclude(p, p.where[i], rate, z, w.late))
-        for j in range(p.conditions[two], p.conditions[two + 1]):
-            apply_row(p.where[j], z, w.late)
-            second = least(w.late) >= 0.0 or (falls and exclude(p, p.where[j], rate, z, w.late))
-            if not (first or second or exclude(p, p.where[i], p.where[j], z, w.late)):
+    for i in span(p.conditions, one):
+        apply_row(p.where[i], z, w.delay)
+        first = least(w.delay) >= 0.0 or (falls and exclude(p, p.where[i], rate, z, w.delay))
+        for j in span(p.conditions, two):
+            apply_row(p.where[j], z, w.delay)
+            second = least(w.delay) >= 0.0 or (falls and exclude(p, p.where[j], rate, z, w.delay))
+            if not (first or second or exclude(p, p.where[i], p.where[j], z, w.delay)):
                 return False
     return True
 
@@ -112,11 +123,11 @@ def may_repel(p, mode, a_set, w):
     """Whether some state of a set in a mode may lie on a surface from which both fields lead away: it has no image."""
     features(a_set, w.z, p.resets.shape[1])
     for s in range(len(p.surfaces)):
-        apply_row(p.surfaces[s, 0], w.z, w.late)
-        may = p.beside[s, mode] and least(w.late) <= 0.0 and greatest(w.late) >= 0.0
-        for side in range(1, 3):
-            apply_row(p.surfaces[s, side], w.z, w.late)
-            may = may and greatest(w.late) > 0.0
+        apply_row(p.surfaces[s, FUNCTION], w.z, w.delay)
+        may = p.beside[s, mode] and least(w.delay) <= 0.0 and greatest(w.delay) >= 0.0
+        for side in (ABOVE, BELOW):
+            apply_row(p.surfaces[s, side], w.z, w.delay)
+            may = may and greatest(w.delay) > 0.0
         if may:
             return True
     return False
@@ -125,7 +136,7 @@ def may_repel(p, mode, a_set, w):
 @inner
 def take_event(p, hit, word, progress, w):
     """Follow an event through the transitions that may take place."""
-    f, known, n = w.met[hit, 0], w.met[hit, 1], p.resets.shape[1]
+    f, known, n = w.events[hit, EVENT_FUNCTION], w.events[hit, EVENT_KNOWN], p.resets.shape[1]
     waiting, m, missing, smooth, settled, last = (
         progress.waiting,
         progress.images,
@@ -134,13 +145,13 @@ def take_event(p, hit, word, progress, w):
         False,
         len(w.hits) - 1,
     )
-    for place in range(p.choices[f], p.choices[f + 1]):
+    for place in span(p.choices, f):
         k = p.chosen[place]
         if settled:
             break
-        copied(w.hits[hit], w.hits[last])
+        copy_set(w.hits[hit], w.hits[last])
         features(w.hits[hit], w.z, n)
-        may, settled = conditioned(p, k, w.hits[last], w.z, w)
+        may, settled = meet_conditions(p, k, w.hits[last], w.z, w)
         if not may:
             continue
         smooth = smooth and settled
@@ -155,9 +166,9 @@ def take_event(p, hit, word, progress, w):
             continue
         if waiting + 2 > len(w.parts):
             return Progress(-1, m, True, False)
-        copied(w.hits[last], w.parts[waiting])
-        w.kind[waiting, 0], w.kind[waiting, 1] = p.target[k], k
-        w.kind[waiting, 2] = (known & FALLING) | (0 if smooth else LOOSE)
+        copy_set(w.hits[last], w.parts[waiting])
+        w.kind[waiting, MODE], w.kind[waiting, BEHIND] = p.target[k], k
+        w.kind[waiting, KNOWN] = (known & FALLING) | (0 if smooth else LOOSE)
         put_word(w.box, waiting, code, place_value)
         waiting += 1
     if not settled:
@@ -167,34 +178,35 @@ def take_event(p, hit, word, progress, w):
 
 
 @inner
-def begun(p, b, cell, w):
+def put_start(p, b, cell, w):
     """Write the set of a cell at a start in the first place: (whether conditions of the start may hold, whether they do)."""
-    n, a_set, state = p.resets.shape[1], w.parts[0], w.hits[0]
+    n, a_set, state = p.resets.shape[1], w.parts[FIRST], w.hits[FIRST]
     for i in range(n + 1):
-        plain(a_set[i], 0.0, 0.0)
+        put_plain(a_set[i], ZERO)
     for c in range(len(p.places)):
-        form, lower, upper = a_set[p.places[c] if p.places[c] >= 0 else n], cell[c, 0], cell[c, 1]
-        form[0] = 0.5 * (lower + upper)
-        form[1 + c] = max(form[0] - lower, upper - form[0]) * GROW
+        form, lower, upper = a_set[p.places[c] if p.places[c] >= 0 else n], cell[c, LOWER], cell[c, UPPER]
+        form[CENTRE] = 0.5 * (lower + upper)
+        form[SYMBOLS + c] = max(form[CENTRE] - lower, upper - form[CENTRE]) * GROW
     features(a_set, w.z, n)
     for i in range(n):
         apply_row(p.states[b, i], w.z, state[i])
-    same(a_set[n], state[n])
-    copied(state, a_set)
+    copy_form(a_set[n], state[n])
+    copy_set(state, a_set)
     features(a_set, w.z, n)
     if not seen_before(p, p.starts[b]):
         return True, True
-    return conditioned(p, p.starts[b], a_set, w.z, w)
+    return meet_conditions(p, p.starts[b], a_set, w.z, w)
 
 
 @inner
-def valid(p, b, w):
+def fall_at_start(p, b, w):
     """Narrow the set of a start, whose features are `w.z`, to where its function may fall: (whether it may, whether it does)."""
     if not seen_before(p, p.starts[b]):
         return True, True
-    apply_row(p.functions[p.function[p.starts[b]], 1], w.z, w.late)
-    if greatest(w.late) <= 0.0:
+    rate = w.delay
+    apply_row(p.functions[p.function[p.starts[b]], RATE], w.z, rate)
+    if greatest(rate) <= 0.0:
         return True, True
-    for k in range(len(w.late) - 1):
-        w.late[k] = -w.late[k]
-    return shave(w.parts[0], w.late, 0.0), False
+    for k in range(len(rate) - 1):
+        rate[k] = -rate[k]
+    return shave(w.parts[FIRST], rate, 0.0), False

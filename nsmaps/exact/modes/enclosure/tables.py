@@ -4,7 +4,9 @@ The time unit of a mode is a cell, in which bounds grow by about e. z holds the 
 Every number of the table is within `balls.UNIT` of itself, relative, of the exact one.
 """
 
+import operator
 from collections.abc import Sequence
+from itertools import accumulate, repeat
 from math import factorial
 from typing import Any, NamedTuple
 
@@ -15,7 +17,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.flows.balls import many_digits, nearest_float
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.enclosure.zeros import facts_of, mode_of
+from nsmaps.exact.modes.enclosure.zeros import facts_of, first_choices, mode_of
 from nsmaps.exact.modes.tables.rows import rows_of
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.vanishing import flow_of
@@ -23,7 +25,9 @@ from nsmaps.exact.modes.tables.vanishing import flow_of
 REACH = 1.0  #: a cell times the spectral radius of |Y|
 POWERS = 20  #: of the series of a flow within a cell
 CELLS = 32  #: cells in a row whose flows are in the table; so many rows of cells follow
-RATES = 6  #: of guards: the function itself and its first five derivatives
+RATES = 6  #: of guards, the function itself and its first five derivatives:
+VALUE, RATE, BEND, JERK, SNAP, CRACKLE = range(RATES)
+MOST_TERMS = 60  #: of an exponential series, beyond which terms are below rounding
 WIDER = 1.0 + 1e-12  #: more than the rounding of sums and products of numbers that are not negative
 
 
@@ -73,13 +77,13 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
     """The table for enclosures of a system whose other table is given."""
     with many_digits():
         rows = rows_of(definition, np.array(definition.expansions.at(values), dtype=object))
-        rate = definition.scalars.at(values)[0][0]
+        (rate, *_), *_ = definition.scalars.at(values)
         flows = [flow_of(mode, rate) for mode in rows.rates]
         cells = [cell_of(flow, table.horizon) for flow in flows]
         units = [flow * arb(cell) for flow, cell in zip(flows, cells, strict=True)]
         series = [series_of(unit) for unit in units]
-        fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in series[0]}
-        fields |= derived_of([rows.functions[k] for k in table.chosen[table.choices[:-1]]], table, units)
+        fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in next(iter(series))}
+        fields |= derived_of([rows.functions[k] for k in first_choices(table)], table, units)
         fields |= facts_of(definition, values, table).fields
         turns = np.array([nearest_float(rate * cell) for cell in cells])
     fields |= {"cell": np.array(cells), "turn": turns, "last": table.horizon / np.array(cells)}
@@ -100,7 +104,7 @@ def cell_of(flow: arb_mat, horizon: float) -> float:
 def exponential_bound(matrix: Floats) -> Floats:
     """An upper bound on the exponential of a matrix without negative entries and of a spectral radius up to `REACH`."""
     total = term = np.eye(len(matrix))
-    for k in range(1, 60):
+    for k in range(1, MOST_TERMS):
         term = term @ matrix / k
         total = total + term
     return total * WIDER
@@ -108,15 +112,17 @@ def exponential_bound(matrix: Floats) -> Floats:
 
 def series_of(unit: arb_mat) -> dict[str, Floats]:
     """The flow of a cell as a series, with a bound on what that leaves out, and the flows of whole cells."""
-    powers = [unit**0]
-    while len(powers) <= POWERS:
-        powers.append(powers[-1] * unit / len(powers))
+    power, powers = unit**0, [unit**0]
+    for k in range(1, POWERS + 1):
+        power = power * unit / k
+        powers.append(power)
     terms = floats_of(powers)
-    size = np.abs(terms[1])
+    _, flow, *_ = terms
+    size = np.abs(flow)
     grown = exponential_bound(size)
     left_out = np.linalg.matrix_power(size, POWERS + 1) @ grown / factorial(POWERS + 1)
     return {
-        "flows": terms[1],
+        "flows": flow,
         "third": np.linalg.matrix_power(size, 3) @ grown * WIDER,
         "powers": terms,
         "blur": np.abs(terms[1:]).sum(axis=0) * WIDER,
@@ -129,16 +135,13 @@ def flows_of_cells(unit: arb_mat) -> dict[str, Floats]:
     """The flows of whole cells, with digits for numbers that fall by e a cell."""
     with ctx.extraprec(2 * CELLS**2):
         cell = unit.mid().exp()
-        near = powers_of(cell)
-        return {"near": floats_of(near), "far": floats_of(powers_of(near[-1] * cell))}
+        *_, last = near = powers_of(cell)
+        return {"near": floats_of(near), "far": floats_of(powers_of(last * cell))}
 
 
 def powers_of(matrix: arb_mat) -> list[arb_mat]:
     """The powers of a matrix from the first, which is one, on."""
-    powers = [matrix**0]
-    while len(powers) < CELLS:
-        powers.append(powers[-1] * matrix)
-    return powers
+    return list(accumulate(repeat(matrix, CELLS - 1), operator.mul, initial=matrix**0))
 
 
 def floats_of(matrices: list[arb_mat]) -> Floats:
@@ -150,9 +153,8 @@ def derived_of(functions: list[Any], table: Tables, units: list[arb_mat]) -> dic
     """The functions watched and their first derivatives as rows, and bounds on the next."""
     rows, bounds = [], []
     for f, function in enumerate(functions):
-        unit, own = units[mode_of(table, f)], [arb_mat([list(function)])]
-        while len(own) <= RATES:
-            own.append(own[-1] * unit)
-        rows.append(np.concatenate([floats(row) for row in own[:-1]]))
-        bounds.append((np.abs(floats(own[-1])) @ exponential_bound(np.abs(floats(unit))) * WIDER)[0])
+        unit = units[mode_of(table, f)]
+        *own, rest = accumulate(repeat(unit, RATES), operator.mul, initial=arb_mat([list(function)]))
+        rows.append(np.concatenate(list(map(floats, own))))
+        bounds.append((np.abs(floats(rest)) @ exponential_bound(np.abs(floats(unit))) * WIDER).ravel())
     return {"functions": np.array(rows), "bounds": np.array(bounds)}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb_mat
 
-from nsmaps.arrays import Bools
+from nsmaps.arrays import Bools, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.vanishing import ball_rows, combined, flow_of, independent, reduced, through
@@ -58,17 +58,25 @@ class Facts:
             return False
         rate, row = own * self.flows[self.table.mode[k]], self.functions[f] * self.flows[mode] * self.resets[k]
         basis = independent([own.entries()])
-        row, rate = (arb_mat([reduced(x.entries(), basis)]) for x in (row, rate))
-        shares = [row[0, lead] / rate[0, lead] for lead, _ in independent([rate.entries()])]
-        return combined(row, independent([rate.entries()])) and all(share < 0 or share.contains(0) for share in shares)
+        after, before = (reduced(x.entries(), basis) for x in (row, rate))
+        multiples = independent([before])
+        shares = [after[lead] / before[lead] for lead, _ in multiples]
+        return combined(arb_mat([after]), multiples) and all(share < 0 or share.contains(0) for share in shares)
 
 
 def facts_of(definition: Definition, values: Sequence[float], table: Tables) -> Facts:
     """The facts of a system at values of its parameters, by which its table is given."""
-    rows, rate = ball_rows(definition, values, table.functions.shape[1]), definition.scalars.at(values)[0][0]
-    functions = [arb_mat([list(rows.functions[k])]) for k in table.chosen[table.choices[:-1]]]
+    _, width = table.functions.shape
+    rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
+    functions = [arb_mat([list(rows.functions[k])]) for k in first_choices(table)]
     flows = [flow_of(mode, rate) for mode in rows.rates]
     return Facts(table, flows, functions, list(map(through, rows.resets)), list(map(through, rows.starts)))
+
+
+def first_choices(table: Tables) -> Ints:
+    """A transition of each function that is watched."""
+    first = table.choices[:-1]
+    return table.chosen[first]
 
 
 def mode_of(table: Tables, function: int) -> int:
