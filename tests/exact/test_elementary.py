@@ -14,6 +14,7 @@ from numba import njit
 from running import Running, Series, running
 
 from nsmaps.exact.enclosure.arithmetic import elementary
+from nsmaps.exact.enclosure.arithmetic.balls import Ball
 from nsmaps.exact.engine.flight import remainders
 
 NEAREST = Fraction(7853982, 10**7)  #: more than pi/4, and than any |y| that `wave` comes to, as is checked below
@@ -211,9 +212,9 @@ def test_exp_against_50_digits():
             rest = plain - x if abs(x) > 1e-10 else exponent**2 / 2 + exponent**3 / 6
             for value, reference, bound in zip(GROWTH(x), (plain, rest), GROWTH_BOUNDS[:2], strict=True):
                 assert not off(value, reference, bound), x
-            centre, radius = BEXP((x, 0.0))
+            centre, radius = BEXP(Ball(x, 0.0))
             assert abs(centre - exponent.exp()) <= radius
-            centre, radius = BLOG((abs(x), 0.0))
+            centre, radius = BLOG(Ball(abs(x), 0.0))
             assert abs(centre - abs(exponent).log()) <= radius < 1e-13
 
 
@@ -243,7 +244,7 @@ def test_beyond_their_range_nothing_is_known():
     for x in (1.01e6, -1e7, 1e300, np.inf, np.nan):
         assert not any(np.isfinite(radius) for _, radius in BWAVE((x, 0.0)))
     assert all(np.isfinite(radius) for _, radius in BWAVE((-1e6, 1e-3)))
-    assert [np.isfinite(BEXP((x, 0.0))[1]) for x in (709.0, 710.0, np.inf, np.nan)] == [True, False, False, False]
+    assert [np.isfinite(BEXP(Ball(x, 0.0))[1]) for x in (709.0, 710.0, np.inf, np.nan)] == [True, False, False, False]
     for x, h in ((-710.0, 0.0), (-1e5, 10.0), (-720.0, 1000.0)):
         centre, radius = BEXP((x, h))
         assert centre - radius <= 0

@@ -77,7 +77,7 @@ def _power(base: sp.Expr, power: sp.Expr) -> str:
 
 @lru_cache(maxsize=256)
 def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...]) -> int:
-    """The address of a compiled function that encloses an impact law and its two derivatives: see `engine.law.written`.
+    """The address of a compiled function that encloses an impact law and its two derivatives: see `engine.law.write_law_ball`.
 
     Raises:
         ProofError: the law has a part for which no enclosure is known.
