@@ -23,14 +23,14 @@ LEAST = 1e-15  #: of the time flown: no step is shorter
 
 
 @inlined
-def step_within(clear, passing, s, longest):
+def step_within(clear, passing, s, limit):
     """(A step of time within which no state meets a guard, or a short one; whether it is short and possible events are to be
     recorded), from the time for which the guards are clear and that in which the set passes the nearest one.
     """
-    h, short = min(clear, longest), SHORT * passing
+    h, short = min(clear, limit), SHORT * passing
     if h > short:
         return h, False
-    return min(max(2.0 * short, LEAST * s), longest), True
+    return min(max(2.0 * short, LEAST * s), limit), True
 
 
 @inner

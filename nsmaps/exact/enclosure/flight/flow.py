@@ -38,7 +38,6 @@ from nsmaps.exact.enclosure.flight.terms import (
     rate_of,
     remainders_in,
 )
-from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.flight.flow import width_of
 from nsmaps.exact.engine.flight.layout import (
     AT_CHAINS,
@@ -66,6 +65,9 @@ from nsmaps.exact.engine.flight.layout import (
     SPEED,
     TOP,
     VELOCITY,
+)
+from nsmaps.exact.engine.flight.layout import (
+    ONE as CONSTANT,
 )
 from nsmaps.exact.engine.flight.motion import pair
 from nsmaps.exact.engine.jit import inlined, inner
@@ -129,7 +131,7 @@ def ball_rebound(p, up, v):
 @inlined
 def linear_ball(t, row, at, z, w):
     """The value of a row that is linear in the features, and its first and second derivatives by the phase."""
-    value, slope, bend = rounded(t[row + layout.ONE]), ZERO, ZERO
+    value, slope, bend = rounded(t[row + CONSTANT]), ZERO, ZERO
     if t[row + PLACE] != 0.0:
         value = bplus(value, rounded(t[row + PLACE]), z)
     if t[row + VELOCITY] != 0.0:

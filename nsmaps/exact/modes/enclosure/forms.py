@@ -114,14 +114,14 @@ def apply_matrix(e, off, z, out):
 
 
 @inlined
-def put_wave(form, value, slope, phase, spread, rest):
-    """Write a wave of the phase by Taylor's theorem, from its value and derivative, balls, at the phase's centre and a rest."""
+def put_wave(form, value, slope, phase, spread, remainder):
+    """Write a wave by its Taylor series, from its value and derivative, balls, at the centre of the phase, and a remainder."""
     form[CENTRE] = value.centre
     for k in range(SYMBOLS, len(form) - 1):
         form[k] = slope.centre * phase[k]
     size = abs(slope.centre)
     form[REMAINDER] = (value.radius + (slope.radius + UNIT * size) * spread + size * phase[REMAINDER]) * GROW
-    form[REMAINDER] += rest
+    form[REMAINDER] += remainder
 
 
 @inlined

@@ -154,7 +154,7 @@ def derived_of(functions: list[Any], table: Tables, units: list[arb_mat]) -> dic
     rows, bounds = [], []
     for f, function in enumerate(functions):
         unit = units[mode_of(table, f)]
-        *own, rest = accumulate(repeat(unit, RATES), operator.mul, initial=arb_mat([list(function)]))
+        *own, remainder = accumulate(repeat(unit, RATES), operator.mul, initial=arb_mat([list(function)]))
         rows.append(np.concatenate(list(map(floats, own))))
-        bounds.append((np.abs(floats(rest)) @ exponential_bound(np.abs(floats(unit))) * WIDER).ravel())
+        bounds.append((np.abs(floats(remainder)) @ exponential_bound(np.abs(floats(unit))) * WIDER).ravel())
     return {"functions": np.array(rows), "bounds": np.array(bounds)}
