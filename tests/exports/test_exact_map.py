@@ -143,8 +143,18 @@ def test_what_cannot_be_written_is_refused_by_name(format):
         nsmaps.export(
             nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)), format
         )
-    with pytest.raises(NsmapsError, match="the name 'first_impact', by which the program would have first_impact twice"):
-        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="first_impact")
+    with pytest.raises(NsmapsError, match="the name 'flow', by which the program would have flow twice"):
+        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="flow")
+
+
+def test_a_program_may_have_the_name_of_a_function_of_the_engine(tmp_path):
+    name, (make, speed, *_) = "first_impact", SYSTEMS["vi_pair"]
+    program, states = Program(make(), tmp_path, name, "-O0"), states_of(speed, 100)
+    assert re.search(rf"\b{name}_2\b", (tmp_path / f"{name}.c").read_text())  # the engine's, with a number
+    own, (images, _, codes) = make().first_return(states), program.batch(states)
+    assert codes.tolist() == own.codes.tolist()
+    np.testing.assert_allclose(images, own.image, rtol=4e-16, atol=0)
+    assert f"function {name}(state;" in nsmaps.export(make(), "julia", name=name)
 
 
 def test_a_law_that_c_has_no_function_for_is_refused():

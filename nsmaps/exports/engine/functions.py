@@ -20,6 +20,7 @@ class Functions:
     def __init__(self, own: dict[str, Kind]) -> None:
         """`own` is what those functions return that the program has in place of the engine's."""
         self.own, self.functions, self.folded = own, dict[Any, Function](), dict[Any, Folding]()
+        self.public: tuple[str, ...] = ()  #: names by which the program is called, which no function of the engine gets
 
     def reach(self, node: Any, compiled: Any, kinds: list[Kind]) -> Kind:
         """What the function of a name returns; it and all that it calls are kept."""
@@ -34,7 +35,7 @@ class Functions:
             names = [spelt(each.arg) for each in tree.args.args]
             function = Function("", tree, known, dict(zip(names, kinds, strict=True)), {})
             Inference(function, self.reach)
-            taken = [each.name for each in self.functions.values()]
+            taken = [*self.public, *(each.name for each in self.functions.values())]
             function.name = next(name for name in numbered(spelt(tree.name)) if name not in taken)
             self.functions[key] = function
         node.called = self.functions[key].name

@@ -173,7 +173,7 @@ class Printer(Language):
             return node.called, WHOLE
         value = self.function.known[node.id]
         for name in numbered(node.id):
-            if np.array_equal(self.constants.setdefault(name, value), value):
+            if name not in self.public and np.array_equal(self.constants.setdefault(name, value), value):
                 return name, WHOLE
         raise AssertionError(node.id)
 

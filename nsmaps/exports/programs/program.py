@@ -21,6 +21,9 @@ from nsmaps.exports.programs.helpers import HELPERS, JULIA_HELPERS
 from nsmaps.exports.programs.laws import ALIASES
 from nsmaps.exports.programs.templates import HEADER, MODULE, SOURCE, Entry
 
+PUBLIC = ("of", "return", "batch", "word", "outcome")  #: behind the name of a program in C
+AROUND = ("smaller", "larger", "whole_part", "whole_floor", "square_root", "word", "complex_number")  #: the engine's functions
+
 
 @dataclass(frozen=True)
 class FirstReturn:
@@ -43,7 +46,7 @@ class FirstReturn:
 
 
 def program_files(what: FirstReturn, format: str, name: str) -> dict[str, str]:
-    """The files of a program by their name. NsmapsError for a name that the engine uses."""
+    """The files of a program by their name. NsmapsError for a name that its tables or its memory have."""
     return {"c": _c_files, "julia": _julia_files}[format](what, name)
 
 
@@ -89,10 +92,12 @@ def _julia_files(what: FirstReturn, name: str) -> dict[str, str]:
 
 def _known(what: FirstReturn, name: str, printer: Printer) -> dict[str, Any]:
     """What the texts of both languages need."""
+    printer.public = (name, *(f"{name}_{part}" for part in PUBLIC))
     printer.reach(ast.Name(what.entry.py_func.__name__), what.entry, what.kinds)
     functions = "\n".join(printer.texts())
-    names = {each.name for each in printer.functions.values()}
-    if clash := {name, *(f"{name}_{part}" for part in ("of", "return", "batch", "word", "outcome"))} & names:
+    *_, first_return = printer.functions.values()
+    records = {each.name for each in (*what.fixed, what.memory)}
+    if clash := {*printer.public} & {*records, *what.own, *printer.helpers, *AROUND}:
         raise NsmapsError(f"the name {name!r}, by which the program would have {clash.pop()} twice; expected: another")
     letters = [*what.letters, CHATTER, REST]
     return {
@@ -100,7 +105,7 @@ def _known(what: FirstReturn, name: str, printer: Printer) -> dict[str, Any]:
         "n": what.n,
         "coordinates": what.coordinates.replace("*/", "* /"),
         "functions": functions,
-        "first_return": what.entry.py_func.__name__,
+        "first_return": first_return.name,
         "letters": ", ".join(map(json.dumps, letters)),
         "base": base_of_words(what.letters),
         "chatter": SUMMED_SPEED,
