@@ -112,6 +112,7 @@ class FlowSystem(HybridFormulas):
                 impact system are `flight` and, for contact, `rest on B` on a wall B.
             derivative: also the derivative of the images by `states`, shape (N, m, k), through every event.
 
+        There is no `chatter`: a motion has come to the section with the first impact there, and others are summed as always.
         A state that violates a guard of its mode, or that belongs to none, has no image: outcome `invalid`. On a surface from
         which both modes lead away the motion is not unique: outcome `repelling`.
 
