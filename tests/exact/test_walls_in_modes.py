@@ -10,7 +10,7 @@ from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
 from toys import Table
 
-from nsmaps import Wall
+from nsmaps import ImpactSystem, Wall
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.outcome import Outcome
@@ -181,3 +181,26 @@ def test_a_base_wall_does_not_end_motions():
     walls = {"walls": lambda self: {"B": Wall(at=0, side=-1, ends=True)}, "__module__": __name__}
     with pytest.raises(SystemDefinitionError, match=r"Gone.walls ends motions at the base wall 'B'; expected: a base wall after"):
         type("Gone", (BouncingBall,), walls)
+
+
+class Trapped(ImpactSystem):
+    """A ball that a floor throws up at a speed with which it never comes back to the wall above, where it started."""
+
+    def walls(self):
+        return {"B": Wall(at=1, side=1), "F": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi
+
+    def rebound(self, speed, wall):
+        return speed / 2 if wall == "B" else sp.sqrt(1 + speed**2) / 2 + sp.Rational(3, 10)  # to 0.898, below sqrt(2)
+
+    def displacement(self, t, hit):
+        return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2
+
+
+def test_more_impacts_than_are_followed_are_endless_by_both_engines():
+    system, start = Trapped(), np.array([[1.0, 0.0]])
+    assert system.first_return(start).outcome.tolist() == [Outcome.endless]
+    assert system._kernel().modes.first_returns(start, False, SUMMED_SPEED).outcome.tolist() == [Outcome.endless]
+    assert "Of its first 5,000 events the last are 'F'" in system.reasons(start)[0]

@@ -167,4 +167,4 @@ def test_a_law_that_c_has_no_function_for_is_refused():
 def test_a_header_says_how_it_is_called():
     text = nsmaps.export(SYSTEMS["vi_pair"][0](), "c")["vipair.h"]
     assert re.search(r"The exact first return of VIPair at d = 0\.35, r = 0\.5, g_bar = 0\.2113\.", text)
-    assert "0 returned, 1 stuck, 2 rests, 3 escaped, 4 undecided, 6 invalid" in text
+    assert "0 returned, 1 stuck, 2 rests, 3 escaped, 4 undecided, 6 invalid, 8 endless" in text

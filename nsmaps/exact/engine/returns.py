@@ -212,7 +212,7 @@ def follow(p, impact, chatter, limit, observe, context, seen):
     After each event `seen` becomes `observe(p, impact, event, context, seen)`: `impact` is the one before the event, and `p` has
     the coefficients of the flight. The context may have arrays; what is seen is numbers, as inner functions count no references.
     numba compiles the loop once for each compiled function `observe`. Returns (the `Return`, what was seen); at the limit the
-    outcome is LOST.
+    outcome is ENDLESS.
     """
     if not is_state(impact.speed, impact.phase):
         return Return(INVALID, math.nan, math.nan, 0, math.nan), seen
@@ -233,4 +233,4 @@ def follow(p, impact, chatter, limit, observe, context, seen):
             outcome = STUCK if event.ended != IMPACT else UNDECIDED if undecided else RETURNED
             return Return(outcome, event.speed, phase, turns, time), seen
         impact = Impact(event.up, phase, event.speed)
-    return Return(LOST, math.nan, math.nan, 0, math.nan), seen
+    return Return(ENDLESS, math.nan, math.nan, 0, math.nan), seen

@@ -16,6 +16,7 @@ from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.observers import BASE, OTHER, Word, append_impact, append_rest, base_of
 from nsmaps.exact.engine.returns import (
     CHATTER,
+    ENDLESS,
     INVALID,
     LOST,
     PHASE,
@@ -254,7 +255,9 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
             ball[RESTED], ball[ALOFT] = ball[RESTED] + h, -h
         if ball[RESTED] > max_rest:
             count[FATE] = RESTS
-        elif count[BOUNCES] > MOST_IMPACTS or ball[ALOFT] > max_flight:
+        elif count[BOUNCES] > MOST_IMPACTS:
+            count[FATE] = ENDLESS
+        elif ball[ALOFT] > max_flight:
             count[FATE] = LOST
         ball[ANGLE], whole = phase_and_turns(p, ball[ANGLE], h)
         ball[NOW], ball[ETA], ball[SINCE], ball[ALOFT] = 0.0, last, ball[SINCE] + h, ball[ALOFT] + h

@@ -37,7 +37,7 @@ def displacement_return(system: ImpactSystem) -> FirstReturn:
         ],
         coordinates="impact speed and phase, in [0, 2 pi)",
         letters=letters,
-        outcomes=range(Outcome.simultaneous.value),
+        outcomes=(*range(Outcome.simultaneous.value), Outcome.endless.value),
         entry=first_return,
         kinds=[flow, FLOAT, FLOAT, FLOAT, BOOL],
         memory=flow,

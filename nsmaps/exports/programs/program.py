@@ -2,7 +2,7 @@
 
 import ast
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ class FirstReturn:
     about: list[str]  #: what they are
     coordinates: str  #: the same of an image, in short
     letters: tuple[str, ...]  #: of words
-    outcomes: range  #: numbers of `Outcome` that occur
+    outcomes: Sequence[int]  #: numbers of `Outcome` that occur
     entry: Any  #: the function of the engine
     kinds: list[Kind]  #: of its arguments
     memory: Record
