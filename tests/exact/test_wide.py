@@ -44,6 +44,19 @@ def test_many_returns_are_those_of_each_state_by_itself(name, key):
     assert np.isnan(many.derivative[~many.valid]).all()
 
 
+@pytest.mark.parametrize(("name", "key"), CASES)
+def test_many_derivatives_by_parameters_are_those_of_each_state_by_itself(name, key):
+    made, rows = starts(name, key, 2 * FEW)
+    valid = made.first_return(rows).valid
+    for parameter in made.parameter_names():
+        rates = {parameter: 1.0}
+        single = np.concatenate([made.sensitivity(rows[: FEW - 1], rates), made.sensitivity(rows[FEW - 1 :][: FEW - 1], rates)])
+        many, known = made.sensitivity(rows, rates)[: len(single)], valid[: len(single)]
+        assert np.array_equal(np.isfinite(many).all(axis=1), known)
+        size = 1 + np.abs(single[known]).max(axis=1, initial=0)
+        assert (np.abs(many - single)[known].max(axis=1, initial=0) < 1e-12 * size**2).all()
+
+
 def test_images_of_an_orbit_have_derivatives_of_their_own_return():
     made, rows = starts("S1_recoil", "p1", 40)
     orbits, again = made.orbits(rows, 3, derivative=True), by_itself(made, rows, True)

@@ -105,7 +105,7 @@ class ModeKernel(MotionKernel):
         return rows.tangents.reshape(start.shape)
 
     def _march(self, rows: ReturnRows, w: Memory, near: Floats | None = None) -> None:
-        """Compute returns, and their margins if asked for; many in blocks, with derivatives by the starts at most."""
+        """Compute returns, and their margins if asked for; many in blocks."""
         p, directions = self.table, rows.tangents.shape[-1]
         if directions:
             varied(self.definition, p.variations)
@@ -113,9 +113,8 @@ class ModeKernel(MotionKernel):
         found = Record(*map(np.ascontiguousarray, (*rows, margins)))
         given = rows.start.copy()
         found.states[START] = self.starts(given)
-        affine = not (p.taylor.any() or w.moved.here)
-        in_blocks = affine and near is None and (p.contacts < 0).all() and rows.states.shape[1] >= FEW
-        at, b = np.zeros(2, np.int64), workspace(p, directions, in_blocks)
+        in_blocks = not p.taylor.any() and near is None and (p.contacts < 0).all() and rows.states.shape[1] >= FEW
+        at, b = np.zeros(2, np.int64), workspace(p, directions, in_blocks, w.moved)
         while not returns(p, found, at, w, b):
             check_stop()
         if found.states is rows.states:

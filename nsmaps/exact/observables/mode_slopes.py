@@ -35,7 +35,7 @@ def at_event(p, q, g, k, phi, slopes, w):
 @inner
 def at_instant(p, q, g, mode, phi, s, x):
     """Write the states a time s after those of `x`, within its piece, and their derivatives; evaluate the formulas."""
-    slopes_at(p, mode, s, x, q.y, g.d, g.back)
+    slopes_at(p, mode, s, x, q.y, g.d)
     for c in range(len(g.phase)):
         g.phase[c] = x.dphi[c] + x.moved.rate * s
     evaluated(q, q.flight, within_turn(phi + p.rate * s)[0])

@@ -11,8 +11,8 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.flight.remainders import wave
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.blocks.series_block import sum_row, weigh_row, write_rates
-from nsmaps.exact.modes.blocks.tangents_block import begin_tangents, move_to_event
+from nsmaps.exact.modes.blocks.series_block import weigh_row, write_rates
+from nsmaps.exact.modes.blocks.tangents_block import begin_tangents, change_by_row, move_to_event
 from nsmaps.exact.modes.blocks.workspace import AT, IN, ROW
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
@@ -74,17 +74,15 @@ def choose_transitions(p, mode, n, b):
 @inner
 def reset_states(p, e, n, b):
     """Change states, and their derivatives, by a transition in the columns that it takes place in."""
-    t, h, states = b.t, b.h, p.first.shape[1] - 1
-    for d in range(len(b.features) if p.moves[e] else 0):
+    states = p.first.shape[1] - 1 if p.moves[e] else 0
+    for i in range(states):
+        if p.jumps[e, i] or b.moved.here:
+            change_by_row(p.resets[e], b.moved.resets[e] if b.moved.here else p.resets[e], i, n, b)
+    for d in range(len(b.features)):
         for i in range(states):
-            if p.jumps[e, i]:
-                sum_row(p.resets[e, i], b.features[d], n, t)
+            if p.jumps[e, i] or b.moved.here:
                 for k in range(n):
-                    b.change[d, i, k] = t[AT.value + k] if h[IN.transition + k] == e else b.features[d, i, k]
-        for i in range(states):
-            if p.jumps[e, i]:
-                for k in range(n):
-                    b.features[d, i, k] = b.change[d, i, k]
+                    b.features[d, i, k] = b.change[d, i, k] if b.h[IN.transition + k] == e else b.features[d, i, k]
 
 
 @inner
@@ -174,11 +172,9 @@ def begin_block(p, e, found, r, row, n, b):
     read_starts(p, found, r, row, n, b)
     for d in range(len(b.dz)):
         begin_tangents(p, d, n, b)
+    for i in range(p.first.shape[1] - 1):
+        change_by_row(p.states[start], b.moved.states[start] if b.moved.here else p.states[start], i, n, b)
     for d in range(len(b.features)):
-        for i in range(p.first.shape[1] - 1):
-            sum_row(p.states[start, i], b.features[d], n, t)
-            for k in range(n):
-                b.change[d, i, k] = t[AT.value + k]
         for i in range(p.first.shape[1] - 1):
             for k in range(n):
                 b.features[d, i, k] = b.change[d, i, k]

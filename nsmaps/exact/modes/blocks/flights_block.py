@@ -142,6 +142,8 @@ def move(p, mode, n, b):
             count += 1
     for d in range(len(b.dz)):
         write_wave_tangents(p, d, n, b)
+        for k in range(n):
+            b.dphi[d, k] += b.moved.rate * t[AT.time + k] * p.steps[mode]
     for d in range(len(b.features)):
         gather_features(b.features[d], b.gathered[d], count, b)
     for q in range(p.first.shape[1] - 1):
@@ -166,6 +168,12 @@ def write_full_change(p, mode, i, n, b):
             whole = p.whole[mode, i * len(b.z) + j]
             for k in range(n):
                 b.change[d, i, k] += whole * b.features[d, j, k]
+            if d > 0 and b.moved.here:
+                moved = 0.0
+                for term in b.moved.flows[mode, i, j]:
+                    moved += term
+                for k in range(n):
+                    b.change[d, i, k] += moved * b.z[j, k]
 
 
 @inner
@@ -188,6 +196,11 @@ def write_change(p, mode, i, count, b):
     for d in range(len(b.features)):
         for m in range(count):
             b.change[d, i, b.h[IN.column + m]] = b.part[d, i, m]
+    for j in range(len(b.z) if b.moved.here else 0):
+        evaluate_row(b.moved.flows[mode, i, j], TERMS, wide, b.t)
+        for d in range(1, len(b.features)):
+            for m in range(count):
+                b.change[d, i, b.h[IN.column + m]] += b.t[AT.value + m] * b.c[j, m]
 
 
 @inner

@@ -20,13 +20,26 @@ def write_wave_tangents(p, d, n, b):
 
 @inner
 def begin_tangents(p, d, n, b):
-    """Write the derivatives of what is given at a start by its coordinate d: themselves, and the waves of the phase."""
+    """Write the derivatives of what is given at a start along a direction: by the coordinate d, or by parameters."""
     for k in range(n):
-        b.dphi[d, k] = 1.0 if p.places[d] < 0 else 0.0
+        b.dphi[d, k] = b.moved.phase if b.moved.here else 1.0 if p.places[d] < 0 else 0.0
     for i in range(p.first.shape[1] - 1):
         for k in range(n):
-            b.dz[d, i, k] = 1.0 if p.places[d] == i else 0.0
+            b.dz[d, i, k] = 1.0 if p.places[d] == i and not b.moved.here else 0.0
     write_wave_tangents(p, d, n, b)
+
+
+@inner
+def change_by_row(rows, moved_rows, i, n, b):
+    """Write row i over the features, and its derivatives, to `change`."""
+    for d in range(len(b.features)):
+        sum_row(rows[i], b.features[d], n, b.t)
+        for k in range(n):
+            b.change[d, i, k] = b.t[AT.value + k]
+        if d > 0 and b.moved.here:
+            sum_row(moved_rows[i], b.z, n, b.t)
+            for k in range(n):
+                b.change[d, i, k] += b.t[AT.value + k]
 
 
 @inner
@@ -52,6 +65,11 @@ def move_to_event(p, mode, n, b):
             for k in range(n):
                 here = (h[IN.function + k] == f) & (h[IN.transition + k] >= 0)
                 t[AT.delay + k] = -t[AT.value + k] / t[AT.rate + k] if here else t[AT.delay + k]
+            if b.moved.here:
+                sum_row(b.moved.functions[f], b.z, n, t)
+                for k in range(n):
+                    here = (h[IN.function + k] == f) & (h[IN.transition + k] >= 0)
+                    t[AT.delay + k] -= t[AT.value + k] / t[AT.rate + k] if here else 0.0
         for j in range(len(b.z)):
             for k in range(n):
                 b.dz[d, j, k] += b.field[j, k] * t[AT.delay + k]

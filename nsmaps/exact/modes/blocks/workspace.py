@@ -85,11 +85,12 @@ class Workspace(NamedTuple):
     part: Any  #: shape (1 + D, n, PITCH), how states and their derivatives change in these columns
     change: Any  #: the same in all columns
     field: Any  #: shape (N, PITCH), rates of the features in steps of the mode
+    moved: Any  #: how the table moves with parameters: see `nsmaps.exact.modes.tables.memory`
     all_features: Any  #: shape (N,), their numbers
     all_used: Any  #: shape (TERMS,), N each: how many features a polynomial with all terms has of each degree
 
 
-def workspace(p: Any, directions: int, in_blocks: bool) -> Workspace:
+def workspace(p: Any, directions: int, in_blocks: bool, moved: Any) -> Workspace:
     """Memory for returns of the system of a table, without room for motions where none are computed in blocks."""
     n, width, queues = p.first.shape[1] - 1, p.growth.shape[1], len(p.growth) + 1 if in_blocks else 0
     batch, pitch, d = (BATCH, PITCH, directions) if in_blocks else (0, 0, 0)
@@ -114,6 +115,7 @@ def workspace(p: Any, directions: int, in_blocks: bool) -> Workspace:
         part=np.zeros((1 + d, n, pitch)),
         change=np.zeros((1 + d, n, pitch)),
         field=np.zeros((width, pitch)),
+        moved=moved,
         all_features=np.arange(width),
         all_used=np.full(TERMS, width),
     )

@@ -6,33 +6,33 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.pieces import at, moved_along, slope, spread, taken
 from nsmaps.exact.modes.flights.states import derive, features, shift
-from nsmaps.exact.modes.tables.taylor import ORDER, moved_on, next_term, propagated, series
+from nsmaps.exact.modes.tables.taylor import ORDER, moved_on, propagated
 
 
 @inner
-def carried(p, mode, tau, w):
-    """Carry derivatives by tau along the flow of a mode, which the parameters move."""
-    n, width, turn = p.first.shape[1] - 1, len(w.z), w.moved.rate * p.steps[mode]
-    for j in range(width):
-        w.d[0, j] = w.z[j]
-    series(p, mode, w.d)
-    for c in range(w.dz.shape[1]):
+def carried(p, mode, tau, w, d):
+    """Write the derivatives of states at tau: dz + F dz + dF z, where `propagated` has written F = exp(Y tau) - 1."""
+    n, width = len(w.new), len(w.z)
+    for i in range(n):
+        for c in range(w.dz.shape[1]):
+            d[i, c] = moved_change(mode, i, tau, w) if w.moved.here else 0.0
         for j in range(width):
-            w.e[0, j] = w.dz[j, c]
-        for k in range(ORDER + 1):
-            next_term(p, mode, w.e, k)
-            for i in range(n):
-                for j in range(width):
-                    w.e[k + 1, i] += w.moved.rates[mode, i, j] * w.d[k, j] / (k + 1)
-            for m in range(1, (width - n - 1) // 2 + 1):
-                x = n + 2 * m - 1
-                w.e[k + 1, x] -= m * turn * w.d[k, x + 1] / (k + 1)
-                w.e[k + 1, x + 1] += m * turn * w.d[k, x] / (k + 1)
-        for j in range(n):
-            total = w.e[ORDER, j]
-            for k in range(ORDER - 1, -1, -1):
-                total = total * tau + w.e[k, j]
-            w.dz[j, c] = total
+            for c in range(w.dz.shape[1]):
+                d[i, c] += w.flow[i * width + j] * w.dz[j, c]
+        for c in range(w.dz.shape[1]):
+            d[i, c] += w.dz[i, c]
+
+
+@inner
+def moved_change(mode, i, tau, w):
+    """How a state at tau changes with the parameters by its flow."""
+    total = 0.0
+    for j in range(len(w.z)):
+        entry = 0.0
+        for k in range(ORDER, -1, -1):
+            entry = entry * tau + w.moved.flows[mode, i, j, k]
+        total += entry * w.z[j]
+    return total
 
 
 @inner
@@ -60,9 +60,11 @@ def flown(p, mode, tau, unit, phi, w):
         moved_along(p, tau, w)
     else:
         propagated(p, mode, tau, w)
-        if w.moved.here:
-            carried(p, mode, tau, w)
+        carried(p, mode, tau, w, w.slopes)
         moved_on(w)
+        for i in range(len(w.new)):
+            for c in range(w.dz.shape[1]):
+                w.dz[i, c] = w.slopes[i, c]
     for c in range(w.dz.shape[1]):
         w.dphi[c] += w.moved.rate * step
     phi, more = within_turn(phi + p.rate * step)
@@ -93,9 +95,9 @@ def state_at(p, mode, s, w, y):
 
 
 @inner
-def slopes_at(p, mode, s, w, y, d, back):
-    """Write own states as `state_at`, and their derivatives by the directions; `back` is memory of their shape."""
-    tau, width = s / length_of(p, mode, w), len(w.z)
+def slopes_at(p, mode, s, w, y, d):
+    """Write own states as `state_at`, and their derivatives by the directions."""
+    tau = s / length_of(p, mode, w)
     shift(p, w)
     state_at(p, mode, s, w, y)
     if len(p.nonlinear) > 0:
@@ -103,19 +105,8 @@ def slopes_at(p, mode, s, w, y, d, back):
         for i in range(p.own):
             for c in range(w.dz.shape[1]):
                 d[i, c] = slope(p, i, c, w)
-    elif w.moved.here:
-        for i in range(p.own):
-            back[i, 0] = w.dz[i, 0]
-        carried(p, mode, tau, w)
-        for i in range(p.own):
-            d[i, 0], w.dz[i, 0] = w.dz[i, 0], back[i, 0]
     else:
-        for i in range(p.own):
-            for c in range(w.dz.shape[1]):
-                total = w.dz[i, c]
-                for j in range(width):
-                    total += w.flow[i * width + j] * w.dz[j, c]
-                d[i, c] = total
+        carried(p, mode, tau, w, d)
 
 
 @inner

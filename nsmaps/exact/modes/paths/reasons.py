@@ -25,7 +25,7 @@ def reasons_of(definition: Definition, table: Tables, start: Floats, chatter: fl
     sentences = []
     for row in start:
         found, w = record(row[None], 1, 0), memory(table, 0, chatter=chatter)
-        returns(table, found, np.zeros(2, np.int64), w, workspace(table, 0, False))
+        returns(table, found, np.zeros(2, np.int64), w, workspace(table, 0, False, w.moved))
         outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
         if outcome == Outcome.invalid:
             sentences.append(not_a_start(definition, table, row))

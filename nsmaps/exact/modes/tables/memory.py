@@ -19,7 +19,7 @@ class Moved(NamedTuple):
     rate: float
     phase: float  #: of the section, where no coordinate is one
     parameters: Any  #: shape (P,), the direction
-    rates: Any  #: shape (M, n, N), times the mode's longest step
+    flows: Any  #: shape (M, n, N, TERMS), of exp(Y step tau), the rows of states
     functions: Any  #: shape (S, N)
     resets: Any  #: shape (T, n, N)
     states: Any  #: shape (number of starts, n, N)
@@ -118,7 +118,7 @@ def record(start: Any, n: int, directions: int) -> Record:
 
 def still(p: Any) -> Moved:
     """No direction of the parameters."""
-    shapes = p.growth, p.functions, p.resets, p.states
+    shapes = p.flows, p.functions, p.resets, p.states
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 

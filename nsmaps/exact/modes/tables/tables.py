@@ -19,9 +19,9 @@ from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.nonlinear import taylor_of
-from nsmaps.exact.modes.tables.polynomials import polynomials_of
+from nsmaps.exact.modes.tables.polynomials import exponential_series, polynomials_of
 from nsmaps.exact.modes.tables.rows import Rows, rows_of
-from nsmaps.exact.modes.tables.taylor import TERMS
+from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 from nsmaps.exact.modes.tables.transitions import plain_of, transitions_of
 from nsmaps.exact.modes.tables.vanishing import vanishing
 
@@ -156,7 +156,7 @@ def _in_rows(value: Any) -> Any:
 def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     """The fields of a table that describe the flows of its modes."""
     n = rows.rates.shape[1]
-    flows = flow_matrices(rows, rate)
+    flows = flow_matrices(rows.rates, rate)
     steps = longest_steps(flows, horizon)
     first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
     return {
@@ -169,10 +169,16 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     }
 
 
-def flow_matrices(rows: Rows, rate: float) -> Floats:
-    """The matrices of z' by z in all modes, shape (M, N, N)."""
-    n, width = rows.rates.shape[1:]
-    return np.array([flow_matrix(mode, rate, (width - n - 1) // 2) for mode in rows.rates])
+def flow_matrices(rates: Floats, turns: Any) -> Floats:
+    """The matrices of z' by z, shape (M, N, N), by rates of states, shape (M, n, N), and of the phase, one or shape (M,)."""
+    count, n, width = rates.shape
+    flows = np.zeros((count, width, width))
+    flows[:, :n] = rates
+    for m in range(1, (width - n - 1) // 2 + 1):
+        sine = n + 2 * m
+        cosine = sine - 1
+        flows[:, cosine, sine], flows[:, sine, cosine] = -m * turns, m * turns
+    return flows
 
 
 def functions_of(
@@ -183,7 +189,7 @@ def functions_of(
     sets = [group for mode in groups for group in mode]
     leads = [lead for lead, *_ in sets]
     functions = rows.functions[leads]
-    modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows, rate)
+    modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows.rates, rate)
     bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
     which = {k: function for function, group in enumerate(sets) for k in group}
     on = vanishing(definition, values, leads, functions.shape[1])
@@ -215,7 +221,7 @@ def bounced(definition: Definition, functions: Floats, modes: Ints, on: Ints, k:
 def moved_of(definition: Definition, table: Tables, values: Sequence[float], rates: Floats) -> Moved:
     """The derivative of a table by the parameters, which change at these rates."""
     if not rates.any():
-        return Moved(True, 0.0, 0.0, rates, *map(np.zeros_like, (table.growth, table.functions, table.resets, table.states)))
+        return Moved(True, 0.0, 0.0, rates, *map(np.zeros_like, (table.flows, table.functions, table.resets, table.states)))
     n, width = table.resets.shape[1:]
     harmonics, total, turn = (width - n - 1) // 2, None, 0.0
     turns, *_ = definition.scalars.floats(values)[1:].T.tolist() or [[]]
@@ -226,24 +232,25 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
             total = parts if total is None else [a + b for a, b in zip(total, parts, strict=True)]
             turn += rate * turns[k]
     assert total is not None
-    flows, functions, resets, states = total
+    changes, functions, resets, states = total
     first, later = table.choices[:-1], 0.0
     if definition.clock >= 0:
         later = later_fall(table.functions[table.function[definition.clock]], functions[definition.clock], n, table.phase)
-    steps, leads = table.steps[:, None, None], table.chosen[first]
-    return Moved(True, turn, later, rates, flows * steps, functions[leads], resets, states)
+    flows, leads = moved_flows(table, changes, turn), table.chosen[first]
+    return Moved(True, turn, later, rates, flows, functions[leads], resets, states)
 
 
-def flow_matrix(rates: Floats, rate: float, harmonics: int) -> Floats:
-    """The matrix of z' by z, shape (N, N)."""
-    n, width = rates.shape
-    flow = np.zeros((width, width))
-    flow[:n] = rates
-    for m in range(1, harmonics + 1):
-        sine = n + 2 * m
-        cosine = sine - 1
-        flow[cosine, sine], flow[sine, cosine] = -m * rate, m * rate
-    return flow
+def moved_flows(table: Tables, changes: Floats, turn: float) -> Floats:
+    """The field `flows` of `Moved`, by the derivatives of the rates of states, shape (M, n, N), and of the phase.
+
+    In the exponential of [[Y, dY], [0, Y]] tau that of Y tau stands above its derivative (C. F. Van Loan, 1978).
+    """
+    n, width = changes.shape[1:]
+    first, steps = 1, table.steps[:, None, None]
+    flows = flow_matrices(table.propagators[:, first].reshape(changes.shape), table.rate * table.steps)
+    moved = flow_matrices(changes * steps, turn * table.steps)
+    terms = exponential_series(np.block([[flows, moved], [np.zeros_like(flows), flows]]))[:, : ORDER + 1, :n, width:]
+    return np.ascontiguousarray(np.pad(np.moveaxis(terms, 1, -1).astype(float), [(0, 0)] * 3 + [(0, TERMS - ORDER - 1)]))
 
 
 def exponential(matrices: Floats) -> Floats:

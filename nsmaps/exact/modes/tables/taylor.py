@@ -39,13 +39,6 @@ def next_term(p, mode, d, k):
 
 
 @inner
-def series(p, mode, d):
-    """Write the terms of the Taylor series of z, of which the first is given: d[k] = z^(k)/k! up to k = ORDER + 1."""
-    for k in range(ORDER + 1):
-        next_term(p, mode, d, k)
-
-
-@inner
 def remaining(tau):
     """The power of a time by which what a series leaves out falls, ORDER + 1."""
     power = 1.0
@@ -100,20 +93,12 @@ def propagated(p, mode, tau, w):
 
 @inner
 def moved_on(w):
-    """Change states by the matrix that `propagated` wrote, and their derivatives, unless parameters move the flow."""
+    """Change states by the matrix that `propagated` wrote."""
     n, width = len(w.new), len(w.z)
-    directions = 0 if w.moved.here else w.dz.shape[1]
     for i in range(n):
         total = 0.0
         for j in range(width):
             total += w.flow[i * width + j] * w.z[j]
         w.new[i] = total
-        for c in range(directions):
-            w.slopes[i, c] = 0.0
-        for j in range(width):
-            for c in range(directions):
-                w.slopes[i, c] += w.flow[i * width + j] * w.dz[j, c]
     for i in range(n):
         w.z[i] += w.new[i]
-        for c in range(directions):
-            w.dz[i, c] += w.slopes[i, c]
