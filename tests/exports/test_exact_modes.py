@@ -119,7 +119,7 @@ def test_julia_as_python(name):
 def test_what_a_system_does_not_need_is_left_out():
     """Without contact, sliding, conditions and curved resets there is no code for them."""
     plain, contact = (nsmaps.export(SYSTEMS[name][0](), "c")["recoilpair.c"] for name in ("pair", "contact"))
-    for part in ("mark_of", "repelled(", "reset_by(", "allowed("):
+    for part in ("mark_of", "repelled(", "call_reset(", "allowed("):
         assert f" {part}" not in plain
     assert " mark_of(" in contact
 

@@ -39,14 +39,14 @@ end"""),
 }
 RESETS = {
     "c": Template("""/* Write the states after an event, row by row with their derivatives by states y, phase and parameters q. */
-static void reset_by(int64_t law, double phi, const double *y, const double *q, double (*out)[$width])
+static void call_reset(int64_t law, double phi, const double *y, const double *q, double (*out)[$width])
 {
     (void)phi;
     (void)q;
 $cases
 }"""),
     "julia": Template(""""Write the states after an event with their derivatives by states y, phase and parameters q."
-function reset_by(law, phi, y, q, out)
+function call_reset(law, phi, y, q, out)
 $cases
 end"""),
 }

@@ -48,7 +48,7 @@ def modes_return(system: HybridSystem) -> FirstReturn:
         kinds=[*known, Array(FLOAT, (n,), fixed=True), Array(FLOAT, (n,)), Array(FLOAT, (n, OPEN)), room],
         memory=room,
         fixed=(*known, Record(PARAMETERS, room.value.moved, fixed=True)),
-        own={"reset_by": ""},
+        own={"call_reset": ""},
         directions=n,
         texts=_entry(kernel.table.places.tolist()),
         laws=lambda language: reset_text([law for law in laws if law], definition, language) if any(laws) else "",
