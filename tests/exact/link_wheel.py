@@ -16,7 +16,7 @@ MAKE = Path("tests", "exact", "make_entries.py")
 
 
 class LinkedEntries(BuildHookInterface):  # type: ignore[type-arg]
-    """Makes the files of `nsmaps/exact/compiling/entries` anew, in the tree of which the wheel is built."""
+    """Puts linked entries into the wheel as files of `nsmaps/exact/compiling/entries`."""
 
     PLUGIN_NAME = "custom"
 
@@ -24,15 +24,21 @@ class LinkedEntries(BuildHookInterface):  # type: ignore[type-arg]
         """Make them, unless the installation is editable; the wheel is one of this Python and this platform."""
         if version == "editable":
             return
-        with TemporaryDirectory() as folder:
-            about = Path(folder, "nsmaps-0.dist-info")  # by which the systems are found that plugins register
-            about.mkdir()
-            (about / "METADATA").write_text("Metadata-Version: 2.1\nName: nsmaps\nVersion: 0\n", encoding="utf-8")
-            (about / "entry_points.txt").write_text(self.registered(), encoding="utf-8")
-            paths = os.pathsep.join([folder, self.root, str(Path(self.root, "plugins"))])
-            command = [sys.executable, str(MAKE)]
-            subprocess.run(command, cwd=self.root, env={**os.environ, "PYTHONPATH": paths}, check=True)
+        self.folder = TemporaryDirectory()
+        entries, about = Path(self.folder.name, "entries"), Path(self.folder.name, "nsmaps-0.dist-info")
+        about.mkdir()  # by which the systems are found that plugins register
+        (about / "METADATA").write_text("Metadata-Version: 2.1\nName: nsmaps\nVersion: 0\n", encoding="utf-8")
+        (about / "entry_points.txt").write_text(self.registered(), encoding="utf-8")
+        paths = os.pathsep.join([self.folder.name, self.root, str(Path(self.root, "plugins"))])
+        command = [sys.executable, str(MAKE), str(entries)]
+        subprocess.run(command, cwd=self.root, env={**os.environ, "PYTHONPATH": paths}, check=True)
+        build_data["force_include"] |= {str(entries): "nsmaps/exact/compiling/entries"}
         build_data |= {"pure_python": False, "infer_tag": True}
+
+    def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
+        """Remove the files once they are in the wheel."""
+        if version != "editable":
+            self.folder.cleanup()
 
     def registered(self) -> str:
         """The entry points of pyproject.toml, as a package that is installed has them."""

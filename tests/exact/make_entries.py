@@ -1,15 +1,17 @@
-"""Make the linked forms of entries that the package ships, after a change of the engine: `python tests/exact/make_entries.py`.
+"""Make the linked forms of entries that a wheel contains: `python tests/exact/make_entries.py FOLDER`, some minutes.
 
 They are used with the versions of numba, llvmlite, NumPy and Python, and on the platform, with which they were made.
 """
 
 import os
-import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
-from numba.core.registry import cpu_target
 
 import nsmaps
 from nsmaps.exact.compiling import linked
@@ -18,57 +20,100 @@ from nsmaps.proof.closed import Around
 from nsmaps.proof.prove import prove
 from nsmaps.study.ahead import CALLS
 
+PAIR = {"d": 0.3, "r": 0.5, "M": 0.1245, "g": 9.8, "beta": 1.0471975511965976, "F": 5}
+STATE, ROW, BENT = np.array([0.5, 1.0]), np.array([0.5, 0.1, -0.6, 1.0]), np.array([1.5, 0.5])
 
-def call_all() -> None:
-    """Call everything that compiles an entry."""
-    pair = nsmaps.load_system("vi_pair", d=0.3, r=0.5, M=0.1245, g=9.8, beta=1.0471975511965976, F=5)
-    state = np.array([[0.5, 1.0]])
-    pair.first_return(state)
-    pair.itineraries(state)
-    pair.trajectory(state[0], 4)
-    pair.sensitivity(state, {"d": 1})
-    pair.grazing_curves({"v": (0.1, 0.9), "phi": (0.3, 0.5)}, 20)
-    capsule = nsmaps.load_system("recoil_pair", eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
-    row = np.array([[0.5, 0.1, -0.6, 1.0]])
-    capsule.first_return(row)
-    capsule.trajectory(row[0], 4)
-    beyond = np.array([[0.0, 0.1, 0.2, 0.3, 1.0]])
-    capsule.arrivals(beyond)
-    next(events_from(capsule._kernel().definition, capsule._kernel().table, beyond[0], 0))
-    for system, start in ((pair, state[0]), (capsule, row[0])):
-        nsmaps.observe(system, start, 2, ["loss"], batches=1)
-        nsmaps.observe_orbit(
-            system, nsmaps.periodic_orbit(system, nsmaps.orbit(system, start, 300).final, 2), ["loss"], {"d": 1.0}
-        )
-    for call in CALLS.values():
-        call(pair)
-    strips = nsmaps.strip_map(pair, [[0.8, 0.81], [0.4, 0.41]], 1e-2)
-    strips.first_return([[0.805, 0.405]], derivative=True)
-    strips.orbits([[0.805, 0.405]], 2)
-    nsmaps.lyapunov(pair, state, 32, 4)
+
+def pair() -> Any:
+    """A system with walls."""
+    return nsmaps.load_system("vi_pair", **PAIR)
+
+
+def capsule() -> Any:
+    """A system whose modes are affine."""
+    return nsmaps.load_system("recoil_pair", eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
+
+
+def duffing() -> Any:
+    """A system whose modes are not."""
+    return nsmaps.load_study("duffing/diagram").system_object()
+
+
+def returns(system: Any, start: Any) -> None:
+    """First returns and trajectories, and all that impacts alone have."""
+    system.first_return([start])
+    system.trajectory(start, 4)
+    if system.letters == pair().letters:
+        system.itineraries([start])
+        system.sensitivity([start], {"d": 1})
+        system.grazing_curves({"v": (0.1, 0.9), "phi": (0.3, 0.5)}, 20)
+        nsmaps.lyapunov(system, [start], 32, 4)
+
+
+def arrivals(system: Any, kernel: Any, state: Any) -> None:
+    """First arrivals, and events from a state."""
+    system.arrivals([state])
+    next(events_from(kernel.definition, kernel.table, np.array(state), 0))
+
+
+def observables(system: Any, start: Any, period: int, parameter: str) -> None:
+    """Sums along orbits, and their derivatives."""
+    nsmaps.observe(system, start, 2, ["loss"], batches=1)
+    orbit = nsmaps.periodic_orbit(system, nsmaps.orbit(system, start, 300).final, period)
+    nsmaps.observe_orbit(system, orbit, ["loss"], {parameter: 1.0})
+
+
+def strips() -> None:
+    """Maps of strips."""
+    found = nsmaps.strip_map(pair(), [[0.8, 0.81], [0.4, 0.41]], 1e-2)
+    found.first_return([[0.805, 0.405]], derivative=True)
+    found.orbits([[0.805, 0.405]], 2)
+
+
+def proofs() -> None:
+    """The search for proofs."""
     shape = {"side": 64, "top": 1.0633, "periods": 2}
     prove(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113275), [0.83, 0.36], depth=1, cuts=1, **shape)
     prove(nsmaps.load_system("vi_pair", d=0.26, g_bar=0.2113275), [0.7, 0.3], depth=0, around=Around(0, 500, 1000), **shape)
-    CALLS["boxes"](capsule)
-    CALLS["noise"](capsule)
-    duffing = nsmaps.load_study("duffing/diagram").system_object()
-    bent, start = duffing._kernel().modes, np.array([1.5, 0.5])
-    duffing.first_return([start])
-    duffing.trajectory(start, 4)
-    duffing.arrivals([[0.0, 0.1, 0.5]])
-    next(events_from(bent.definition, bent.table, np.array([0.0, 0.1, 0.5]), 0))
-    nsmaps.observe(duffing, start, 2, ["loss"], batches=1)
-    nsmaps.observe_orbit(
-        duffing, nsmaps.periodic_orbit(duffing, nsmaps.orbit(duffing, start, 300).final, 1), ["loss"], {"f": 1.0}
-    )
+
+
+def calls() -> Iterator[Any]:
+    """Everything that compiles an entry, the longest first."""
+    yield lambda: observables(duffing(), BENT, 1, "f")
+    yield lambda: observables(capsule(), ROW, 2, "d")
+    yield lambda: arrivals(duffing(), duffing()._kernel(), [0.0, 0.1, 0.5])
+    yield lambda: arrivals(capsule(), capsule()._kernel(), [0.0, 0.1, 0.2, 0.3, 1.0])
+    yield lambda: returns(duffing(), BENT)
+    yield lambda: returns(capsule(), ROW)
+    yield lambda: returns(pair(), STATE)
+    yield lambda: observables(pair(), STATE, 2, "d")
+    for call in CALLS.values():
+        yield lambda call=call: call(pair())
+    for name in ("boxes", "noise"):
+        yield lambda name=name: CALLS[name](capsule())
+    yield strips
+    yield proofs
+
+
+def main(folder: Path, begin: int, step: int) -> None:
+    """Make every step-th call from one on; the first process has others make the rest."""
+    linked.FOLDER, linked.written_to = folder / "none", folder
+    command = [sys.executable, __file__, str(folder)]
+    others = [subprocess.Popen([*command, str(k), str(step)]) for k in range(1, step)] if begin == 0 else []
+    for k, call in enumerate(calls()):
+        if k % step == begin:
+            call()
+    if any(other.wait() for other in others):
+        sys.exit("another process has failed")
 
 
 if __name__ == "__main__":
-    with TemporaryDirectory() as scratch:
-        os.environ["NSMAPS_CACHE_DIR"] = scratch
-        linked.FOLDER, linked.written_to = Path(scratch), linked.FOLDER
-        shutil.rmtree(linked.written_to, ignore_errors=True)
-        call_all()
-    (linked.written_to / "versions.txt").write_text("\n".join(linked.versions(cpu_target.target_context.codegen())) + "\n")
-    for path in sorted(linked.written_to.iterdir()):
-        print(f"{path.stat().st_size / 1000:8.1f} kB  {path.name}")
+    where, *share = sys.argv[1:]
+    if share:
+        main(Path(where), *map(int, share))
+    else:
+        with TemporaryDirectory() as scratch:
+            os.environ["NSMAPS_CACHE_DIR"] = scratch
+            main(Path(where), 0, os.cpu_count() or 1)
+        for path in sorted(Path(where).iterdir()):
+            print(f"{path.stat().st_size / 1000:8.1f} kB  {path.name}")

@@ -1,4 +1,4 @@
-"""The linked forms of entries that are shipped: of the code that there is, complete, and the same results without them."""
+"""The linked forms of entries that wheels contain: named by their code, complete, and with the same results as without them."""
 
 import lzma
 import os
@@ -7,6 +7,7 @@ import pkgutil
 import subprocess
 import sys
 from importlib import import_module
+from pathlib import Path
 
 import exported
 import numba
@@ -15,15 +16,11 @@ from numba.core.registry import CPUDispatcher, cpu_target
 
 import nsmaps
 from nsmaps.exact.compiling import compiled, kept, linked
-from nsmaps.exact.compiling.compiled import _Kept
 from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler
 from nsmaps.exact.engine.jit import entry
 from nsmaps.reduced.composite import compiled as callers
 
 CODEGEN = cpu_target.target_context.codegen()
-MADE = linked.FOLDER / "versions.txt"
-OTHER = "entries were shipped for other versions or another platform"
-same_versions = pytest.mark.skipif(MADE.read_text().split() != [*linked.versions(CODEGEN)], reason=OTHER)
 
 
 def entries():
@@ -37,27 +34,13 @@ def entries():
     return found
 
 
-def shipped():
-    """The files with the module, the name and the signature of each."""
-    for path in sorted(linked.FOLDER.glob("*.xz")):
-        _, _, (description, _, signature, *_) = pickle.loads(lzma.decompress(path.read_bytes()))
-        yield path, description.modname, description.qualname, signature
-
-
-@same_versions
-def test_shipped_entries_are_those_of_the_code():
-    """Otherwise `python tests/exact/make_entries.py` makes them anew; until then they are not used."""
-    known = entries()
-    for path, module, name, signature in shipped():
-        cache = known[module, name]._cache
-        assert isinstance(cache, _Kept)
-        assert cache._name(signature.args, CODEGEN, shipped=True) == path.name, f"{name} has been changed since it was made"
-
-
-@same_versions
-def test_every_entry_is_shipped():
-    names = {(module, name) for _, module, name, _ in shipped()}
-    assert not set(entries()) - names
+@pytest.mark.thorough
+def test_every_entry_is_made(tmp_path):
+    """All that a wheel contains, some minutes."""
+    command = [sys.executable, Path(__file__).with_name("make_entries.py"), str(tmp_path / "made")]
+    subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True)
+    made = [pickle.loads(lzma.decompress(path.read_bytes())) for path in (tmp_path / "made").iterdir()]
+    assert {(about[0].modname, about[0].qualname) for _, _, about in made} == set(entries())
 
 
 def test_the_name_tells_versions_but_not_the_processor(monkeypatch):
@@ -71,28 +54,31 @@ def test_the_name_tells_versions_but_not_the_processor(monkeypatch):
 
 STARTS = [[0.7, 0.2], [0.8, 1.0], [1.3, 2.0], [0.05, 5.0]]
 RUN = f"""
+import sys
+from pathlib import Path
 from exported import composite
-from nsmaps.exact.compiling import compiled
+from nsmaps.exact.compiling import compiled, linked
+linked.FOLDER = Path(sys.argv[1])
 compiled.missing.append(lambda: print("compiles"))
 print(composite().orbits({STARTS}, 40).image.tobytes().hex())
 """
 
 
-@same_versions
 def test_results_are_the_same_with_and_without(tmp_path, monkeypatch):
-    """From the shipped form in a program of its own, and compiled here where that is damaged, which is as if there were none."""
-    shipped, damaged, missing = linked.FOLDER, tmp_path / "damaged", []
-    damaged.mkdir()
-    monkeypatch.setattr(linked, "FOLDER", damaged)
-    for path in shipped.glob("orbits-*.xz"):
-        (damaged / path.name).write_bytes(path.read_bytes()[:-100])
-        assert linked.read(path.name) is None
-    assert linked.read("none.xz") is None
+    """Compiled here where there is no linked form, or a damaged one, and from the form in a program of its own."""
+    made, missing = tmp_path / "made", []
+    monkeypatch.setattr(linked, "written_to", made)
     monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
     monkeypatch.setattr(compiled, "missing", [lambda: missing.append("compiles")])
     monkeypatch.setattr(callers, "orbits", entry(callers.orbits.py_func))
     without = exported.composite().orbits(STARTS, 40).image.tobytes().hex()
     assert missing == ["compiles"]
+    (form,) = made.iterdir()
+    assert form.name.startswith("orbits-")
     environment = {**os.environ, "NSMAPS_CACHE_DIR": str(tmp_path / "empty"), "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run([sys.executable, "-c", RUN], env=environment, capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", RUN, made], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == [without]
+    form.write_bytes(form.read_bytes()[:-100])
+    monkeypatch.setattr(linked, "FOLDER", made)
+    assert linked.read(form.name) is None
+    assert linked.read("none.xz") is None
