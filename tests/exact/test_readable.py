@@ -26,7 +26,6 @@ LATER_NAMES = (
     "batches.py",
     "compiling",
     "enclosure",
-    "modes/enclosure",
     "modes/flights",
     "modes/march",
     "modes/tables",

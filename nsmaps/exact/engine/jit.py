@@ -1,6 +1,8 @@
 """Compilation of the engine: inner functions without Python wrappers, entry points stored on disk."""
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from numba import cfunc, types
@@ -24,26 +26,16 @@ entry = njit(**ENTRY)
 long_entry = njit(**ENTRY, long=True)  #: an entry of much code, which is compiled in less time
 
 
-def law_of(text: str) -> Any:
-    """The compiled callback of a function `law(speed, parameters)` given by its source."""
-    names: dict[str, Any] = {"math": math}
-    exec(compile(text, "<impact law>", "exec"), names)
-    return cfunc(types.float64(types.float64, types.CPointer(types.float64)), error_model="numpy")(names["law"])
+NUMBER, PLACE = types.float64, types.CPointer(types.float64)
+LAWS = {
+    "impact law": NUMBER(NUMBER, PLACE),  #: of speed and parameters
+    "impact law in balls": types.void(NUMBER, NUMBER, PLACE, PLACE),  #: of centre, radius, parameters and what is written
+    "reset": types.void(NUMBER, PLACE, PLACE, PLACE),  #: of phase, states, parameters and what is written
+}
 
 
-def ball_law_of(text: str, names: dict[str, Any]) -> Any:
-    """The compiled callback of a function `law(centre, radius, parameters, out)` given by its source, and the functions that it
-    may call.
-    """
-    found: dict[str, Any] = {**names, "math": math}
-    exec(compile(text, "<impact law in balls>", "exec"), found)
-    pointer = types.CPointer(types.float64)
-    return cfunc(types.void(types.float64, types.float64, pointer, pointer), error_model="numpy")(found["law"])
-
-
-def reset_law_of(text: str) -> Any:
-    """The compiled callback of a function `law(phase, states, parameters, out)` given by its source."""
-    names: dict[str, Any] = {"math": math}
-    exec(compile(text, "<reset>", "exec"), names)
-    pointer = types.CPointer(types.float64)
-    return cfunc(types.void(types.float64, pointer, pointer, pointer), error_model="numpy")(names["law"])
+def law_of(kind: str, text: str, names: Mapping[str, Any] = MappingProxyType({})) -> Any:
+    """The compiled callback of a function `law`, one of `LAWS`, given by its source, and the functions that it may call."""
+    known = {**names, "math": math}
+    exec(compile(text, f"<{kind}>", "exec"), known)
+    return cfunc(LAWS[kind], error_model="numpy")(known["law"])

@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-from nsmaps.exact.engine.jit import law_of, reset_law_of
+from nsmaps.exact.engine.jit import law_of
 from nsmaps.exact.flows.formulas import PHI
 
 
@@ -21,7 +21,7 @@ def law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...
 
 @lru_cache(maxsize=256)
 def _compile_law(text: str) -> Any:
-    return law_of(text)
+    return law_of("impact law", text)
 
 
 class _Printer(PythonCodePrinter):  # type: ignore[misc]
@@ -69,7 +69,7 @@ def rows_address(source: str) -> int:
 
 @cache  # addresses of what is compiled are kept elsewhere
 def _compile_rows(source: str) -> Any:
-    return reset_law_of(source)
+    return law_of("reset", source)
 
 
 STEPS = (sp.floor, sp.sign, sp.Heaviside)

@@ -102,14 +102,14 @@ def _seeds(kernel: SpectralKernel, frame: Frame, lines: int) -> dict[tuple[int, 
         if seen.gap_time > 0:
             place = np.array([*state, seen.gap_time]) / frame.scale
             point = Touch(frame, seen.gap_flight, seen.gap_up).evaluate(place)
-            if point is not None and seen.gap < NEAR * np.linalg.norm(point.by_gap):
+            if point is not None and point.near:
                 found.setdefault((seen.gap_flight, seen.gap_up), []).append(place)
     return {kind: np.array(places) for kind, places in found.items()}
 
 
 def _changes(kernel: SpectralKernel, frame: Frame, lines: int) -> Floats:
     """Pairs of states on either side of a change of itinerary, along both directions of a scan, shape (K, 2, 2)."""
-    low, high = np.maximum(frame.low, [SLOWEST * frame.fastest, -np.inf]), frame.high
+    low, high = np.maximum(frame.low, [SLOWEST * frame.high[SPEED], -np.inf]), frame.high
     mesh = np.stack(np.meshgrid(*np.linspace(low, high, lines).T, indexing="ij"), axis=-1)
     codes = _codes(kernel, mesh)
     pairs: list[tuple[Any, Any]] = [(np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])]  # neighbours in v, in phi
@@ -146,13 +146,13 @@ def _curve(system: ImpactFormulas, kind: Touch, places: Floats, ends: tuple[str,
     speeds, phases = points.T
     if frame.circle:
         phases -= TWO_PI * np.floor((next(iter(phases)) - frame.low[PHASE]) / TWO_PI)
-    unit = np.array([frame.fastest, 1.0])
+    unit = np.array([frame.high[SPEED], 1.0])
     known = [point for place in places if (point := kind.evaluate(place)) is not None]
     across = np.array([point.by_gap[:TIME] for point in known]) / frame.scale[:TIME] * unit
     across *= unit / np.linalg.norm(across, axis=1)[:, None]
 
     def beside(distance: float) -> tuple[Floats, Floats]:
-        least = np.minimum(distance, BESIDE_REST * speeds / frame.fastest)[:, None]
+        least = np.minimum(distance, BESIDE_REST * speeds / frame.high[SPEED])[:, None]
         return points - least * across, points + least * across
 
     def jump(distance: float) -> Floats:

@@ -47,11 +47,6 @@ class Frame:
         """A turn of the phase in units of the scale."""
         return TWO_PI / float(self.scale[PHASE])
 
-    @property
-    def fastest(self) -> float:
-        """The highest speed of the box."""
-        return float(self.high[SPEED])
-
     def difference_of(self, difference: Floats) -> Floats:
         """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:

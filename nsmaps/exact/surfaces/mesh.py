@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Part = Callable[[Returns], NDArray[np.integer]]  #: a number for each of N returns, shape (N,), negative to leave one out
 CORNERS, QUADRILATERAL = 3, 4  #: corners of triangles and of cells
-FIRST, LAST = 0, -1  #: rows of a block
+HALVES = [0, 1, 2], [0, 2, 3]  #: corners of the triangles of a cell
 FINER = 2  #: parts of each side of a divided cell
 CHANGES = 6  #: of the smooth piece on such a part, at most
 HALVINGS = 26  #: of such a part, to find one
@@ -87,7 +87,7 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared_vertices(pieces, pairs)])
     label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
-    triangles = same[np.concatenate([*_halves(lattice.whole), *fans])]
+    triangles = same[np.concatenate([*(lattice.whole[:, corners] for corners in HALVES), *fans])]
     states, triangles = refine_triangles(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
     used = np.zeros(len(states), bool)
     used[triangles] = True
@@ -169,8 +169,9 @@ def _refined_lattice(pieces: _Pieces, surface: Surface) -> _Lattice:
     new = np.zeros(fine.size, bool)
     new[divided], new[coarse] = True, False
     key[new] = pieces(states[new])
-    whole = cells[alike & _on_surface(key[first])]
-    walk = _rim(lattice[: FINER + 1, : FINER + 1])
+    whole = cells[alike & key[first].any(axis=1)]
+    corners = _around(lattice[: FINER + 1 : FINER, : FINER + 1 : FINER])
+    walk = np.linspace(corners, np.roll(corners, -1), FINER, endpoint=False, dtype=np.int64, axis=-1).ravel()
     rims = whole[:, :1] + walk
     named = new[rims] | (np.arange(len(walk)) % FINER == 0)
     beside = named.sum(axis=1) > QUADRILATERAL
@@ -180,25 +181,6 @@ def _refined_lattice(pieces: _Pieces, surface: Surface) -> _Lattice:
 def _around(lattice: Ints) -> Ints:
     """The points around each cell of a lattice, in turn, shape (C, 4)."""
     return np.stack([lattice[:-1, :-1], lattice[1:, :-1], lattice[1:, 1:], lattice[:-1, 1:]], axis=-1).reshape(-1, 4)
-
-
-def _rim(block: Ints) -> Ints:
-    """The points on the rim of a square block of a lattice, shape (n, n), in turn, shape (4 n - 4,)."""
-    left, right = block.T[[FIRST, LAST]]
-    bottom, top = block[[FIRST, LAST]]
-    return np.concatenate([left[:-1], top[:-1], right[:0:-1], bottom[:0:-1]])
-
-
-def _halves(cells: Ints) -> tuple[Ints, Ints]:
-    """Two triangles of each of the cells (W, 4)."""
-    a, b, c, d = cells.T
-    return np.column_stack([a, b, c]), np.column_stack([a, c, d])
-
-
-def _on_surface(key: Ints) -> Bools:
-    """Whether keys, shape (P, c), are those of states on the surface, shape (P,)."""
-    member, *_ = key.T
-    return np.asarray(member > 0)
 
 
 def _piece_changes(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
@@ -243,7 +225,7 @@ def _labels(key: Ints, outlines: Ints) -> Ints:
     label, named = np.full(len(key), -1), np.unique(outlines[outlines >= 0])
     _, number = np.unique(key[named], axis=0, return_inverse=True)
     label[named] = number.ravel()
-    return np.where(_on_surface(key), label, -1)
+    return np.where(key.any(axis=1), label, -1)
 
 
 def _fans(outlines: Ints, label: Ints) -> Ints:

@@ -9,7 +9,7 @@ import sympy as sp
 
 from nsmaps.errors import ProofError
 from nsmaps.exact.enclosure.arithmetic import balls, elementary
-from nsmaps.exact.engine.jit import ball_law_of
+from nsmaps.exact.engine.jit import law_of
 
 WAVES = {
     sp.sin: "bangle({0}).sine",
@@ -92,4 +92,4 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
 
 @lru_cache(maxsize=256)
 def _compiled(text: str) -> Any:
-    return ball_law_of(text, {**vars(balls), **vars(elementary)})
+    return law_of("impact law in balls", text, {**vars(balls), **vars(elementary)})

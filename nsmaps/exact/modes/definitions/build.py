@@ -47,14 +47,11 @@ def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
     if cls.noise:
         check_noise(cls.__name__, cls.noise, section.coordinates)
     rates = {mode: _rates(reader, mode, {**given, **noise_rates(noise)}) for mode, given in modes.items()}
-    definition = _build_definition(reader, known, rates, guards, section, _horizon(cls.horizon, period))
+    horizon = sp.sympify(cls.horizon) * (1 if period is None else sp.sympify(period))
+    definition = _build_definition(reader, known, rates, guards, section, horizon)
     if driven:
         check_driven(cls.__name__, cls.noise, definition)
     return definition
-
-
-def _horizon(periods: float, period: Any) -> sp.Expr:
-    return sp.sympify(periods) * (sp.S.One if period is None else sp.sympify(period))
 
 
 def _build_definition(

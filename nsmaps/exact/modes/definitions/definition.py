@@ -3,9 +3,10 @@
 The features of a row are the states, 1, and cosine and sine of the multiples of the phase of the forcing.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import sympy as sp
 
@@ -33,6 +34,11 @@ class Transition:
     releases: bool = False  #: whether lasting contact ends
     leaves: bool = False  #: whether sliding or lasting contact ends, as its own conditions no longer hold
     crossing: bool = False  #: whether the function may be negative in the mode
+
+    def with_rows(self, change: Callable[[Row], Row]) -> Self:
+        """The transition with its function and conditions changed, but not its reset."""
+        where, held, begins = (tuple(map(change, rows)) for rows in (self.where, self.held, self.begins))
+        return replace(self, function=change(self.function), where=where, held=held, begins=begins)
 
 
 @dataclass(frozen=True)

@@ -72,13 +72,9 @@ def _map_rows(definition: Definition, change: Callable[[Row], Row]) -> Definitio
     def of(rows: Sequence[Row]) -> tuple[Row, ...]:
         return tuple(map(change, rows))
 
-    transitions = [
-        replace(one, function=change(one.function), where=of(one.where), held=of(one.held), begins=of(one.begins))
-        for one in definition.transitions
-    ]
     return replace(
         definition,
-        transitions=tuple(transitions),
+        transitions=tuple(one.with_rows(change) for one in definition.transitions),
         starts=tuple(replace(one, zeros=of(one.zeros), surface=of(one.surface)) for one in definition.starts),
         surfaces=tuple(replace(one, rows=of(one.rows)) for one in definition.surfaces),
     )

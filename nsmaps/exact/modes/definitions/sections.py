@@ -45,7 +45,7 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
     check_names(f"{reader.name}.section gives the state", section.states, tuple(reader.states))
     events = ((k, one) for k, one in enumerate(transitions) if one.name in names and not one.releases)
     starts = tuple(_start(reader, section, k, one) for k, one in events)
-    _check_bound(reader, section, transitions, starts)
+    _check_bound(reader, transitions, starts)
     return starts
 
 
@@ -62,7 +62,7 @@ def _identity(row: Row) -> bool:
     return bool(row.variables) and vanishes(row.of(row.variables))
 
 
-def _check_bound(reader: Reader, section: Section, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
+def _check_bound(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
     """Refuse coordinates of which some determine others, at each event, by a function that is not affine."""
     for start in starts if all(start.zeros for start in starts) else ():
         for row in (row for row in start.zeros if row.variables and not row.timed):
@@ -253,7 +253,7 @@ def clock_of(reader: Reader, transitions: Sequence[Transition], starts: Sequence
     for start, one in zip(starts, ones, strict=True):
         fixed = any(zero.remainder.has(PHI) for zero in start.zeros) or not forced
         values = [x for zero in start.zeros for x in (*zero.coefficients, zero.remainder.subs(PHI, 0))]
-        if any(clocks) or not fixed or any(abs(sp.N(x.subs(at), 30)) > NEAR for x in values for at in trials(x)):
+        if any(clocks) or not fixed or not all(map(vanishes, values)):
             raise SystemDefinitionError(
                 f"{reader.name}.section has no phase among its coordinates, and the function of {one.name!r} does not fix it; "
                 "expected: a name for the phase in `coordinates`, as 'phi', or a section at one clock, such as -sin(w t)"

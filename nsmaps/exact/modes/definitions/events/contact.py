@@ -16,7 +16,7 @@ from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
 from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, text_of
-from nsmaps.exact.modes.definitions.rows import Row, row_of
+from nsmaps.exact.modes.definitions.rows import Row, row_of, vanishes
 from nsmaps.exact.systems.guards import Guard
 
 
@@ -103,7 +103,7 @@ def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[s
 
     changes = jump(gap, gap), jump(speed, speed)
     for text, change in zip(("changes the function of the guard", "is not an impact, -r times its rate"), changes, strict=True):
-        if any(abs(sp.N(change.subs(values), 30)) > NEAR for values in trials(change)):
+        if not vanishes(change):
             raise SystemDefinitionError(f"{what}: its reset {text}; expected: d/dt of the function becomes -r times that before")
     if not any(c != 0 and one != 0 for c, one in zip(speed.coefficients, jumps, strict=True)):
         raise SystemDefinitionError(f"{what}: its reset does not change the rate of the function; expected: an impact")

@@ -79,19 +79,8 @@ def in_part(one: Transition, before: Signs, after: Signs) -> Transition:
     values = {**before, **{later(sign): value for sign, value in after.items()}}
     if not values:
         return one
-
-    def of(rows: Sequence[Row]) -> tuple[Row, ...]:
-        return tuple(row.subs(values) for row in rows)
-
-    return replace(
-        one,
-        function=one.function.subs(values),
-        reset=of(one.reset),
-        where=of(one.where),
-        curved=tuple((k, formula.subs(values)) for k, formula in one.curved),
-        held=of(one.held),
-        begins=of(one.begins),
-    )
+    reset, curved = tuple(row.subs(values) for row in one.reset), tuple((k, formula.subs(values)) for k, formula in one.curved)
+    return replace(one.with_rows(lambda row: row.subs(values)), reset=reset, curved=curved)
 
 
 def later(sign: sp.Symbol) -> sp.Symbol:
