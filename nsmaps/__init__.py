@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.lyapunov import lyapunov_sweep as lyapunov_sweep
     from nsmaps.dynamics.manifolds.manifold import Manifold as Manifold
     from nsmaps.dynamics.manifolds.manifold import manifold as manifold
-    from nsmaps.dynamics.noise.orbits import Noise as Noise
+    from nsmaps.dynamics.noise.law import Noise as Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
     from nsmaps.dynamics.observables.attractors import observe_attractors as observe_attractors
     from nsmaps.dynamics.observables.attractors import observe_diagram as observe_diagram
@@ -187,7 +187,8 @@ _PUBLIC = {
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
     "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),
-    "dynamics.noise.orbits": ("Noise", "noisy_orbits"),
+    "dynamics.noise.law": ("Noise",),
+    "dynamics.noise.orbits": ("noisy_orbits",),
     "dynamics.observables.attractors": ("observe_attractors", "observe_diagram", "observe_noisy"),
     "dynamics.observables.cycles": ("observe_branch", "observe_orbit"),
     "dynamics.observables.observe": ("Observed", "observe"),

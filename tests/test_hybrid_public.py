@@ -195,7 +195,6 @@ REFUSED = {
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
-    "observe_noisy": "observables under noise of a .*; expected: an ImpactSystem",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
 }

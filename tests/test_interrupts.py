@@ -37,7 +37,7 @@ def noisy(returns: int, realisations: int) -> Any:
 
 
 def under_way(given: Any, result: Any) -> bool:
-    return bool(given[6][modes.MADE] < len(given[7].codes))
+    return bool(given[3].count[modes.MADE] < len(given[4].found.codes))
 
 
 CASES: dict[str, tuple[Any, str, Callable[[int], Any], Callable[[Any, Any], bool]]] = {

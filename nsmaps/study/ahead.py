@@ -44,7 +44,8 @@ def _boxes(system: "System") -> None:
 
 def _noise(system: "System") -> None:
     """One return under noise."""
-    from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+    from nsmaps.dynamics.noise.law import Noise
+    from nsmaps.dynamics.noise.orbits import noisy_orbits
 
     noise = {"noise": Noise(sigma=0, tau=1), "step": 1} if isinstance(system, FlowSystem) else {"noise": Noise(sigma=0)}
     noisy_orbits(system, np.zeros(len(system.coordinates)), 1, **noise)

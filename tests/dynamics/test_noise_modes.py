@@ -318,13 +318,6 @@ class Taken(Linear):
     noise = "x"
 
 
-class Bent(Linear):
-    """Noise that is not added."""
-
-    def modes(self, t, y):
-        return {"free": {"x": y.v, "v": sp.cos(self.w * t) + y.eta * y.x - 2 * self.zeta * y.v - y.x}}
-
-
 def test_systems_without_noise_say_so():
     block = RockingBlock(**dict.fromkeys(RockingBlock.parameter_names(), 0.5))
     with pytest.raises(NsmapsError, match=r"RockingBlock has no noise; expected: a name for it in the class"):
@@ -333,8 +326,6 @@ def test_systems_without_noise_say_so():
         noisy_orbits(Silent(zeta=0.1, w=1), [0, 0], 5, LOUD)
     with pytest.raises(SystemDefinitionError, match=r"Taken.noise is 'x'; expected: a name of its own"):
         Taken(zeta=0.1, w=1).first_return([[0, 0]])
-    with pytest.raises(SystemDefinitionError, match=r"Bent has rates or guards that are not affine in the states, and noise"):
-        noisy_orbits(Bent(zeta=0.1, w=1), [0, 0], 5, LOUD)
     with pytest.raises(NsmapsError, match=r"the start has shape \(2, 4\); expected: \(4,\) or \(3, 4\)"):
         noisy_orbits(PAIR, [[0.8, 0.4, 0.1, 0.2]] * 2, 5, LOUD, 3)
 

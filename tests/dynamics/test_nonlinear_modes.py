@@ -113,8 +113,8 @@ def test_exponents_have_the_sum_of_liouville():
     assert exponents.sum() == pytest.approx(np.mean(2 * np.log(0.8) - 0.1 * orbit.time[200:600]), rel=1e-6)
 
 
-def test_noise_and_boxes_are_refused():
-    with pytest.raises(NsmapsError, match="noise"):
+def test_noise_without_a_name_and_boxes_are_refused():
+    with pytest.raises(NsmapsError, match="RimlessWheel has no noise; expected: a name for it in the class"):
         nsmaps.noisy_orbits(WHEEL, [1.0], 10, nsmaps.Noise(sigma=0.01, tau=0.1))
     with pytest.raises(ProofError, match="RimlessWheel"):
         WHEEL.image_boxes([[[1.0, 1.01]]])

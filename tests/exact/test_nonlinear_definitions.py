@@ -13,7 +13,6 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.noise.driven import driven_kernel
 
 AT = sp.Rational(3, 7), sp.Rational(5, 4), sp.Rational(-2, 3), sp.Rational(1, 9)  #: values of states
 
@@ -238,21 +237,6 @@ def test_sliding_holds_the_surface_at_filippovs_rates() -> None:
     stick = dict(zip(definition.modes, definition.smooth, strict=True))["stick"]
     _, v = definition.variables
     assert [sp.N(rate.subs(values | {v: 1}), 30) for rate in stick] == pytest.approx([1, 0], abs=1e-28)
-
-
-def test_noise_in_nonlinear_flights_is_refused_by_name() -> None:
-    class Shaken(Pendulum):
-        """With noise in its driving."""
-
-        noise = "eta"
-
-        def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-            return {"m": {"a": y.b, "b": -sp.sin(y.a) + y.eta}}
-
-    with pytest.raises(
-        SystemDefinitionError, match=r"Shaken has rates or guards that are not affine .* noise on the images of its"
-    ):
-        driven_kernel(Shaken(), 0.1)
 
 
 class Ring(HybridSystem):

@@ -8,7 +8,8 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike
-from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+from nsmaps.dynamics.noise.law import Noise
+from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.dynamics.returnmap import nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides

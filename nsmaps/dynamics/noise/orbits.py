@@ -1,22 +1,22 @@
 """Orbits under noise: of motions by Ornstein-Uhlenbeck forcing, exact at the points of a grid in time, of maps on the images."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.noise.images import RETURNS, generator, kicked_realisations
-from nsmaps.errors import NsmapsError, StateError, near_match
+from nsmaps.dynamics.noise.law import Noise, exact_step, linear_law, usual_step
+from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.systems.hybrid import HybridSystem
+from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import words_of
@@ -26,42 +26,10 @@ from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
 if TYPE_CHECKING:
     from nsmaps.exact.engine.kernel import SpectralKernel
     from nsmaps.exact.noise.driven import DrivenKernel
+    from nsmaps.exact.observables.spec import Observable
 
 CHUNK = 8  #: realisations of a task of an executor
 SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is every second point of that of `step=h`
-
-
-class Noise(BaseModel):
-    """Gaussian noise eta ~ N(0, sigma^2): with `tau` a forcing of motions between returns, without it noise on the images.
-
-    The forcing is a stationary Ornstein-Uhlenbeck process, d eta = -eta/tau dt + sigma sqrt(2/tau) dB. To images independent
-    deviates are added, one to each coordinate of each image.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-    sigma: float = Field(
-        ge=0, description="standard deviation: of the forcing, in the system's unit of acceleration, or of images"
-    )
-    tau: float | None = Field(default=None, gt=0, description="correlation time of the forcing, in the system's time")
-    scale: dict[str, float] | None = Field(
-        default=None, description="of noise on images: its standard deviation by coordinate, in units of sigma; others have none"
-    )
-
-    @model_validator(mode="after")
-    def _of_one_kind(self) -> Self:
-        if self.scale is not None and (self.tau is not None or min(self.scale.values(), default=0.0) < 0):
-            raise ValueError(f"scale is {self.scale}, tau {self.tau}; expected: numbers that are not negative, and no tau")
-        return self
-
-    def sizes(self, coordinates: Coordinates) -> Floats:
-        """The standard deviations of noise on images, shape (n,). NsmapsError for a name that is not a coordinate."""
-        scale = dict.fromkeys(coordinates, 1.0) if self.scale is None else self.scale
-        for name in scale:
-            if name not in coordinates:
-                known = f"expected: {coordinates}{near_match(name, coordinates)}"
-                raise NsmapsError(f"the noise has a scale of {name!r}, which is not a coordinate; {known}")
-        return self.sigma * np.array([scale.get(name, 0.0) for name in coordinates])
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -74,6 +42,7 @@ class NoisyOrbits(WithCoordinates):
     walls: tuple[str, ...]
     noise: Noise
     step: float  #: of the grid in time, in the system's time; NaN of noise on images
+    chatter: float  #: as of `noisy_orbits`; NaN of noise on images
     seed: int | Sequence[int]
     states: Floats  #: shape (n + 1, R, dim), the starts first; NaN after an orbit's end
     turns: NDArray[np.int32]  #: shape (n, R, dim), whole turns of the phase on each return
@@ -158,6 +127,7 @@ def noisy_orbits(
             np.nan,
             _of_images(map, n, noise, step, impacts),
         )
+        chatter = np.nan
     else:
         work, part, h, how = _realised, CHUNK, *_forced(map, n, noise, noise.tau, step, chatter, impacts)
     starts, letters = np.broadcast_to(starts, (realisations, dim)), map.letters
@@ -166,15 +136,34 @@ def noisy_orbits(
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
         tables = concatenated(parts or [work((*how, seed), starts[:0], ())])
         along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
-        return NoisyOrbits(coordinates, letters, noise, h, seed, **along)
+        return NoisyOrbits(coordinates, letters, noise, h, chatter, seed, **along)
 
     def first(found: Mapping[int, Arrays]) -> NoisyOrbits | None:
         return joined(begun(found)) if 0 in found else None
 
+    return joined(_run(work, tasks, jobs, first))
+
+
+def _run(
+    work: Callable[..., Arrays], tasks: Sequence[tuple[Any, ...]], jobs: Jobs, unfinished: Callable[..., Any] | None = None
+) -> list[Arrays]:
+    """As `Jobs.run`, in threads on all cores if there is no executor."""
     if jobs.executor is None and len(tasks) > 1:
         with threads(os.cpu_count() or 1) as pool:
-            return joined(replace(jobs, executor=pool).run(work, tasks, first))
-    return joined(jobs.run(work, tasks, first))
+            return replace(jobs, executor=pool).run(work, tasks, unfinished)
+    return jobs.run(work, tasks, unfinished)
+
+
+def forced_totals(system: FlowSystem, orbits: NoisyOrbits, observables: "tuple[Observable, ...]") -> Floats:
+    """The totals of the formulas of observables over each realisation, shape (R, C), which is computed again from its seed.
+
+    Columns are those of the plan of the observables; not of a system whose flights are in closed form.
+    """
+    (n, r), noise = orbits.codes.shape, orbits.noise
+    assert noise.tau is not None
+    _, how = _forced(system, n, noise, noise.tau, orbits.step, orbits.chatter, 0, observables)
+    parts = [((*how, orbits.seed), orbits.states[0, cut], range(cut.start, cut.stop)) for cut in Jobs(part=CHUNK).cuts(r)]
+    return np.asarray(concatenated(_run(_realised, parts, SERIAL))["totals"])
 
 
 def check_noise(map: ReturnMap, noise: Noise) -> None:
@@ -205,7 +194,14 @@ def _of_images(map: ReturnMap, n: int, noise: Noise, step: float | None, impacts
 
 
 def _forced(
-    map: ReturnMap, n: int, noise: Noise, tau: float, step: float | None, chatter: float, impacts: int
+    map: ReturnMap,
+    n: int,
+    noise: Noise,
+    tau: float,
+    step: float | None,
+    chatter: float,
+    impacts: int,
+    observables: "tuple[Observable, ...]" = (),
 ) -> tuple[float, tuple[Any, ...]]:
     """The step of the grid in time, and what `_realised` needs besides the seed."""
     system = FlowSystem.require(map, "noise with a correlation time")
@@ -215,39 +211,10 @@ def _forced(
             f"{n} returns, a step of {h:g}, {impacts} impacts, chatter {chatter:g}; expected: a step "
             f"above 0 and at most tau = {tau:g}, numbers that are not negative"
         )
-    law = linear_law(system) if isinstance(system, ImpactSystem) else (0.0, 0.0)
-    _kernel_of(system, h)
-    return h, (system, (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts)
-
-
-def usual_step(system: System, tau: float) -> float:
-    """The step of the grid in time unless one is given: a hundredth of the period, or a tenth of tau if that is less."""
-    period = FlowSystem.require(system, "noise").period()
-    return tau / 10 if period is None else min(float(period) / 100, tau / 10)
-
-
-def linear_law(system: ImpactSystem) -> tuple[float, float]:
-    """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
-    law: tuple[float, float] = system._kernel().closed_form("orbits under noise").law
-    return law
-
-
-def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:
-    """The law of (n, n', eta) over a step h, n'' = -k n - c n' + eta: transition and a square root of the covariance, (2, 3, 3).
-
-    Both follow from one matrix exponential (Van Loan 1978) in units of the step, without cancellation for short steps.
-    """
-    from scipy.linalg import expm
-
-    assert noise.tau is not None
-    rates = np.array([[0, 1, 0], [-k * h * h, -c * h, 1], [0, 0, -h / noise.tau]])
-    both = np.zeros((6, 6))
-    both[:3, :3], both[3:, 3:], both[2, 5] = -rates, rates.T, 1.0
-    exponential = expm(both)
-    transition = exponential[3:, 3:].T
-    root = np.linalg.cholesky(transition @ exponential[:3, 3:]) * np.sqrt(2 * h / noise.tau) * noise.sigma
-    units = np.array([h * h, h, 1.0])
-    return np.stack([units[:, None] * transition / units, units[:, None] * root])
+    law = linear_law(system) if in_closed_form(system) else (0.0, 0.0)
+    _kernel_of(system, h, observables)
+    how = (*law, h, noise.sigma), exact_step(*law, noise, h / SUBSTEPS), SUBSTEPS, chatter, n, impacts
+    return h, (system, *how, observables)
 
 
 def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
@@ -263,23 +230,30 @@ def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
     }
 
 
-def _kernel_of(system: FlowSystem, step: float) -> "SpectralKernel | DrivenKernel":
+def in_closed_form(system: FlowSystem) -> TypeGuard[ImpactSystem]:
+    """Whether flights under noise are sums of those in closed form and of the noise's part."""
+    return isinstance(system, ImpactSystem) and not system.obstacle()
+
+
+def _kernel_of(system: FlowSystem, step: float, observables: "tuple[Observable, ...]") -> "SpectralKernel | DrivenKernel":
     """What computes one realisation."""
-    if isinstance(system, ImpactSystem):
+    if in_closed_form(system):
         kernel: SpectralKernel = system._kernel().closed_form("orbits under noise")
         return kernel
     from nsmaps.exact.noise.driven import driven_kernel
 
-    assert isinstance(system, HybridSystem)
-    return driven_kernel(system, step)
+    assert isinstance(system, HybridFormulas)
+    return driven_kernel(system, step, observables)
 
 
 def _realised(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
-    """The tables of the realisations with the given numbers."""
-    system, law, step, parts, chatter, n, impacts, seed = how
+    """The tables of the realisations with the given numbers, and the totals of observables if there are any."""
+    system, law, step, parts, chatter, n, impacts, observables, seed = how
     tables = _blank(n, len(numbers), impacts, starts.shape[1])
     tables["states"][:, 0] = starts
-    kernel = _kernel_of(system, law[2])
+    kernel = _kernel_of(system, law[2], observables)
+    if observables:
+        tables["totals"] = np.empty((len(numbers), sum(len(one.formulas) for one in observables)))
     for i, number in enumerate(numbers):
         kernel.noisy_orbit(law, step, parts, chatter, generator(seed, number), tuple(table[i] for table in tables.values()))
     return tables

@@ -9,8 +9,8 @@ import numpy as np
 from nsmaps.arrays import Floats, Ints, brief
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-from nsmaps.dynamics.noise.orbits import NoisyOrbits
-from nsmaps.dynamics.observables.maps import noisy_totals
+from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_form
+from nsmaps.dynamics.observables.maps import noisy_totals, parted
 from nsmaps.dynamics.observables.means import Mean, ratio
 from nsmaps.dynamics.observables.observe import BATCHES, observe
 from nsmaps.dynamics.returnmap import map_or_reason
@@ -170,22 +170,29 @@ def observe_states(
 
 
 def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
-    """Means of observables over all realisations under noise, shape (K,); of an impact system from their stored impacts.
+    """Means of observables over all realisations under noise, shape (K,).
 
-    Errors are those of independent realisations.
+    Where flights are in closed form these are observables of the stored impacts. Else, with modes and with integrated flights,
+    each realisation is computed again from its seed, and the observables along it, over events and flights. Errors are those of
+    independent realisations.
+
+    Args:
+        system: that of the orbits.
 
     Raises:
-        NsmapsError: as of `observe`; the system has modes, whose states at events are not stored; an observable is of flights,
-            which noise moves between impacts; not all impacts were stored; fewer than two realisations did not end.
+        NsmapsError: as of `observe`; fewer than two realisations did not end; flights are in closed form, and an observable is of
+            flights, which are not stored, or not all impacts were stored.
     """
     system = System.require(system, "observables under noise")
-    if isinstance(system, FlowSystem):
-        system = ImpactSystem.require(system, "observables under noise")
     found = _observables(lambda _: system, np.zeros(1), observables)
     if orbits.held.sum() < 2:
         raise NsmapsError(f"{orbits.held.sum()} realisations did not end; expected: two or more")
-    parts = _stored(system, orbits, found) if isinstance(system, FlowSystem) else noisy_totals(system, orbits, found)
-    totals, weights = parts
+    if not isinstance(system, FlowSystem):
+        totals, weights = noisy_totals(system, orbits, found)
+    elif in_closed_form(system):
+        totals, weights = _stored(system, orbits, found)
+    else:
+        totals, weights = _replayed(system, orbits, found)
     time, period = orbits.time[:, orbits.held].sum(axis=0), system.period()
     sizes = np.full(len(time), float(len(orbits.time))), time, time / (np.nan if period is None else float(period))
     divided = np.array([bool(one.per) for one in found])
@@ -193,6 +200,14 @@ def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[Obs
     largest = np.array([one.largest for one in found])
     rows = [[np.where(largest, totals.max(axis=0), m.value), np.where(largest, np.nan, m.error)] for m in means]
     return _means(found, np.array(rows))
+
+
+def _replayed(system: FlowSystem, orbits: NoisyOrbits, found: tuple[Observable, ...]) -> tuple[Floats, Floats]:
+    """Totals and weights of K observables over each realisation that did not end, shape (R, K)."""
+    from nsmaps.exact.observables.formulas import plan_of
+
+    totals = forced_totals(system, orbits, found)[orbits.held]
+    return parted(totals, plan_of(system, found).columns)
 
 
 def _stored(system: System, orbits: NoisyOrbits, found: tuple[Observable, ...]) -> tuple[Floats, Floats]:

@@ -1,6 +1,6 @@
 """Observables of maps without motions between their returns: formulas of each return, their sums and derivatives."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
@@ -91,8 +91,13 @@ def noisy_totals(system: System, orbits: NoisyOrbits, observables: tuple[Observa
     rows: list[Any] = [part[:, held].reshape(n * r, -1) for part in (orbits.states[:-1], orbits.states[1:], orbits.turns)]
     rows += [part[:, held].reshape(-1) for part in (orbits.codes, orbits.outcome, orbits.time)]
     values = values_of(system, plan, Returns(orbits.coordinates, orbits.walls, *rows)).reshape(n, r, -1)
-    totals, parts = np.where(plan.largest, values.max(axis=0), values.sum(axis=0)), np.full((2, r, len(observables)), np.nan)
-    for column, (k, part) in enumerate(plan.columns):
+    return parted(np.where(plan.largest, values.max(axis=0), values.sum(axis=0)), plan.columns)
+
+
+def parted(totals: Floats, columns: Sequence[tuple[int, int]]) -> tuple[Floats, Floats]:
+    """Totals of formulas, shape (R, C), as totals and weights of K observables, shape (R, K); NaN where one has no weight."""
+    parts = np.full((2, len(totals), 1 + max(k for k, _ in columns)), np.nan)
+    for column, (k, part) in enumerate(columns):
         parts[part, :, k] = totals[:, column]
     return parts[0], parts[1]
 

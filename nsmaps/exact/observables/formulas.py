@@ -204,11 +204,12 @@ def _address(plan: Plan, of: str, slopes: bool) -> int:
 
 def plan_of(system: System, observables: tuple[Observable, ...]) -> Plan:
     """The formulas of observables, read and in order; those of a class and its choices are remembered."""
-    return _plan(vocabulary_of(system), observables)
+    return plan_in(vocabulary_of(system), observables)
 
 
 @lru_cache(maxsize=64)
-def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
+def plan_in(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
+    """As `plan_of`, by a vocabulary."""
     columns, formulas, rows = [], {}, {}
     for of in vocabulary.inputs:
         own = [(k, part) for k, one in enumerate(observables) if one.of == of for part in range(len(one.formulas))]
@@ -216,7 +217,7 @@ def _plan(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan:
         formulas[of] = tuple(vocabulary.read(observables[k].formulas[part], of) for k, part in own)
         counts = [vocabulary.rows(observables[k]) for k, _ in own]
         rows[of] = np.array(counts, bool).reshape(len(own), len(vocabulary.places[of])).T.copy()
-    largest = np.array([observables[k].largest for k, _ in columns])
+    largest = np.array([observables[k].largest for k, _ in columns], bool)
     scales = np.array([1.0 if part else observables[k].scale for k, part in columns])
     return Plan(vocabulary, tuple(columns), formulas, rows, largest, scales)
 

@@ -84,7 +84,7 @@ def in_modes(plan: Plan, d: Any) -> Plan:
 
     Speeds are the sizes of the velocity v towards the base wall; it is the rate of the place, or less that.
     """
-    place, v, _, after = (sp.Symbol(f"_y_{name}", real=True) for name in (*d.states, *(f"{name}{AFTER}" for name in d.states)))
+    place, v, after = (sp.Symbol(f"_y_{name}", real=True) for name in (*ImpactSystem.states, f"v{AFTER}"))
     first, *_ = d.transitions
     of_place, *_ = first.function.coefficients
     towards_base = -of_place

@@ -31,6 +31,7 @@ class ImpactFormulas(HybridFormulas):
 
     coordinates: ClassVar[Coordinates] = Coordinates(("v", Angle("phi")))
     states: ClassVar[tuple[str, ...]] = ("place", "v")
+    noise: ClassVar[str] = "noise"  #: added to the acceleration
 
     @abstractmethod
     def walls(self) -> Mapping[str, Wall]:
@@ -68,7 +69,7 @@ class ImpactFormulas(HybridFormulas):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         """Flight between the walls."""
         side = self._base.side
-        return {FLIGHT: {"place": side * y.v, "v": side * self._force(t, y.place, side * y.v)}}
+        return {FLIGHT: {"place": side * y.v, "v": side * (self._force(t, y.place, side * y.v) + y.noise)}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         """An impact with each wall, on which the ball rests where the impact law leaves no speed of none."""

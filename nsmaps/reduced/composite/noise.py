@@ -11,7 +11,8 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike, as_starts
 from nsmaps.dynamics.iterated import Iterated
 from nsmaps.dynamics.motion import joined
-from nsmaps.dynamics.noise.orbits import Noise, noisy_orbits
+from nsmaps.dynamics.noise.law import Noise
+from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import CHATTER, REST

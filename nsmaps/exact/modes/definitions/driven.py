@@ -24,7 +24,7 @@ def check_noise(name: str, noise: str, taken: Sequence[str]) -> None:
 
 def noise_states(noise: str) -> dict[str, sp.Symbol]:
     """The noise and its derivatives by their names, as states."""
-    return {noise + "'" * k: sp.Symbol(f"_n_{k}", real=True) for k in range(DEGREE + 1)}
+    return {noise if k == 0 else f"_{noise}_{k}": sp.Symbol(f"_n_{k}", real=True) for k in range(DEGREE + 1)}
 
 
 def noise_rates(states: Mapping[str, sp.Symbol]) -> dict[str, sp.Expr]:

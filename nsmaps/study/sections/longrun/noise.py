@@ -19,7 +19,7 @@ from nsmaps.study.sections.fields import NoiseFields, NoiseResult
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
-    from nsmaps.dynamics.noise.orbits import Noise
+    from nsmaps.dynamics.noise.law import Noise
     from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -45,7 +45,7 @@ class NoiseSizes(BaseModel):
 
     def noise(self, sigma: float) -> "Noise":
         """The noise of one amplitude."""
-        from nsmaps.dynamics.noise.orbits import Noise
+        from nsmaps.dynamics.noise.law import Noise
 
         return Noise(sigma=sigma, tau=self.tau, scale=self.scale)
 
@@ -172,7 +172,7 @@ def _size(spec: NoiseSection, study: "Study", system: "System") -> Size:
 
 def _seconds(spec: NoiseSection, system: "System") -> float:
     """The time of one return."""
-    from nsmaps.dynamics.noise.orbits import usual_step
+    from nsmaps.dynamics.noise.law import usual_step
     from nsmaps.exact.systems.hybrid import HybridSystem
 
     if spec.tau is None:
