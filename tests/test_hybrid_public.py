@@ -76,7 +76,7 @@ def swept(system: Any) -> nsmaps.Bifurcation:
 
 @cache
 def noisy(system: Any) -> Any:
-    return nsmaps.noisy_orbits(system, STARTS[system], 2, nsmaps.Noise(sigma=0.1, tau=1))
+    return nsmaps.noisy_orbits(system, STARTS[system], 2, nsmaps.Noise(sigma=0.1, tau=1), 2)
 
 
 @cache

@@ -21,10 +21,11 @@ CYCLE = [1.25961545, 6.26252048]
 
 
 class Straight(HybridSystem):
-    """A linear oscillator between two stops."""
+    """A linear oscillator between two stops, one of which may shake with the noise."""
 
     r: float = 0.8
     d: float = 0.3
+    shake: float = 0.0
 
     states, noise = ("x", "v"), "eta"
     place = staticmethod(lambda y: y.x)
@@ -40,7 +41,8 @@ class Straight(HybridSystem):
 
     def guards(self, t, y):
         x = self.place(y)
-        return {name: Guard("free", gap, reset={"v": -self.r * y.v}) for name, gap in (("R", self.d - x), ("L", self.d + x))}
+        gaps = {"R": self.d - x, "L": self.d + self.shake * y.eta + x}
+        return {name: Guard("free", gap, reset={"v": -self.r * y.v}) for name, gap in gaps.items()}
 
     def section(self, t, y):
         return Section("R", ("v", "phi"))
@@ -92,8 +94,12 @@ class TableWithPendulum(Table):
 
 @pytest.mark.parametrize(
     ("plain", "bent", "start", "n"),
-    [(Straight(), Bent(), [0.9, 1.0], 12), (Table(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25)],
-    ids=["coordinates", "contact"],
+    [
+        (Straight(), Bent(), [0.9, 1.0], 12),
+        (Straight(shake=0.01), Bent(shake=0.01), [0.9, 1.0], 12),
+        (Table(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25),
+    ],
+    ids=["coordinates", "guard", "contact"],
 )
 def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_orbits(plain, bent, start, n):
     known, made = noisy_orbits(plain, start[:2], n, LOUD, 4, 2, impacts=30), noisy_orbits(bent, start, n, LOUD, 4, 2, impacts=30)

@@ -16,8 +16,6 @@ LATER = (
     "modes/march",
     "modes/paths",
     "modes/tables/memory.py",
-    "noise/driven.py",
-    "noise/modes.py",
     "observables/mode_slopes.py",
     "observables/motions.py",
 )

@@ -17,7 +17,6 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import HybridFormulas
-from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import words_of
 from nsmaps.interrupts import threads
@@ -87,13 +86,13 @@ def noisy_orbits(
 
     Noise with a correlation time is a forcing. Of an impact system it is added to the acceleration of flights, in a system with
     modes wherever its formulas have it. The noise, its velocity and its displacement are drawn exactly at the points of a grid in
-    time, by the matrix exponential of z'' = -k z - c z' + eta, whose k and c are those of the flights of an impact system, and
-    zero where there are modes. Between the points the noise's displacement is a quintic: its error is of order step^(5/2), that
-    of its velocity of order step^(3/2), which is the strong order after an impact. In a system with modes the noise is the cubic
-    that is its second derivative, and every event is met as without noise. In an impact system a contact that begins and ends
-    between two points is missed unless the gap has a minimum between them. Release from rest occurs at a zero of the contact
-    force of the quintic, and events whose guard has the noise at one of the cubic: under noise their time is of order step^(1/2)
-    only.
+    time, by the matrix exponential of z'' = -k z - c z' + eta, whose k and c are those of flights in closed form, else zero.
+    Between the points the noise's displacement is a quintic: its error is of order step^(5/2), that of its velocity of order
+    step^(3/2), which is the strong order after an impact. In a system with modes, and in one that is given by its acceleration,
+    the noise is the cubic that is its second derivative, and every event is met as without noise; until the first event errors
+    are of order step^3. Where flights are in closed form a contact that begins and ends between two points is missed unless the
+    gap has a minimum between them. Release from rest occurs at a zero of the contact force of the quintic, and events whose guard
+    has the noise at one of the cubic: under noise their time is of order step^(1/2) only.
 
     Noise without a correlation time is added to the images of any map: to each coordinate of each image a normal deviate, those
     of angles on the circle. An orbit that thereby leaves the map's domain ends there.

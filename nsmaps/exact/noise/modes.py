@@ -90,12 +90,12 @@ def series_of(p, f, w):
 @inner
 def recount_zeros(p, mode, h, w):
     """Count anew how many of the first terms of each function are zero, but for rounding, some time after an event."""
-    some = False
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    after, some = mode + 1, False
+    for f in range(p.watched[mode], p.watched[after]):
         some = some or 0 < w.on[f] < TERMS
     if not some or begun_piece(p, mode, h, w) <= 0.0:
         return
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[after]):
         if 0 < w.on[f] < TERMS:
             size, k = ROUNDING * series_of(p, f, w), 0
             while k < w.on[f] and abs(w.a[k]) <= size:
@@ -118,8 +118,9 @@ def first_event(p, k):
 def begin_return(p, k, motion, out, w):
     """Begin the record of a return at an event, with a word of its letter."""
     run, count = motion
-    made = count[MADE]
-    image, tangent = out.found.states[made + 1, ONE], out.found.tangents[made, ONE]
+    number = count[MADE]
+    after = number + 1
+    image, tangent = out.found.states[after, ONE], out.found.tangents[number, ONE]
     count[CODE], count[POWER] = cleared(p, first_event(p, k), image, tangent, w)
     run[SINCE], run[ALOFT], count[EVENTS], count[DOUBT] = 0.0, 0.0, 0, 0
 
@@ -147,12 +148,13 @@ def write_return(p, outcome, motion, out, w):
     """Write a return that has just ended, whose image is written."""
     run, count = motion
     i = count[MADE]
+    after = i + 1
     for c in range(len(p.places)):
         out.found.turns[i, ONE, c] = count[WHOLE] if p.places[c] < 0 else 0
     out.found.codes[i, ONE], out.found.time[i, ONE] = count[CODE], run[SINCE]
     out.found.outcome[i, ONE] = UNDECIDED if count[DOUBT] > 0 else outcome
-    out.eta[i + 1] = w.z[p.own - DERIVATIVES]
-    count[WHOLE], count[MADE] = 0, i + 1
+    out.eta[after] = w.z[p.own - DERIVATIVES]
+    count[WHOLE], count[MADE] = 0, after
 
 
 @inner
@@ -170,8 +172,9 @@ def take_event(p, which, motion, out, o, w):
     run, count = motion
     velocity(p, count[MODE], w.z, w.field, w)
     rate, _ = dot(p.functions[which], w.field)
-    speed, made = -rate / p.steps[count[MODE]], count[MADE]
-    image, tangent = out.found.states[made + 1, ONE], out.found.tangents[made, ONE]
+    speed, number = -rate / p.steps[count[MODE]], count[MADE]
+    after = number + 1
+    image, tangent = out.found.states[after, ONE], out.found.tangents[number, ONE]
     before(p, o.q, w)
     outcome, count[MODE], count[CODE], count[POWER], unsure, k = met(
         p, count[MODE], which, run[PHASE], count[CODE], count[POWER], image, tangent, w
@@ -272,5 +275,6 @@ def finish(motion, out):
     _, count = motion
     found = out.found
     for i in range(count[MADE], len(found.codes)):
-        found.states[i + 1, ONE, :], out.eta[i + 1], found.time[i, ONE] = math.nan, math.nan, math.nan
+        after = i + 1
+        found.states[after, ONE, :], out.eta[after], found.time[i, ONE] = math.nan, math.nan, math.nan
         found.turns[i, ONE, :], found.codes[i, ONE], found.outcome[i, ONE] = 0, 0, count[FATE]
