@@ -11,7 +11,7 @@ import pytest
 
 import nsmaps
 from nsmaps import Noise, Observable, noisy_orbits
-from nsmaps.exact import kernel
+from nsmaps.exact.engine import kernel
 from nsmaps.exact.noise import modes
 from nsmaps.exact.observables import totals
 from nsmaps.exact.observables.formulas import plan_of
