@@ -97,23 +97,27 @@ class Heyoka:
 
     Which mode a motion is in is a parameter of each mode; a guard of another mode is the constant 1. At an event a callback
     writes the states just after; at the section it stores the return and loads the next start, so that neither the
-    integrator nor a loop in Python begins anew. With `lanes` that many motions are side by side in vector instructions.
+    integrator nor a loop in Python begins anew. With `lanes` that many motions are side by side in vector instructions. With
+    `variations` the derivatives of each flight by its states are integrated beside it, and left as they are at its end.
     """
 
-    def __init__(self, written, unit, lanes=0):
+    def __init__(self, written, unit, lanes=0, variations=False):
         self.w, self.unit, self.lanes, self.modes = written, unit, lanes, list(written.rates)
         several = len(self.modes) if len(self.modes) > 1 else 0
+        self.unit_slopes = np.eye(len(written.states)).ravel()
         self.flags = dict(zip(self.modes, np.eye(len(self.modes))[:, :several], strict=True))
         self.rates = {mode: written.function(*rates) for mode, rates in written.rates.items()}
         system, events = self.translated(several)
-        size, more = len(system), 1 + several
+        size, more, self.variations = len(system), 1 + several, variations
         if lanes:
             zeros, pars = np.zeros((size, lanes)).tolist(), np.zeros((more, lanes)).tolist()
             self.ta = hy.taylor_adaptive_batch(system, zeros, pars=pars, t_events=events)
             self.states, self.pars = list(self.ta.state.T), list(self.ta.pars.T)
         else:
-            self.ta = hy.taylor_adaptive(system, [0.0] * size, pars=[0.0] * more, t_events=events)
-            self.states, self.pars = [self.ta.state], [self.ta.pars]
+            system = hy.var_ode_sys(system, hy.var_args.vars, order=1) if variations else system
+            self.ta = hy.taylor_adaptive(system, [0.0] * size, t_events=events)
+            self.states, self.pars = [self.ta.state[:size]], [self.ta.pars if len(self.ta.pars) else np.zeros(more)]
+            self.slopes = self.ta.state[size:]
 
     def translated(self, several):
         """The rates and events in heyoka's expressions."""
@@ -165,6 +169,8 @@ class Heyoka:
                 pars[0] = t - self.now(lane)
         if after is not y:
             state[:] = after
+        if self.variations:
+            self.slopes[:] = self.unit_slopes
         return True
 
     def off(self, t, y, mode):
@@ -183,6 +189,8 @@ class Heyoka:
         t, self.states[lane][:] = self.off(*self.starts[number])
         self.pars[lane][0] = t - self.now(lane)
         self.pars[lane][1:] = self.flags[self.starts[number][2]]
+        if self.variations:
+            self.slopes[:] = self.unit_slopes
         return True
 
     def __call__(self, t, y, mode):

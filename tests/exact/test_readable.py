@@ -12,7 +12,6 @@ EXACT = Path(__file__).parents[2] / "nsmaps" / "exact"
 #: rooms of `exact`, and modules, that do not comply yet: a line goes when they do, and none is added
 LATER = (
     "compiling",
-    "modes/flights",
     "modes/march",
     "modes/paths",
     "modes/tables/memory.py",
@@ -24,7 +23,6 @@ LATER_NAMES = (
     "batches.py",
     "compiling",
     "enclosure",
-    "modes/flights",
     "modes/march",
     "modes/tables",
     "noise",

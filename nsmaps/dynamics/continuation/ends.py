@@ -2,32 +2,45 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.continuation.core import Step, tangent
-from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
-from nsmaps.dynamics.continuation.events import BORDER, CHATTER_ENDS, DETACHMENT, DOMAIN, GRAZING, HOMOCLINIC, Event, between
+from nsmaps.dynamics.continuation.events import (
+    BORDER,
+    CHATTER_ENDS,
+    DETACHMENT,
+    DOMAIN,
+    GRAZING,
+    HOMOCLINIC,
+    Event,
+    between,
+)
 from nsmaps.dynamics.continuation.pieces import Met, border_met
+from nsmaps.dynamics.continuation.shrinking import (
+    ALIKE,
+    CLOSE,
+    POINTS,
+    SMALLEST,
+    WORST,
+    at_zero,
+    becomes_equilibrium,
+    doubling_rows,
+    vanishes,
+)
 from nsmaps.dynamics.motion import has_rest
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.words import CHATTER, REST
 
-SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
-CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
 SHORTEST = {REST: 2e-13 * np.pi, CHATTER: 1e-5}  #: radians of phase: rests that are not resolved, after one impact and after many
 MARGINS = ("a clearance", "an impact speed")
-POINTS = 60  #: last points of a branch, whose margins are considered
-WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it is not one
 DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in whose logarithm times may grow
-ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
 FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place the precision of its end is the distance
 NEAR = 1e-4  #: share of a speed, within which the sum of chatter may begin with another impact
@@ -46,7 +59,7 @@ def end_of(grown: GrowingBranch, along: Floats) -> str:
             "as one event, by CompleteChatter, or, with modes, a section at a clock"
         )
     event = event or _leaves_its_pieces(grown, along)
-    for end in (_grazes, _never_returns, _shrinks, _meets_a_border, _has_no_image):
+    for end in (becomes_equilibrium, _grazes, _never_returns, vanishes, _meets_a_border, _has_no_image):
         event = event or end(grown, beyond)
     if event is not None:
         grown.events.append(event)
@@ -93,37 +106,14 @@ def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
     points = grown.points[: -POINTS - 1 : -1]
     margins = np.array([grown.curve.margins(grown.curve.map_of(point.value), point.orbit.states) for point in points])
     for margin, found in zip(MARGINS, margins.T, strict=True):
-        rows = _doubling(found)
+        rows = doubling_rows(found)
         if not found[0] <= CLOSE or len(rows) < 3:
             continue
-        value, precision = _at_zero(found[rows].tolist(), np.array([points[k].value for k in rows]))
+        value, precision = at_zero(found[rows].tolist(), np.array([points[k].value for k in rows]))
         if precision <= WORST * unit:
             border = border_type(grown.curve, border_beside(grown.curve, last, graze=True), last, value, beyond, graze=True)
             return Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
     return None
-
-
-def _at_zero(margins: list[float], values: Floats) -> tuple[float, float]:
-    """Where a margin is zero, by the four successive points that agree best with their first three and with the next four.
-
-    Next to a graze a parameter is known to fewer digits, far from it the margin is of higher degree.
-    """
-    found = [extrapolated(margins[k : k + 4], values[k : k + 4]) for k in range(max(len(margins) - 3, 1))]
-    shift = [abs(one - other) for (one, _), (other, _) in pairwise(found)]
-    errors = [max(error, off) for (_, error), off in zip(found, [*shift, *shift[-1:]] or [0.0], strict=True)]
-    best = int(np.argmin(errors))
-    return found[best][0], errors[best]
-
-
-def _doubling(margins: Floats) -> list[int]:
-    """Up to eight rows, the first and each with at least twice the margin of the one before, as far as it grows."""
-    rows = [0]
-    for k in range(1, len(margins)):
-        if not margins[k] >= 0.5 * margins[rows[-1]]:  # it falls, by more than rounding
-            return rows
-        if 2 * margins[rows[-1]] <= margins[k] < np.inf and len(rows) < 8:
-            rows.append(k)
-    return rows
 
 
 def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
@@ -154,20 +144,6 @@ def _summation_changes(grown: GrowingBranch) -> bool:
     map = curve.map_of(last.value)
     tried = [map.first_return(returns.start * (1 + sign * shares)).words for sign in (-1, 1)]
     return any((CHATTER in one) != (CHATTER in own) for words in tried for one, own in zip(words, returns.words, strict=True))
-
-
-def _shrinks(grown: GrowingBranch, _: float) -> Event | None:
-    """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
-    last, unit = grown.points[-1], grown.curve.unit
-    points = grown.points[: -POINTS - 1 : -1]
-    times = np.array([point.orbit.returns.time.sum() for point in points])
-    rows = _doubling(times)
-    if len(rows) < 3 or not 0 < times[0] <= CLOSE * max(point.orbit.returns.time.sum() for point in grown.points):
-        return None
-    value, precision = _at_zero(times[rows].tolist(), np.array([points[k].value for k in rows]))
-    if not precision <= WORST * unit:
-        return None
-    return Event(BORDER, value, precision + SMALLEST * unit, last.orbit, "the time of the orbit falls to zero")
 
 
 def _has_no_image(grown: GrowingBranch, beyond: float) -> Event | None:

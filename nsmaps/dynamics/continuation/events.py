@@ -18,7 +18,7 @@ from nsmaps.dynamics.periodic import PeriodicOrbit
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
 GRAZING, BORDER, DOMAIN = "grazing", "border collision", "end of the valid domain"
-CHATTER_ENDS, DETACHMENT, HOMOCLINIC = "end of complete chatter", "detachment", "homoclinic bifurcation"
+CHATTER_ENDS, DETACHMENT, HOMOCLINIC, HOPF = "end of complete chatter", "detachment", "homoclinic bifurcation", "Hopf bifurcation"
 AT_INFINITY = "cycle at infinity"
 ROUNDING = 1e-13  #: share of the largest multiplier, below which others are unknown
 CONSERVED = 1e-9  #: a test of a share within this bound is zero up to rounding, as for area where a map preserves it
@@ -38,8 +38,8 @@ class Event:
     (an impact speed or a clearance falls to zero and the words change), `border collision` (the words change without a graze),
     `end of complete chatter` (impacts accumulate at the release; see `CompleteChatter`), `detachment` (beyond it a body that is
     released from its contact remains there for all times), `homoclinic bifurcation` (the orbit takes ever more time, next to an
-    equilibrium), `cycle at infinity` (its states grow without bound, as a multiplier of affine pieces tends to 1) or `end of the
-    valid domain` (there is no map beyond).
+    equilibrium), `Hopf bifurcation` (it shrinks to an equilibrium), `cycle at infinity` (its states grow without bound, as a
+    multiplier of affine pieces tends to 1) or `end of the valid domain` (there is no map beyond).
     """
 
     kind: str

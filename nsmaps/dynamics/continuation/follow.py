@@ -11,10 +11,11 @@ from nsmaps.continuation.core import Control, correct, follow, passes, tangent
 from nsmaps.dynamics.continuation.border import GAP, PERSISTENCE
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.crossing import other_tangent
-from nsmaps.dynamics.continuation.ends import SMALLEST, border_ahead, end_of
+from nsmaps.dynamics.continuation.ends import border_ahead, end_of
 from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, TORUS, Event, between
 from nsmaps.dynamics.continuation.infinity import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
+from nsmaps.dynamics.continuation.shrinking import SMALLEST
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap

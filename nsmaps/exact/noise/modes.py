@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
-from nsmaps.exact.modes.flights.motion import begun_piece, copied
-from nsmaps.exact.modes.flights.pieces import combined
+from nsmaps.exact.modes.flights.motion import begin_piece, copy_features
+from nsmaps.exact.modes.flights.pieces import combine
 from nsmaps.exact.modes.flights.states import derive, dot, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
@@ -81,7 +81,7 @@ def write_noise(p, h, first, q, w):
 def series_of(p, f, w):
     """Write the series of a function from the state in memory on: the sum of the sizes of its terms."""
     if len(p.nonlinear) > 0:
-        size, _ = combined(p, f, w)
+        size, _ = combine(p, f, w)
         return size
     weighed(p.series[f], w.z, w.a)
     return sized(p.sizes[f], w.z)
@@ -93,7 +93,7 @@ def recount_zeros(p, mode, h, w):
     after, some = mode + 1, False
     for f in range(p.watched[mode], p.watched[after]):
         some = some or 0 < w.on[f] < TERMS
-    if not some or begun_piece(p, mode, h, w) <= 0.0:
+    if not some or begin_piece(p, mode, h, w) <= 0.0:
         return
     for f in range(p.watched[mode], p.watched[after]):
         if 0 < w.on[f] < TERMS:
@@ -213,7 +213,7 @@ def advance(p, h, motion, out, o, w):
             break
         phase = run[PHASE]
         if o.q.flight != 0:
-            copied(p, w, o.x)
+            copy_features(p, w, o.x)
         which, flight, run[PHASE], more, unsure = fly(p, count[MODE], phase, left, w)
         if o.q.flight != 0 and flight > 0.0:
             over_flight(p, o.q, count[MODE], count[ROW], phase, flight, o.x)

@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
-from nsmaps.exact.modes.flights.motion import begun_piece, copied, flown, slopes_at, within_turn
+from nsmaps.exact.modes.flights.motion import advance, begin_piece, copy_features, slopes_at, within_turn
 from nsmaps.exact.modes.flights.states import dot, shift, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, saltation
@@ -53,12 +53,12 @@ def over_panel(p, q, g, mode, row, phi, h, slopes, x):
 @inner
 def over_flight(p, q, g, mode, row, phi, s, slopes, x):
     """Add the derivatives of a flight of fixed time s, whose states at its start `x` has; formulas of its end are written."""
-    done, unit = 0.0, begun_piece(p, mode, s, x)
+    done, unit = 0.0, begin_piece(p, mode, s, x)
     while s - done > unit > 0.0:
         over_panel(p, q, g, mode, row, phi, unit, slopes, x)
-        phi, _ = flown(p, mode, 1.0, unit, phi, x)
+        phi, _ = advance(p, mode, 1.0, unit, phi, x)
         done += unit
-        unit = begun_piece(p, mode, s - done, x)
+        unit = begin_piece(p, mode, s - done, x)
     over_panel(p, q, g, mode, row, phi, s - done, slopes, x)
     at_instant(p, q, g, mode, phi, s - done, x)
 
@@ -87,7 +87,7 @@ def motion_slopes(p, q, g, k, mode, phi, image, tangent, slopes, w, x):
     """From a state after a transition k, in a mode, to the section; whether there are derivatives."""
     code, power, time, doubts, row = 0, 1, 0.0, 0, row_of(p, q, k, mode, mode)
     for _ in range(MOST_EVENTS if begins(p, mode, w) == GOES_ON else 0):
-        copied(p, w, x)
+        copy_features(p, w, x)
         under_way, from_phase = mode, phi
         which, flight, phi, _, vague = fly(p, mode, phi, math.inf, w)
         w.held[0], time = w.held[0] + flight, time + flight

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
-from nsmaps.exact.modes.flights.motion import begun_piece, copied, flown, state_at, within_turn
+from nsmaps.exact.modes.flights.motion import advance, begin_piece, copy_features, state_at, within_turn
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
 from nsmaps.exact.modes.march.resting import CHATTER, entered
@@ -101,12 +101,12 @@ def over_panel(p, q, mode, row, phi, h, x):
 @inner
 def over_flight(p, q, mode, row, phi, s, x):
     """Join the values of a flight of time s, whose states at its start `x` has; panels are its pieces."""
-    done, unit = 0.0, begun_piece(p, mode, s, x)
+    done, unit = 0.0, begin_piece(p, mode, s, x)
     while s - done > unit > 0.0:
         over_panel(p, q, mode, row, phi, unit, x)
-        phi, _ = flown(p, mode, 1.0, unit, phi, x)
+        phi, _ = advance(p, mode, 1.0, unit, phi, x)
         done += unit
-        unit = begun_piece(p, mode, s - done, x)
+        unit = begin_piece(p, mode, s - done, x)
     over_panel(p, q, mode, row, phi, s - done, x)
 
 
@@ -128,7 +128,7 @@ def observed_motion(p, q, k, mode, phi, image, tangent, counts, w, x):
         return outcome, math.nan
     for _ in range(MOST_EVENTS):
         under_way, from_phase = mode, phi
-        copied(p, w, x)
+        copy_features(p, w, x)
         which, flight, phi, _, unsure = fly(p, mode, phi, math.inf, w)
         time, doubts = time + flight, doubts + (1 if unsure else 0)
         w.held[0] += flight

@@ -39,6 +39,7 @@ _MARKERS = {
     "end of complete chatter": "*",
     "detachment": "v",
     "homoclinic bifurcation": "h",
+    "Hopf bifurcation": "p",
     "end of the valid domain": "|",
 }
 

@@ -4,13 +4,14 @@ import math
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.flights.pieces import at, moved_along, slope, spread, taken
+from nsmaps.exact.modes.flights.pieces import advance_states, expand_slopes, slope, take_step, value_at
 from nsmaps.exact.modes.flights.states import derive, features, shift
+from nsmaps.exact.modes.tables.memory import ONLY
 from nsmaps.exact.modes.tables.taylor import ORDER, moved_on, propagated
 
 
 @inner
-def carried(p, mode, tau, w, d):
+def carry_slopes(p, mode, tau, w, d):
     """Write the derivatives of states at tau: dz + F dz + dF z, where `propagated` has written F = exp(Y tau) - 1."""
     n, width = len(w.new), len(w.z)
     for i in range(n):
@@ -43,24 +44,24 @@ def within_turn(phi):
 
 
 @inner
-def begun_piece(p, mode, max_length, w):
+def begin_piece(p, mode, max_length, w):
     """Begin a piece of a flight at the features in memory: its length, that of the mode's longest step, or at most `max_length`.
 
     Zero where no Taylor series is the flight.
     """
-    return p.steps[mode] if len(p.nonlinear) == 0 else taken(p, mode, min(max_length, p.horizon), w)
+    return p.steps[mode] if len(p.nonlinear) == 0 else take_step(p, mode, min(max_length, p.horizon), w)
 
 
 @inner
-def flown(p, mode, tau, unit, phi, w):
+def advance(p, mode, tau, unit, phi, w):
     """Move features and derivatives on by a share of a piece of this length, from a phase: (the new one, whole turns)."""
     step = tau * unit
     shift(p, w)
     if len(p.nonlinear) > 0:
-        moved_along(p, tau, w)
+        advance_states(p, tau, w)
     else:
         propagated(p, mode, tau, w)
-        carried(p, mode, tau, w, w.slopes)
+        carry_slopes(p, mode, tau, w, w.slopes)
         moved_on(w)
         for i in range(len(w.new)):
             for c in range(w.dz.shape[1]):
@@ -73,18 +74,18 @@ def flown(p, mode, tau, unit, phi, w):
 
 
 @inner
-def length_of(p, mode, w):
+def piece_length(p, mode, w):
     """The length of the piece under way."""
-    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[0]
+    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[ONLY]
 
 
 @inner
 def state_at(p, mode, s, w, y):
     """Write own states a time s after the start of the piece."""
-    tau, width = s / length_of(p, mode, w), len(w.z)
+    tau, width = s / piece_length(p, mode, w), len(w.z)
     if len(p.nonlinear) > 0:
         for i in range(p.own):
-            y[i] = at(w.piece.local[i], tau)
+            y[i] = value_at(w.piece.local[i], tau)
         return
     propagated(p, mode, tau, w)
     for i in range(p.own):
@@ -97,20 +98,20 @@ def state_at(p, mode, s, w, y):
 @inner
 def slopes_at(p, mode, s, w, y, d):
     """Write own states as `state_at`, and their derivatives by the directions."""
-    tau = s / length_of(p, mode, w)
+    tau = s / piece_length(p, mode, w)
     shift(p, w)
     state_at(p, mode, s, w, y)
     if len(p.nonlinear) > 0:
-        spread(p, s, w)
+        expand_slopes(p, s, w)
         for i in range(p.own):
             for c in range(w.dz.shape[1]):
                 d[i, c] = slope(p, i, c, w)
     else:
-        carried(p, mode, tau, w, d)
+        carry_slopes(p, mode, tau, w, d)
 
 
 @inner
-def copied(p, w, x):
+def copy_features(p, w, x):
     """Let a memory have the features of another, and their derivatives."""
     for j in range(len(w.z)):
         x.z[j] = w.z[j]
@@ -119,5 +120,5 @@ def copied(p, w, x):
     for c in range(x.dz.shape[1]):
         x.dphi[c] = w.dphi[c]
     if len(p.nonlinear) > 0:
-        x.piece.phase[0] = w.piece.phase[0]
+        x.piece.phase[ONLY] = w.piece.phase[ONLY]
         derive(p, x.z, x)

@@ -5,14 +5,19 @@ import math
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_step
-from nsmaps.exact.modes.flights.resolution import resolved, watched
+from nsmaps.exact.modes.flights.laws import size_column
+from nsmaps.exact.modes.flights.resolution import is_resolved, is_watched
+from nsmaps.exact.modes.tables.memory import ONLY
 from nsmaps.exact.modes.tables.taylor import DEGREE, TERMS
 
 UNIT = 2.0**-53
+CONSTANT, LINEAR, SQUARE = 0, 1, 2  # terms of a series
+PHASE = 0  # place in `Piece.settings`
 LEADING = 5  # first terms of a series with whose sizes the last ones are compared
 FAINT = 1e-13  # of its leading terms: what the last ones of a derivative may be
 TURNED = 1.3  # radians over which the series of a wave is exact to rounding, (UNIT 20!)^(1/20)
 HUGE = 1e10  # of a state: its power DEGREE + 1, as of the last terms, is near the end of the range of floats
+LAST_BUT_ONE = DEGREE - 1  # term of a series
 MOST_HALVINGS = 60  # of a step whose series is not the flight
 
 
@@ -22,7 +27,7 @@ def expand(p, mode, w):
     q = w.piece
     for j in range(len(q.state)):
         q.state[j] = w.z[j]
-    q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
+    q.settings[PHASE], q.time[ONLY], q.halt[ONLY] = q.phase[ONLY], 0.0, 0.0
     call_step(
         p.taylor[mode], q.state.ctypes.data, q.settings.ctypes.data, q.time.ctypes.data, q.halt.ctypes.data, q.series.ctypes.data
     )
@@ -34,7 +39,7 @@ def vary(p, mode, w):
     q = w.piece
     for j in range(p.own):
         q.varied[j] = w.z[j]
-    q.settings[0], q.time[0], q.halt[0] = q.phase[0], 0.0, 0.0
+    q.settings[PHASE], q.time[ONLY], q.halt[ONLY] = q.phase[ONLY], 0.0, 0.0
     call_step(
         p.variations[mode],
         q.varied.ctypes.data,
@@ -92,31 +97,31 @@ def localize(p, h, w):
         power = 1.0
         for k in range(DEGREE + 1):
             q.local[j, k], power = q.series[j, k] * power, power * h
-    q.local[n, 0] = 1.0
+    q.local[n, CONSTANT] = 1.0
     for m in range(1, (len(w.z) - n - 1) // 2 + 1):
-        c, turn = n + 2 * m - 1, m * p.rate * h
-        q.local[c, 0], q.local[c + 1, 0] = w.z[c], w.z[c + 1]
+        c, s, turn = n + 2 * m - 1, n + 2 * m, m * p.rate * h
+        q.local[c, CONSTANT], q.local[s, CONSTANT] = w.z[c], w.z[s]
         for k in range(DEGREE):
-            share = turn / (k + 1)
-            q.local[c, k + 1], q.local[c + 1, k + 1] = -share * q.local[c + 1, k], share * q.local[c, k]
+            share, following = turn / (k + 1), k + 1
+            q.local[c, following], q.local[s, following] = -share * q.local[s, k], share * q.local[c, k]
     for j in range(len(w.z)):
         span = 0.0
         for k in range(DEGREE + 1):
             span += abs(q.local[j, k])
-        q.spans[j], q.tails[j] = span, abs(q.local[j, DEGREE]) + abs(q.local[j, DEGREE - 1])
+        q.spans[j], q.tails[j] = span, abs(q.local[j, DEGREE]) + abs(q.local[j, LAST_BUT_ONE])
     for r in range(len(q.derived)):
-        q.spans[p.own + r] = max(q.spans[p.own + r], q.derived[r, q.derived.shape[1] - 1])
+        q.spans[p.own + r] = max(q.spans[p.own + r], q.derived[r, size_column(p)])
 
 
 @inner
-def taken(p, mode, max_length, w):
+def take_step(p, mode, max_length, w):
     """Begin a piece of a Taylor flight at the features in memory: its length; zero where no Taylor series is the flight."""
     expand(p, mode, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2
     h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
     h = min(h, TWO_PI / p.rate) if p.rate > 0.0 else h
     for i in range(len(w.piece.series)):
-        if i < p.own or watched(p, mode, i):
+        if i < p.own or is_watched(p, mode, i):
             h = row_length(w.piece.series, i, UNIT, h)
     if w.dz.shape[1] > 0:
         vary(p, mode, w)
@@ -125,8 +130,8 @@ def taken(p, mode, max_length, w):
         if not h > 0.0:
             break
         localize(p, h, w)
-        if resolved(p, mode, h, w):
-            w.piece.length[0] = h
+        if is_resolved(p, mode, h, w):
+            w.piece.length[ONLY] = h
             return h
         h *= 0.5
     return 0.0
@@ -137,14 +142,14 @@ def runs_away(p, w):
     """Whether a flight leaves the range of floats: the last terms of its series do, the first ones of own states do not."""
     first, last, largest = 0.0, 0.0, 0.0
     for i in range(len(w.piece.series)):
-        largest = max(largest, abs(w.piece.series[i, 0]))
-        first += abs(w.piece.series[i, 1]) + abs(w.piece.series[i, 2]) if i < p.own else 0.0
+        largest = max(largest, abs(w.piece.series[i, CONSTANT]))
+        first += abs(w.piece.series[i, LINEAR]) + abs(w.piece.series[i, SQUARE]) if i < p.own else 0.0
         last += abs(w.piece.series[i, DEGREE])
     return first < math.inf and not last < math.inf and largest > HUGE
 
 
 @inner
-def at(row, tau):
+def value_at(row, tau):
     """A series at a share of a step."""
     total = row[DEGREE]
     for k in range(DEGREE - 1, -1, -1):
@@ -153,40 +158,40 @@ def at(row, tau):
 
 
 @inner
-def spread(p, s, w):
+def expand_slopes(p, s, w):
     """Write how own states a time s after the start of the piece change with the start."""
     q, width = w.piece, p.own + 2
     for i in range(p.own):
         for c in range(width):
-            q.flow[i, c] = at(q.variations[p.own + i * width + c], s)
+            q.flow[i, c] = value_at(q.variations[p.own + i * width + c], s)
 
 
 @inner
 def slope(p, i, c, w):
-    """The derivative of an own state along a direction, where `spread` has written how it changes with the start of the piece."""
-    q, own = w.piece, p.own
-    total = q.flow[i, own] * w.dphi[c] + (q.flow[i, own + 1] if w.moved.here else 0.0)
+    """The derivative of an own state along a direction, where `expand_slopes` has written those by the start of the piece."""
+    q, own, along = w.piece, p.own, p.own + 1
+    total = q.flow[i, own] * w.dphi[c] + (q.flow[i, along] if w.moved.here else 0.0)
     for j in range(own):
         total += q.flow[i, j] * w.dz[j, c]
     return total
 
 
 @inner
-def moved_along(p, tau, w):
+def advance_states(p, tau, w):
     """Change own states, and their derivatives, to those at a share of the piece."""
     if w.dz.shape[1] > 0:
-        spread(p, tau * w.piece.length[0], w)
+        expand_slopes(p, tau * w.piece.length[ONLY], w)
         for i in range(p.own):
             for c in range(w.dz.shape[1]):
                 w.slopes[i, c] = slope(p, i, c, w)
     for i in range(p.own):
-        w.z[i] = at(w.piece.local[i], tau)
+        w.z[i] = value_at(w.piece.local[i], tau)
         for c in range(w.dz.shape[1]):
             w.dz[i, c] = w.slopes[i, c]
 
 
 @inner
-def combined(p, f, w):
+def combine(p, f, w):
     """Write the series of a function over the piece: the sizes of its terms, and a bound on what is left out."""
     row, size, left = p.functions[f], 0.0, 0.0
     for k in range(TERMS):
@@ -201,7 +206,7 @@ def combined(p, f, w):
 
 
 @inner
-def bent(a):
+def bend_bound(a):
     """A bound on the second derivative of a series over the piece."""
     total = 0.0
     for k in range(2, DEGREE + 1):

@@ -10,7 +10,18 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
-from nsmaps.exact.modes.tables.memory import INTERVALS
+from nsmaps.exact.modes.flights.laws import (
+    ARGUMENT,
+    VALUE,
+    WEIGHTS,
+    part_place,
+    rate_place,
+    size_column,
+    size_place,
+    slope_column,
+    slope_place,
+)
+from nsmaps.exact.modes.tables.memory import INTERVALS, ONLY
 from nsmaps.exact.modes.tables.taylor import DEGREE
 from nsmaps.exact.taylor.kinds import ARCS, EDGE, EDGES, ERF, EXP, NO_KIND, ORIGIN, TANH
 
@@ -18,6 +29,7 @@ RESIDUAL = 1e-12  # of a rate's terms that a series may leave, and of what its t
 TRUNCATION = 1e-13  # of a state, a step
 ROUNDING = 32 * 2.0**-53  # of states and phase, by which a rate may change
 LEAST = 1e-290  # of a value, with a margin: smaller ones have fewer digits, as tails of exp
+BEND = 8.0  # divisor of the second difference of three instants: how far a parabola is from its chord
 NEGLIGIBLE = 1e-15  # of the terms of a rate or of a function that is watched
 
 
@@ -49,10 +61,10 @@ def scale_between(kind, low, high):
 
 
 @inner
-def look(p, mode, h, i, w):
+def compare_rates(p, mode, h, i, w):
     """Write what the law of the rates gives at an instant of a step, and how far it is from the rates of the series."""
     q, own, tau = w.piece, p.own, i / INTERVALS
-    phase = q.phase[0] + p.rate * h * tau
+    phase = q.phase[ONLY] + p.rate * h * tau
     for j in range(own):
         value, rate = q.local[j, DEGREE], 0.0
         for k in range(DEGREE - 1, -1, -1):
@@ -61,93 +73,99 @@ def look(p, mode, h, i, w):
         q.state[j], q.misfits[i, j] = value, rate / h
     call_reset(p.rates[mode], phase, q.state.ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
     for j in range(own):
-        q.misfits[i, j] = abs(q.inside[i, j * (own + 3)] - q.misfits[i, j])
+        q.misfits[i, j] = abs(q.inside[i, rate_place(p, j)] - q.misfits[i, j])
 
 
 @inner
-def watched(p, mode, i):
+def is_watched(p, mode, i):
     """Whether a function of a mode depends on a derived state; others are only computed at the ends of pieces."""
-    total = 0.0
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    total, following = 0.0, mode + 1
+    for f in range(p.watched[mode], p.watched[following]):
         total += abs(p.functions[f, i])
     return total > 0.0
 
 
 @inner
-def derived_fit(p, mode, h, w):
+def fits_derived_states(p, mode, h, w):
     """Whether the series of derived states watched are their formulas at the end of the step, where own states are known."""
     q, own = w.piece, p.own
     if len(p.nonlinear) == 0 or p.derived == 0:
         return True
-    call_reset(p.derived, q.phase[0] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    call_reset(p.derived, q.phase[ONLY] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     fit = True
     for r in range(len(q.derived)):
-        value, noise = 0.0, abs(q.derived[r, own + 1]) * (abs(q.phase[0]) + p.rate * h)
+        value, noise = 0.0, abs(q.derived[r, slope_column(own)]) * (abs(q.phase[ONLY]) + p.rate * h)
         for k in range(DEGREE, -1, -1):
             value += q.local[own + r, k]
         for j in range(own):
-            noise += abs(q.derived[r, 1 + j]) * q.spans[j]
-        size = q.derived[r, q.derived.shape[1] - 1] + q.spans[own + r]
-        near = abs(value - q.derived[r, 0]) <= RESIDUAL * size + ROUNDING * noise + LEAST
-        fit = fit and (near or not watched(p, mode, own + r))
-    call_reset(p.derived, q.phase[0], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+            noise += abs(q.derived[r, slope_column(j)]) * q.spans[j]
+        size = q.derived[r, size_column(p)] + q.spans[own + r]
+        near = abs(value - q.derived[r, VALUE]) <= RESIDUAL * size + ROUNDING * noise + LEAST
+        fit = fit and (near or not is_watched(p, mode, own + r))
+    call_reset(p.derived, q.phase[ONLY], w.z.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     return fit
 
 
 @inner
-def known(p, a, first, h, w):
+def fits_rate(p, a, first, h, w):
     """Whether the rate of an own state is that of its series, at the instants of the step from a number on."""
     q, own = w.piece, p.own
-    c, size, truncation = a * (own + 3), 0.0, TRUNCATION * q.spans[a] / h
+    size, truncation = 0.0, TRUNCATION * q.spans[a] / h
     for i in range(first, INTERVALS + 1):
-        size = max(size, q.inside[i, c + 1])
+        size = max(size, q.inside[i, size_place(p, a)])
     for i in range(first, INTERVALS + 1):
-        noise = abs(q.inside[i, c + own + 2]) * (abs(q.phase[0]) + p.rate * h)
+        noise = abs(q.inside[i, slope_place(p, a, own)]) * (abs(q.phase[ONLY]) + p.rate * h)
         for j in range(own):
-            noise += abs(q.inside[i, c + 2 + j]) * q.spans[j]
+            noise += abs(q.inside[i, slope_place(p, a, j)]) * q.spans[j]
         if not q.misfits[i, a] <= RESIDUAL * size + truncation + ROUNDING * noise:
             return False
     return True
 
 
 @inner
-def seen(p, kind, c, h, w):
-    """Whether a function whose argument is in column c changes between instants of the step by no more than it shows there."""
+def second_difference(u, first, c):
+    """The size of the second difference of a column at three rows, from a first on."""
+    middle, last = first + 1, first + 2
+    return abs(u[first, c] - 2.0 * u[middle, c] + u[last, c])
+
+
+@inner
+def shows_part(p, k, kind, h, w):
+    """Whether a function with flat parts, number k, changes between instants of the step by no more than it shows there."""
     q, own = w.piece, p.own
-    u = q.inside
+    u, c, weights = q.inside, part_place(p, k) + ARGUMENT, part_place(p, k) + WEIGHTS
     for i in range(INTERVALS):
-        before, after = max(i - 1, 0), min(i + 2, INTERVALS)
-        bend = abs(u[before, c] - 2.0 * u[before + 1, c] + u[before + 2, c])
-        bend = max(bend, abs(u[after - 2, c] - 2.0 * u[after - 1, c] + u[after, c])) / 8.0
-        low, high = min(u[i, c], u[i + 1, c]) - bend, max(u[i, c], u[i + 1, c]) + bend
+        end = i + 1
+        bend = max(second_difference(u, max(i - 1, 0), c), second_difference(u, min(i, INTERVALS - 2), c)) / BEND
+        low, high = min(u[i, c], u[end, c]) - bend, max(u[i, c], u[end, c]) + bend
         if not high - low <= scale_between(kind, low, high):
             change = change_of(kind, low, high)
             for a in range(own):
-                weight = max(abs(u[i, c + 1 + a]), abs(u[i + 1, c + 1 + a]))
-                size = max(u[i, a * (own + 3) + 1], u[i + 1, a * (own + 3) + 1]) + q.spans[a] / h
+                weight = max(abs(u[i, weights + a]), abs(u[end, weights + a]))
+                size = max(u[i, size_place(p, a)], u[end, size_place(p, a)]) + q.spans[a] / h
                 if weight > 0.0 and not weight * change <= NEGLIGIBLE * size:
                     return False
-            share = max(u[i, c + 1 + own], u[i + 1, c + 1 + own])
+            share = max(u[i, weights + own], u[end, weights + own])
             if share > 0.0 and not share * change <= NEGLIGIBLE:
                 return False
     return True
 
 
 @inner
-def resolved(p, mode, h, w):
+def is_resolved(p, mode, h, w):
     """Whether the series of a piece is the flight over its step h."""
     own, steep = p.own, 0
     while steep < p.kinds.shape[1] and p.kinds[mode, steep] != NO_KIND:
         steep += 1
     first = 0 if steep > 0 else INTERVALS
     for i in range(first, INTERVALS + 1):
-        look(p, mode, h, i, w)
-    if not derived_fit(p, mode, h, w):
+        compare_rates(p, mode, h, i, w)
+    if not fits_derived_states(p, mode, h, w):
         return False
     for a in range(own):
-        if not known(p, a, first, h, w):
+        if not fits_rate(p, a, first, h, w):
             return False
-    known_parts = True
+    shown = True
     for k in range(steep):
-        known_parts = known_parts and seen(p, p.kinds[mode, k], own * (own + 3) + k * (own + 2), h, w)
-    return known_parts
+        shown = shown and shows_part(p, k, p.kinds[mode, k], h, w)
+    return shown

@@ -1,12 +1,12 @@
 """The features of a state and their rates: own states, derived states, 1, and the waves of the phase.
 
-Derived states and rates that are not affine come from compiled laws, at addresses of the table. The law of the derived states
-writes for each its value, its derivatives by the own states, by the phase and by the parameters, and the size of its terms; that
-of a mode's rates for each own state its rate, the size of its terms, and its derivatives by the own states and by the phase.
+Derived states and rates that are not affine come from compiled laws, at addresses of the table.
 """
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
+from nsmaps.exact.modes.flights.laws import VALUE, parameter_column, rate_place, size_column, slope_column
+from nsmaps.exact.modes.tables.memory import ONLY
 from nsmaps.exact.modes.tables.taylor import waves
 
 
@@ -22,12 +22,12 @@ def dot(row, z):
 
 
 @inner
-def valued(p, row, z, w):
+def row_value(p, row, z, w):
     """As `dot`; derived states, of which memory has what their law wrote last, count as large as the terms of their formulas."""
     total, size = dot(row, z)
     if len(p.nonlinear) > 0 and p.derived != 0:
         for r in range(len(w.piece.derived)):
-            size += abs(row[p.own + r]) * w.piece.derived[r, w.piece.derived.shape[1] - 1]
+            size += abs(row[p.own + r]) * w.piece.derived[r, size_column(p)]
     return total, size
 
 
@@ -35,9 +35,9 @@ def valued(p, row, z, w):
 def derive(p, z, w):
     """Write the derived states of own states z at the phase in memory."""
     if len(p.nonlinear) > 0 and p.derived != 0:
-        call_reset(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
+        call_reset(p.derived, w.piece.phase[ONLY], z.ctypes.data, p.parameters.ctypes.data, w.piece.derived.ctypes.data)
         for r in range(len(w.piece.derived)):
-            z[p.own + r] = w.piece.derived[r, 0]
+            z[p.own + r] = w.piece.derived[r, VALUE]
 
 
 @inner
@@ -45,7 +45,7 @@ def features(p, phi, w):
     """Write the features of the own states in memory at a phase."""
     waves(phi, w.z, p.first.shape[1] - 1)
     if len(p.nonlinear) > 0:
-        w.piece.phase[0] = phi
+        w.piece.phase[ONLY] = phi
         derive(p, w.z, w)
 
 
@@ -54,9 +54,9 @@ def shift(p, w):
     """Write the derivatives of the waves of the phase and of the derived states by the directions."""
     n = p.first.shape[1] - 1
     for m in range(1, (len(w.z) - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
+        c, s = n + 2 * m - 1, n + 2 * m
         for k in range(w.dz.shape[1]):
-            w.dz[c, k], w.dz[c + 1, k] = -m * w.z[c + 1] * w.dphi[k], m * w.z[c] * w.dphi[k]
+            w.dz[c, k], w.dz[s, k] = -m * w.z[s] * w.dphi[k], m * w.z[c] * w.dphi[k]
     if len(p.nonlinear) > 0 and p.derived != 0 and w.dz.shape[1] > 0:
         shift_derived(p, w)
 
@@ -68,12 +68,12 @@ def shift_derived(p, w):
     own, slopes = p.own, w.piece.derived
     for r in range(len(slopes)):
         for c in range(w.dz.shape[1]):
-            total = slopes[r, own + 1] * w.dphi[c]
+            total = slopes[r, slope_column(own)] * w.dphi[c]
             for j in range(own):
-                total += slopes[r, 1 + j] * w.dz[j, c]
+                total += slopes[r, slope_column(j)] * w.dz[j, c]
             if w.moved.here:
                 for k in range(len(p.parameters)):
-                    total += slopes[r, own + 2 + k] * w.moved.parameters[k]
+                    total += slopes[r, parameter_column(p, k)] * w.moved.parameters[k]
             w.dz[own + r, c] = total
 
 
@@ -85,27 +85,27 @@ def velocity(p, mode, z, field, w):
         velocity_by_law(p, mode, z, field, w)
     else:
         for i in range(n):
-            total = 0.0
-            for j in range(p.first[mode, i], p.first[mode, i + 1]):
+            total, following = 0.0, i + 1
+            for j in range(p.first[mode, i], p.first[mode, following]):
                 total += p.values[j] * z[p.columns[j]]
             field[i] = total
     field[n] = 0.0
     for m in range(1, (len(z) - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        field[c], field[c + 1] = -m * turn * z[c + 1], m * turn * z[c]
+        c, s = n + 2 * m - 1, n + 2 * m
+        field[c], field[s] = -m * turn * z[s], m * turn * z[c]
 
 
 @inner
 def velocity_by_law(p, mode, z, field, w):
     """Write the rates of own and derived states in the time unit of the mode."""
     own, step, rates, slopes = p.own, p.steps[mode], w.piece.rates, w.piece.derived
-    call_reset(p.rates[mode], w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
+    call_reset(p.rates[mode], w.piece.phase[ONLY], z.ctypes.data, p.parameters.ctypes.data, rates.ctypes.data)
     for i in range(own):
-        field[i] = rates[i * (own + 3)] * step
+        field[i] = rates[rate_place(p, i)] * step
     if len(p.nonlinear) > 0 and p.derived != 0:
-        call_reset(p.derived, w.piece.phase[0], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
+        call_reset(p.derived, w.piece.phase[ONLY], z.ctypes.data, p.parameters.ctypes.data, slopes.ctypes.data)
         for r in range(len(slopes)):
-            total = slopes[r, own + 1] * p.rate * step
+            total = slopes[r, slope_column(own)] * p.rate * step
             for j in range(own):
-                total += slopes[r, 1 + j] * field[j]
+                total += slopes[r, slope_column(j)] * field[j]
             field[own + r] = total

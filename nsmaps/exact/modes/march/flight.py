@@ -3,10 +3,10 @@
 import math
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.flights.motion import begun_piece, flown
-from nsmaps.exact.modes.flights.pieces import UNIT, bent, combined, runs_away
-from nsmaps.exact.modes.flights.rounding import begin_growth, grown_over
-from nsmaps.exact.modes.flights.states import dot, shift, valued, velocity
+from nsmaps.exact.modes.flights.motion import advance, begin_piece
+from nsmaps.exact.modes.flights.pieces import bend_bound, combine, runs_away
+from nsmaps.exact.modes.flights.rounding import ERROR, begin_errors, error_at, errors_after
+from nsmaps.exact.modes.flights.states import dot, row_value, shift, velocity
 from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value, with_rates
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, remaining, sized, weighed
 
@@ -14,7 +14,6 @@ MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
 MOST_STEPS = 100_000  # of heyoka, of one flight
 CLOUDED_SHARE = 1e-10  # of the states: a flight whose rounding errors may have grown to more before its event is in doubt
-ERROR = 4.0 * UNIT  # of the states at the start of a flight: four standard deviations of rounding
 FAINT_SHARE = 3e-5  # of the rate of an event's function, which rounding errors of the place may change by more
 STEEP, STIFF, CLOUDED, FAINT = 1, 2, 3, 4  # why a Taylor flight is in doubt
 WHY = 2  # place of that in `Memory.doubt`
@@ -39,7 +38,7 @@ def followed(p, f, left, when, w):
 @inner
 def blur(p, f, grown, w):
     """The error of a function's value by what rounding at the start of the flight has grown to."""
-    return 0.0 if grown == 0.0 else grown * ROUNDING * valued(p, p.functions[f], w.z, w)[1]
+    return 0.0 if grown == 0.0 else grown * ROUNDING * row_value(p, p.functions[f], w.z, w)[1]
 
 
 @inner
@@ -82,21 +81,21 @@ def sought(p, f, when, grown, w):
 def sought_ahead(p, f, when, grown, w):
     """As `sought`, over a piece of a Taylor flight."""
     on = w.on[f] > 0
-    size, left = combined(p, f, w)
+    size, left = combine(p, f, w)
     start_at_zero(f, w)
-    error = ROUNDING * size * (1.0 + grown) + left
+    error, unknown = ROUNDING * size * (1.0 + grown) + left, blur(p, f, grown, w)
     if stays_positive(w.a[1] if on else w.a[0], size_of(w.a, 1.0), error):
         return False, when, False
     narrowed(w.a, 1.0, w.powers, w.b)
     number, guess = changes(w.b, on, error) if w.on[f] <= 1 else (2, 0.0)
     if number == 0:
         return False, when, False
-    clear, found, x = separated(w.a, number, guess, on, when, error, bent(w.a), w)
+    clear, found, x = separated(w.a, number, guess, on, when, error, bend_bound(w.a), w)
     if clear:
-        error = ROUNDING * size_of(w.a, x) if on else error
+        error = ROUNDING * size_of(w.a, x) if on else unknown + error_at(p, f, x, w)
         return found, x, found and faint(w.a, x, error, w)
-    found, x, unsure = followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + blur(p, f, grown, w), when, w)
-    return found, x, unsure or (found and not on and faint(w.a, x, error, w))
+    found, x, unsure = followed(p, f, left + (0.0 if on else formula_error(p, f, w)) + unknown, when, w)
+    return found, x, unsure or (found and not on and faint(w.a, x, unknown + error_at(p, f, x, w), w))
 
 
 @inner
@@ -225,7 +224,7 @@ def look_around(p, mode, tau, w):
     """Take note of the minima of the functions that are watched."""
     for f in range(p.watched[mode], p.watched[mode + 1]):
         if len(p.nonlinear) > 0:
-            combined(p, f, w)
+            combine(p, f, w)
         else:
             weighed(p.series[f], w.z, w.a)
         start_at_zero(f, w)
@@ -242,28 +241,29 @@ def fly(p, mode, phi, until, w):
     """
     flight, turns, doubtful, taylor, grown = 0.0, 0, False, len(p.nonlinear) > 0, 0.0
     if taylor:
-        begin_growth(p, w)
+        begin_errors(p, w)
     for _ in range(MOST_STEPS if taylor else MOST_PIECES):
         if p.abscissa[mode] > 0.0:
             grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
-        unit = begun_piece(p, mode, until - flight, w)
+        unit = begin_piece(p, mode, until - flight, w)
         if taylor and unit <= ERROR * flight:  # within rounding of the time
             return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
         left = (until - flight) / unit
         which, tau, unsure = next_event(p, mode, grown, min(left, 1.0), w)
-        if taylor and which != NO_FUNCTION and grown * ERROR > CLOUDED_SHARE:
+        if taylor and which != NO_FUNCTION and grown * ROUNDING > CLOUDED_SHARE:
             unsure = not in_doubt(CLOUDED, w)
+        last = which != NO_FUNCTION or left <= 1.0
+        if taylor and not last:
+            grown = errors_after(p, mode, unit, w)
         doubtful = doubtful or unsure
         if not math.isnan(w.near[0]):
             look_around(p, mode, tau, w)
-        phi, more = flown(p, mode, tau, unit, phi, w)
+        phi, more = advance(p, mode, tau, unit, phi, w)
         flight, turns = flight + tau * unit, turns + more
         w.lapse[0] = flight
         w.spent[0] += 1
-        if which != NO_FUNCTION or left <= 1.0 or flight >= p.horizon:
+        if last or flight >= p.horizon:
             return which, flight, phi, turns, doubtful
-        if taylor:
-            grown = grown_over(p, unit, w)
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = w.on[f] if w.on[f] == TERMS else 0
     in_doubt(STIFF, w)

@@ -7,7 +7,7 @@ from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
 from nsmaps.exact.engine.constants import TWO_PI
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import append_symbol
-from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
+from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
 from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
 from nsmaps.exact.modes.march.flight import NO_FUNCTION
 from nsmaps.exact.modes.march.section import allowed, enter
@@ -55,8 +55,8 @@ def mark_of(p, k, j, mode, before, w):
     towards the surface lost, has the same impulse by then. Until then the states differ: within `BRIEF` by less than rounding, as
     u x does, and within a longer time, at a speed that `chatter` allows, if no other event takes place in it.
     """
-    after, size = valued(p, p.begins[j, 0], w.z, w)
-    press, sizes = valued(p, p.begins[j, 1], w.z, w)
+    after, size = row_value(p, p.begins[j, 0], w.z, w)
+    press, sizes = row_value(p, p.begins[j, 1], w.z, w)
     w.lapse[3] = 0.0
     if after <= ROUNDING * size:
         return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
@@ -124,7 +124,7 @@ def clear_until(p, mode, x, w):
     first_terms(p, mode, 2, w)
     share = x / p.steps[mode]
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        value, size = valued(p, p.functions[f], w.z, w)
+        value, size = row_value(p, p.functions[f], w.z, w)
         change = share * (dot(p.functions[f], w.d[1])[1] + share * dot(p.functions[f], w.d[2])[1])
         if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * change:
             return False

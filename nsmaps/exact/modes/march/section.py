@@ -2,7 +2,7 @@
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
-from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
+from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 AS_NEAR = 16.0 * ROUNDING  # of the sizes of terms: surfaces from which a state is as far
@@ -13,7 +13,7 @@ def allowed(p, k, z, w):
     """Whether the conditions of a transition hold, and whether one of them is zero but for rounding."""
     holds, doubtful = True, False
     for c in range(p.conditions[k], p.conditions[k + 1]):
-        value, size = valued(p, p.where[c], z, w)
+        value, size = row_value(p, p.where[c], z, w)
         holds = holds and value >= 0.0
         doubtful = doubtful or abs(value) <= ROUNDING * size
     return holds, doubtful
@@ -46,7 +46,7 @@ def away(p, start, w):
         size += abs(dot(p.landings[start, i], w.field)[0])
         far = max(far, abs(value) / size if size > 0.0 else 0.0)
     for f in range(p.watched[mode], p.watched[mode + 1]):
-        value, size = valued(p, p.functions[f], w.z, w)
+        value, size = row_value(p, p.functions[f], w.z, w)
         size += abs(dot(p.functions[f], w.field)[0])
         if p.after:
             wrong = -value if p.on[transition, f] == 0 else 0.0
@@ -102,9 +102,9 @@ def repelled(p, mode, w):
     """Whether a state lies on a surface beside its mode, but for rounding, from which both fields lead away."""
     for s in range(len(p.surfaces)):
         if p.beside[s, mode]:
-            value, size = valued(p, p.surfaces[s, 0], w.z, w)
-            up, one = valued(p, p.surfaces[s, 1], w.z, w)
-            down, other = valued(p, p.surfaces[s, 2], w.z, w)
+            value, size = row_value(p, p.surfaces[s, 0], w.z, w)
+            up, one = row_value(p, p.surfaces[s, 1], w.z, w)
+            down, other = row_value(p, p.surfaces[s, 2], w.z, w)
             if abs(value) <= ROUNDING * size and up > ROUNDING * one and down > ROUNDING * other:
                 return True
     return False
@@ -162,7 +162,7 @@ def below_after(p, transition, w):
     velocity(p, mode, w.z, w.field, w)
     for f in range(p.watched[mode], p.watched[mode + 1]):
         own = p.on[transition, f] > 0 if p.after else f == p.function[transition]
-        value, size = valued(p, p.functions[f], w.z, w)
+        value, size = row_value(p, p.functions[f], w.z, w)
         rate, steep = dot(p.functions[f], w.field)
         if not own and abs(value) <= ROUNDING * size and rate < -ROUNDING * steep:
             count += 1

@@ -2,7 +2,7 @@
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
-from nsmaps.exact.modes.flights.states import derive, dot, valued, velocity
+from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
 from nsmaps.exact.modes.march.beginning import AT_ONCE
 from nsmaps.exact.modes.march.section import picked
 
@@ -44,7 +44,7 @@ def due(p, function, mode, z, falling, w):
     f = same_function(p, function, mode) if mode >= 0 else -1
     if f < 0:
         return -1
-    value, size = valued(p, p.functions[f], z, w)
+    value, size = row_value(p, p.functions[f], z, w)
     velocity(p, mode, z, w.field, w)
     rate, _ = dot(p.functions[f], w.field)
     return f if abs(value) <= AT_ONCE * (size + abs(rate)) and (rate < 0.0) == falling else -1

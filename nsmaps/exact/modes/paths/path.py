@@ -3,7 +3,7 @@
 import math
 
 from nsmaps.exact.engine.jit import inner, long_entry
-from nsmaps.exact.modes.flights.motion import begun_piece, flown, state_at
+from nsmaps.exact.modes.flights.motion import advance, begin_piece, state_at
 from nsmaps.exact.modes.flights.states import features
 from nsmaps.exact.modes.march.beginning import GOES_ON, begins
 from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
@@ -62,10 +62,10 @@ def sample(p, mode, phi, z, times, states, w):
     for i in range(len(z)):
         w.z[i] = z[i]
     features(p, phi, w)
-    unit = begun_piece(p, mode, math.inf, w)
+    unit = begin_piece(p, mode, math.inf, w)
     for k in range(len(times)):
         while times[k] - done > unit > 0.0:
-            phi, _ = flown(p, mode, 1.0, unit, phi, w)
+            phi, _ = advance(p, mode, 1.0, unit, phi, w)
             done += unit
-            unit = begun_piece(p, mode, math.inf, w)
+            unit = begin_piece(p, mode, math.inf, w)
         state_at(p, mode, times[k] - done, w, states[k])

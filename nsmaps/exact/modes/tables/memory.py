@@ -8,6 +8,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
+ONLY = 0  #: place in an array of one number
 INTERVALS = 8  #: of a step of a Taylor flight, between the instants at which its series is compared with the rates
 
 
@@ -49,7 +50,7 @@ class Piece(NamedTuple):
     inside: Any  #: shape (INTERVALS + 1, L), the same at instants of the step
     misfits: Any  #: shape (INTERVALS + 1, own), how far the rates there are from those of the series
     derived: Any  #: shape (n - own, own + P + 3), what the law of the derived states writes
-    growth: Any  #: shape (5, own, own), how errors grow: see `nsmaps.exact.modes.flights.rounding`
+    growth: Any  #: shape (4, own, own), how errors grow: see `nsmaps.exact.modes.flights.rounding`
     extent: Any  #: shape (own,), how large the states have been in the flight
 
 
@@ -153,7 +154,7 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
         inside=np.zeros((INTERVALS + 1, law)),
         misfits=np.zeros((INTERVALS + 1, own)),
         derived=np.zeros((n - own, own + count + 3)),
-        growth=np.zeros((5, own, own)),
+        growth=np.zeros((4, own, own)),
         extent=np.zeros(own),
     )
 

@@ -1,0 +1,84 @@
+"""Ends of branches at which the orbit shrinks: to an equilibrium, or to a point, by quantities extrapolated to zero."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.continuation.zeros import extrapolated
+from nsmaps.dynamics.continuation.branch import GrowingBranch
+from nsmaps.dynamics.continuation.events import BORDER, HOPF, Event
+from nsmaps.dynamics.continuation.problem import OrbitPoint
+from nsmaps.dynamics.scale import extents_of
+
+SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
+CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
+POINTS = 60  #: last points of a branch, whose margins are considered
+WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it is not one
+ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
+
+
+def vanishes(grown: GrowingBranch, _: float) -> Event | None:
+    """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
+    last, unit = grown.points[-1], grown.curve.unit
+    points = grown.points[: -POINTS - 1 : -1]
+    times = np.array([point.orbit.returns.time.sum() for point in points])
+    rows = doubling_rows(times)
+    if len(rows) < 3 or not 0 < times[0] <= CLOSE * max(point.orbit.returns.time.sum() for point in grown.points):
+        return None
+    value, precision = at_zero(times[rows].tolist(), np.array([points[k].value for k in rows]))
+    if not precision <= WORST * unit:
+        return None
+    return Event(BORDER, value, precision + SMALLEST * unit, last.orbit, "the time of the orbit falls to zero")
+
+
+def becomes_equilibrium(grown: GrowingBranch, _: float) -> Event | None:
+    """The Hopf bifurcation next to the last point: the square of the extent is linear in the parameter, and falls to zero.
+
+    Events of orbits that are so small are left out: rounding makes them. See Kuznetsov 2004, section 3.4.
+    """
+    last, unit = grown.points[-1], grown.curve.unit
+    if not CLOSE * _extent(grown, grown.points[0]) > _extent(grown, last) > 0:
+        return None
+    points = grown.points[: -POINTS - 1 : -1]
+    squares, values = np.array([_extent(grown, point) ** 2 for point in points]), np.array([point.value for point in points])
+    rows = doubling_rows(squares)
+    if len(rows) < 3:
+        return None
+    value, precision = at_zero(squares[rows].tolist(), values[rows])
+    large = rows[len(rows) // 2 :]  # those that rounding does not change
+    shares = squares[large] / np.abs(values[large] - value)
+    if not (precision <= WORST * unit and shares.min() > ALIKE * shares.max()):
+        return None
+    small = float(np.abs(values[squares <= (CLOSE * _extent(grown, grown.points[0])) ** 2] - value).max())
+    grown.events[:] = [event for event in grown.events if abs(event.parameter - value) > small]
+    return Event(HOPF, value, precision + SMALLEST * unit, last.orbit, "the orbit shrinks to an equilibrium")
+
+
+def _extent(grown: GrowingBranch, point: OrbitPoint) -> float:
+    """The largest extent of an orbit in any coordinate, in the curve's units; NaN where none are known."""
+    moved = extents_of(grown.curve.map_of(point.value), point.orbit.states)
+    return np.nan if moved is None else float((moved / grown.curve.scale).max())
+
+
+def at_zero(margins: list[float], values: Floats) -> tuple[float, float]:
+    """Where a margin is zero, by the four successive points that agree best with their first three and with the next four.
+
+    Next to a graze a parameter is known to fewer digits, far from it the margin is of higher degree.
+    """
+    found = [extrapolated(margins[k : k + 4], values[k : k + 4]) for k in range(max(len(margins) - 3, 1))]
+    shift = [abs(one - other) for (one, _), (other, _) in pairwise(found)]
+    errors = [max(error, off) for (_, error), off in zip(found, [*shift, *shift[-1:]] or [0.0], strict=True)]
+    best = int(np.argmin(errors))
+    return found[best][0], errors[best]
+
+
+def doubling_rows(margins: Floats) -> list[int]:
+    """Up to eight rows, the first and each with at least twice the margin of the one before, as far as it grows."""
+    rows = [0]
+    for k in range(1, len(margins)):
+        if not margins[k] >= 0.5 * margins[rows[-1]]:  # it falls, by more than rounding
+            return rows
+        if 2 * margins[rows[-1]] <= margins[k] < np.inf and len(rows) < 8:
+            rows.append(k)
+    return rows
