@@ -37,14 +37,14 @@ def starts(n):
 def test_parts_are_the_whole(name):
     if name in ("duffing", "pendulum"):
         pytest.importorskip("heyoka")
-    system, states = nsmaps.load_system(name, **SYSTEMS[name]), starts(61)
+    system, states = nsmaps.load_system(name, **SYSTEMS[name]), starts(60)
     whole = system.orbits(states, 4, derivative=True)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(system, states, 4, derivative=True, jobs=Jobs(executor, part=7))
+        parts = return_batch(system, states, 4, derivative=True, jobs=Jobs(executor, part=20))
     assert same(whole, parts)
     assert (parts.walls, parts.integrated) == (whole.walls, whole.integrated)
     assert same(return_batch(system, states, 4, derivative=True), whole)
-    first = return_batch(system, states, jobs=Jobs(executor=None, checkpoint=None, part=7))
+    first = return_batch(system, states, jobs=Jobs(executor=None, checkpoint=None, part=20))
     assert first.derivative is None
     assert np.array_equal(first.image, system.first_return(states).image, equal_nan=True)
 
