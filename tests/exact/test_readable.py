@@ -25,7 +25,6 @@ LATER_NAMES = (
     "enclosure",
     "modes/march",
     "modes/tables",
-    "noise",
     "observables",
     "piecewise",
     "returnmap.py",
@@ -38,7 +37,6 @@ LATER_SHAPES = (
     "modes/march/returns.py",
     "modes/paths/path.py",
     "noise/modes.py",
-    "noise/orbit.py",
     "observables/flights.py",
 )
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
@@ -63,6 +61,8 @@ SOURCES = (
     ("engine/steps.py", "Taylor's theorem"),
     ("modes/definitions/events/contact.py", "Nordmark and P. Piiroinen"),
     ("modes/definitions/events/sliding.py", "Filippov"),
+    ("noise/flight.py", "Gillespie"),
+    ("noise/orbit.py", "Uhlenbeck and L. S. Ornstein", "Gillespie"),
 )
 
 

@@ -100,7 +100,7 @@ class SpectralKernel(MotionKernel):
         """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`."""
         first = noisy.Step(self.flow, noisy.Law(*map(float, law)), (0.0, 0.0, 0.0, 0.0), float(chatter))
         ball, count, out = np.zeros(noisy.NUMBERS), np.zeros(noisy.COUNTS, np.int64), noisy.Realisation(*tables)
-        noisy.ready(first.p, ball, count, first.law.sigma * rng.standard_normal(), out)
+        noisy.prepare(first.p, ball, count, first.law.sigma * rng.standard_normal(), out)
         while count[noisy.FATE] == noisy.UNDER_WAY and count[noisy.MADE] < len(out.codes):
             noisy.noisy_orbit(first, step, rng.standard_normal((STEPS, parts, 3)), ball, count, out)
             check_stop()

@@ -1,6 +1,6 @@
 """Flights under noise: the contribution of the noise as a quintic over a step, and the time at which a wall is met in it.
 
-The exact steps and the impacts are in `orbit.py`.
+The exact steps, after D. T. Gillespie (Phys. Rev. E 54, 1996), and the impacts are in `orbit.py`.
 """
 
 import math
@@ -35,15 +35,15 @@ def noise_over(normals, step, eta):
     n, m = 0.0, 0.0
     for x, y, z in normals:
         n, m, eta = (
-            moved_by(step, N, n, m, eta) + step[ROOT, N, N] * x,
-            moved_by(step, RATE, n, m, eta) + step[ROOT, RATE, N] * x + step[ROOT, RATE, RATE] * y,
+            transition_row(step, N, n, m, eta) + step[ROOT, N, N] * x,
+            transition_row(step, RATE, n, m, eta) + step[ROOT, RATE, N] * x + step[ROOT, RATE, RATE] * y,
             step[LAW, ETA, ETA] * eta + step[ROOT, ETA, N] * x + step[ROOT, ETA, RATE] * y + step[ROOT, ETA, ETA] * z,
         )
     return n, m, eta
 
 
 @inlined
-def moved_by(step, row, n, m, eta):
+def transition_row(step, row, n, m, eta):
     """A row of the transition over an exact step."""
     return step[LAW, row, N] * n + step[LAW, row, RATE] * m + step[LAW, row, ETA] * eta
 
@@ -59,7 +59,7 @@ def quintic(h, first, n, m, last):
 
 
 @inner
-def shifted(q, s):
+def expand_about(q, s):
     """The quintic about s."""
     b, c, d, e = q
     return Expansion(
@@ -73,7 +73,7 @@ def shifted(q, s):
 
 
 @inner
-def moved(p, n, x):
+def position_at(p, n, x):
     """The displacement of the ball a time x after its last event, and its velocity."""
     d, v, _, _, _, _ = evaluate(p, x)
     d += x * (n.rate + x * (n.second + x * (n.third + x * (n.fourth + x * n.fifth))))
@@ -83,19 +83,19 @@ def moved(p, n, x):
 @inner
 def gap(p, n, sign, room, x):
     """The gap to the wall on one side, and its rate."""
-    d, v = moved(p, n, x)
+    d, v = position_at(p, n, x)
     return room - sign * d, -sign * v
 
 
 @inner
-def closed(p, n, sign, x):
+def is_closed(p, n, sign, x):
     """True if the ball is not clear of the wall just left."""
     y, _ = gap(p, n, sign, 0.0, x)
     return not y > 0.0
 
 
 @inner
-def least(p, n, sign, room, end):
+def time_of_minimum(p, n, sign, room, end):
     """The time at which a gap that shrinks at first and grows in the end is least, by bisection."""
     low, high = 0.0, end
     for _ in range(HALVINGS):
@@ -109,7 +109,7 @@ def least(p, n, sign, room, end):
 
 
 @inner
-def root(p, n, sign, room, low, high):
+def zero_of_gap(p, n, sign, room, low, high):
     """The zero of a gap that is positive at `low` and not at `high`, by Newton steps within the bracket."""
     x = high
     for _ in range(100):
@@ -127,7 +127,7 @@ def root(p, n, sign, room, low, high):
 
 
 @inner
-def met_ahead(p, n, sign, room, end):
+def time_to_wall(p, n, sign, room, end):
     """The time at which a wall that the ball is clear of is first met, or infinity: its gap is closed at the end, or where it is
     least.
     """
@@ -138,27 +138,27 @@ def met_ahead(p, n, sign, room, end):
         _, u = gap(p, n, sign, room, 0.0)
         if not u < 0.0:
             return math.inf
-        end = least(p, n, sign, room, end)
+        end = time_of_minimum(p, n, sign, room, end)
         y, _ = gap(p, n, sign, room, end)
         if y > 0.0:
             return math.inf
-    return root(p, n, sign, room, 0.0, end)
+    return zero_of_gap(p, n, sign, room, 0.0, end)
 
 
 @inner
-def met_again(p, n, sign, end):
+def time_to_same_wall(p, n, sign, end):
     """The time at which the wall just left is met again, or infinity; zero if the ball does not lift off."""
     _, u = gap(p, n, sign, 0.0, 0.0)
     a, _, _, _ = start(p)
     b = -sign * (a + 2.0 * n.second)
     hop = -HOP * u / b if b < 0.0 else math.inf
-    if hop < end and closed(p, n, sign, hop):
+    if hop < end and is_closed(p, n, sign, hop):
         end = hop
-    elif not closed(p, n, sign, end):
+    elif not is_closed(p, n, sign, end):
         return math.inf
     low = end
     for _ in range(HALVINGS):
         low *= 0.5
-        if not closed(p, n, sign, low):
-            return root(p, n, sign, 0.0, low, 2.0 * low)
+        if not is_closed(p, n, sign, low):
+            return zero_of_gap(p, n, sign, 0.0, low, 2.0 * low)
     return 0.0

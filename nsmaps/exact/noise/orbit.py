@@ -1,9 +1,10 @@
 """Orbits under additive Ornstein-Uhlenbeck forcing, from grid point to grid point of its exact discretisation.
 
-Flights obey z'' = -k z - c z' + f(t), and noise eta(t) is added to f. By superposition the place is that of the deterministic
-flight plus n(t), n'' = eta - k n - c n', and (n, n', eta) is Gaussian and is drawn exactly at the grid points. Between them n is
-the quintic through its value and two derivatives at either end. At impacts the deterministic flight starts anew, and the noise
-continues.
+Flights obey z'' = -k z - c z' + f(t), and the noise eta of an Ornstein-Uhlenbeck process (G. E. Uhlenbeck and L. S. Ornstein,
+Phys. Rev. 36, 1930) is added to f. By superposition the place is that of the deterministic flight plus n(t), n'' = eta - k n -
+c n', and (n, n', eta) is Gaussian and is drawn exactly at the grid points (D. T. Gillespie, Phys. Rev. E 54, 1996). Between them
+n is the quintic through its value and two derivatives at either end. At impacts the deterministic flight starts anew, and the
+noise continues.
 """
 
 import math
@@ -32,7 +33,15 @@ from nsmaps.exact.engine.returns import (
     may_be_summed,
     phase_and_turns,
 )
-from nsmaps.exact.noise.flight import HALVINGS, met_again, met_ahead, moved, noise_over, quintic, shifted
+from nsmaps.exact.noise.flight import (
+    HALVINGS,
+    expand_about,
+    noise_over,
+    position_at,
+    quintic,
+    time_to_same_wall,
+    time_to_wall,
+)
 
 LONGEST_FLIGHT = 1000.0  # periods, if the system's horizon is longer
 START = 0  # the row of the start
@@ -76,7 +85,7 @@ class Step(NamedTuple):
 @inner
 def eta_at(step, s):
     """The noise at a time s in the step."""
-    n = shifted(step.noise, s)
+    n = expand_about(step.noise, s)
     return 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
 
 
@@ -87,16 +96,16 @@ def next_wall(p, ball, count, n, end):
     top, bottom = wall_places(p)
     left, above, below = 0 if count[LEFT] == 0 else 1 if count[UP] else -1, math.inf, math.inf
     if has_up:
-        above = met_again(p, n, 1.0, end) if left > 0 else met_ahead(p, n, 1.0, top - ball[PLACE], end)
+        above = time_to_same_wall(p, n, 1.0, end) if left > 0 else time_to_wall(p, n, 1.0, top - ball[PLACE], end)
     if has_down:
-        below = met_again(p, n, -1.0, end) if left < 0 else met_ahead(p, n, -1.0, ball[PLACE] - bottom, end)
+        below = time_to_same_wall(p, n, -1.0, end) if left < 0 else time_to_wall(p, n, -1.0, ball[PLACE] - bottom, end)
     return (above, True) if above <= below else (below, False)
 
 
 @inner
 def pressing(step, ball, up, w, s):
     """The acceleration into a wall a time s into the step, at velocity w."""
-    p, n = step.p, shifted(step.noise, s)
+    p, n = step.p, expand_about(step.noise, s)
     top, bottom = wall_places(p)
     phi, _ = phase_and_turns(p, ball[ANGLE], s)
     begin(p, angle(phi), top if up else bottom, w)
@@ -106,7 +115,7 @@ def pressing(step, ball, up, w, s):
 
 
 @inner
-def lift(step, ball, up):
+def time_to_release(step, ball, up):
     """The time in the step at which a wall no longer presses, or infinity."""
     low, high = ball[NOW], step.law.step
     if pressing(step, ball, up, 0.0, low) <= 0.0:
@@ -152,7 +161,7 @@ def word_of(count):
 
 
 @inner
-def hit(p, ball, count, up, v, impacts):
+def record_impact(p, ball, count, up, v, impacts):
     """Record an impact in the word and in the list of impacts."""
     same, letter = up == (count[UP] == 1), BASE if up == on_top(p) else OTHER
     count[CODE], count[POWER], count[LETTER], count[ROW] = append_impact(word_of(count), base_of(p), same, letter)
@@ -165,7 +174,7 @@ def hit(p, ball, count, up, v, impacts):
 
 
 @inner
-def returned(step, ball, count, v, how, out):
+def write_return(step, ball, count, v, how, out):
     """Write one return of the ball, which stands on the base wall."""
     p, i, word = step.p, count[MADE], word_of(count)
     after = i + 1
@@ -185,16 +194,16 @@ def begin_word(count):
 
 
 @inner
-def through(step, ball, count, out):
+def advance(step, ball, count, out):
     """Advance through one step: every impact and release in it, up to the last return for which there is room."""
     p, h = step.p, step.law.step
     while count[MADE] < len(out.codes) and count[BOUNCES] <= MOST_IMPACTS:
         if count[RESTING]:
-            s = lift(step, ball, count[UP] == 1)
+            s = time_to_release(step, ball, count[UP] == 1)
             if s == math.inf:
                 break
             ball[NOW] = s
-        n = shifted(step.noise, ball[NOW])
+        n = expand_about(step.noise, ball[NOW])
         phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
         begin(p, angle(phi), ball[PLACE] - n.value, ball[VELOCITY] * (count[RESTING] == 0) - n.rate)
         left = h - ball[NOW]
@@ -207,23 +216,26 @@ def through(step, ball, count, out):
             count[CODE], count[POWER], count[LETTER], count[ROW] = append_rest(word_of(count), base_of(p), ended)
             count[RESTING], count[LEFT], ball[VELOCITY], ball[ALOFT] = 0, 1, 0.0, -ball[NOW]
             if (count[UP] == 1) == on_top(p):
-                returned(step, ball, count, 0.0, STUCK, out)
+                write_return(step, ball, count, 0.0, STUCK, out)
                 continue
-        d, v = moved(p, n, min(x, left))
+        d, v = position_at(p, n, min(x, left))
         if x == math.inf:
             ball[PLACE], ball[VELOCITY], count[LEFT] = ball[PLACE] + d, v, 0
             break
         ball[NOW] += x
         v = max(v if up else -v, 0.0)
-        hit(p, ball, count, up, v, out.impacts)
+        record_impact(p, ball, count, up, v, out.impacts)
         if up == on_top(p):
-            returned(step, ball, count, v, RETURNED, out)
+            write_return(step, ball, count, v, RETURNED, out)
         bounce(step, ball, count, v)
 
 
 @entry
-def ready(p, ball, count, eta, out):
-    """Prepare a ball for its first step, with the noise at its start."""
+def prepare(p, ball, count, eta, out):
+    """Prepare a ball for its first step, with the noise at its start.
+
+    Its record has the shapes (NUMBERS,) and (COUNTS,).
+    """
     v, phi = out.states[START, SPEED], out.states[START, PHASE]
     ball[ANGLE], ball[ETA], out.eta[START] = phi, eta, eta
     begin_word(count)
@@ -250,7 +262,7 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
         if count[STEPS] == 0:
             ball[ANGLE], count[WHOLE] = phase_and_turns(p, ball[ANGLE], 0.0)
             bounce(now, ball, count, out.states[START, SPEED])
-        through(now, ball, count, out)
+        advance(now, ball, count, out)
         if count[RESTING]:
             ball[RESTED], ball[ALOFT] = ball[RESTED] + h, -h
         if ball[RESTED] > max_rest:
@@ -267,7 +279,7 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
 
 @entry
 def finish(count, out):
-    """Fill the tables of an orbit that ended."""
+    """Fill the tables of an orbit that ended, with its record `count`, shape (COUNTS,)."""
     first, after = count[MADE], count[MADE] + 1
     out.states[after:], out.eta[after:], out.time[first:] = math.nan, math.nan, math.nan
     out.turns[first:], out.codes[first:], out.outcome[first:] = 0, 0, count[FATE]

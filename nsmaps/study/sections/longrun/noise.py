@@ -228,7 +228,7 @@ NOISE = Section[NoiseSection](
     stored=NoiseFields,
     holds={
         "dynamics.diagrams.impacts": ("ImpactDiagram",),
-        "dynamics.noise.orbits": ("Noise",),
+        "dynamics.noise.law": ("Noise",),
         "dynamics.noise.residence": ("Residence",),
         "study.sections.fields": ("NoiseResult",),
     },
