@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.enclosure.arithmetic.balls import between, exact, high, low, size
-from nsmaps.exact.enclosure.encounters import first_impacts
+from nsmaps.exact.enclosure.encounters import BASE_LETTER, first_impacts
 from nsmaps.exact.enclosure.images import LOWER, UPPER
 from nsmaps.exact.enclosure.subdivide import (
     FIRST,
@@ -14,16 +14,14 @@ from nsmaps.exact.enclosure.subdivide import (
     SLACK,
     SMALL,
     BoxMemory,
-    CellImages,
-    ImageRows,
     Progress,
-    add_image,
     all_finite,
     box_memory,
     copy_sides,
     enclose_boxes,
     follow_sets,
     put_word,
+    unite_image,
 )
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flight.flow import on_top, walls_of
@@ -31,7 +29,7 @@ from nsmaps.exact.engine.jit import allocating, entry, inlined, inner
 from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
 LOOSE = 1.1  #: width of the image of a whole box over its linear part, above which corners are used
-BASE_LETTER, OTHER_LETTER = 1, 2  #: digits of the walls in words
+OTHER_LETTER = 2  #: digit of the other wall in words
 BASE_OF_ONE_WALL, BASE_OF_TWO_WALLS = 4, 5  #: of codes of words
 
 
@@ -42,7 +40,6 @@ class SetMemory(NamedTuple):
     parts: Any  #: shape (MOST_PARTS, ROW), sets that wait
     hits: Any  #: shape (MOST_HITS, ROW), sets at impacts
     ends: Any  #: shape (2, 2), a tightened image
-    spread: Any  #: shape (2,), of the set in flight, by each coordinate
 
 
 compiled_box_memory = allocating(box_memory)
@@ -52,7 +49,7 @@ compiled_box_memory = allocating(box_memory)
 def set_memory():
     """A workspace."""
     parts, hits = np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW))
-    return SetMemory(compiled_box_memory(2, PHASE), parts, hits, np.empty((2, 2)), np.empty(2))
+    return SetMemory(compiled_box_memory(2, PHASE), parts, hits, np.empty((2, 2)))
 
 
 @inner
@@ -67,9 +64,10 @@ def take_impact(p, hit, word, progress, w):
     """Add an impact on the base wall to the images, and one on the other wall to the sets that wait."""
     impact, on_base = w.hits[hit], (w.hits[hit, ON_TOP] > 0.0) == on_top(p)
     waiting, images, whole = progress.waiting, progress.images, progress.whole and impact[SMOOTH] > 0.0
-    if word.place_value == 0 or not (on_base or waiting < len(w.parts)):
+    (code, place_value), base = word, word_base(p)
+    if place_value == 0 or not (on_base or waiting < len(w.parts)):
         return Progress(-1, images, True, False)
-    code, place_value = append_symbol(word.code, word.place_value, word_base(p), BASE_LETTER if on_base else OTHER_LETTER, 1)
+    code, place_value = append_symbol(code, place_value, base, BASE_LETTER if on_base else OTHER_LETTER, 1)
     if not on_base:
         put_word(w.box, waiting, code, place_value)
         for c in range(ROW):
@@ -78,16 +76,7 @@ def take_impact(p, hit, word, progress, w):
     v, phi = box_of(impact)
     w.box.side[SPEED, LOWER], w.box.side[SPEED, UPPER] = max(low(v), 0.0), high(v)
     w.box.side[PHASE, LOWER], w.box.side[PHASE, UPPER] = low(phi), high(phi)
-    return Progress(waiting, add_image(w.box, images, code), progress.missing, whole)
-
-
-@inner
-def first_impacts_of(p, part, w):
-    """All possible first impacts of a set that waits; the spread of the first flight of a cell is kept."""
-    flight = first_impacts(p, part, w)
-    if not max(w.box.spread[SPEED], w.box.spread[PHASE]) > 0.0:
-        w.box.spread[SPEED], w.box.spread[PHASE] = w.spread[SPEED], w.spread[PHASE]
-    return flight
+    return Progress(waiting, unite_image(w.box.codes, w.box.images, images, code, w.box.side), progress.missing, whole)
 
 
 @inner
@@ -98,8 +87,7 @@ def set_images(p, v, phi, w):
     put_set(w.parts[FIRST], on_top(p), box_set(v, phi), True)
     code, place_value = append_symbol(0, 1, word_base(p), BASE_LETTER, 1)
     put_word(w.box, FIRST, code, place_value)
-    w.box.spread[SPEED], w.box.spread[PHASE] = 0.0, 0.0
-    found, bounded = follow_sets(p, 0, w, first_impacts_of, take_impact)
+    found, bounded = follow_sets(p, 0, w, first_impacts, take_impact)
     return found.images, bounded and all_finite(w.box.images, found.images), found.missing, found.whole
 
 
@@ -112,23 +100,23 @@ def cell_images(p, k, w):
     loose = missing or not whole or number != 1
     if bounded and not loose:
         loose = sharpen(p, cell, w, SLACK if k > 0 else LOOSE)
-    return CellImages(number, bounded, missing, loose)
+    return number, bounded, missing, loose
 
 
 @inner
 def sharpen(p, cell, w, widest):
     """Tighten the one image of a cell where the map is monotone, and write its spread by each coordinate: True if it is loose."""
     image, code, floor = get_set(w.hits[FIRST]), w.box.codes[FIRST], SMALL * SMALL
-    one, d, r = image.d, image.all_d, image.r
+    one, d, (r_1, r_2) = image.d, image.all_d, image.r
     copy_sides(w.box.images[FIRST], w.ends)
-    linear_v = abs(one.v_1.centre) * r.x_1 + abs(one.v_2.centre) * r.x_2 + floor * size(image.box_v)
-    linear_phi = abs(one.phi_1.centre) * r.x_1 + abs(one.phi_2.centre) * r.x_2 + floor
+    linear_v = abs(one.v_1.centre) * r_1 + abs(one.v_2.centre) * r_2 + floor * size(image.box_v)
+    linear_phi = abs(one.phi_1.centre) * r_1 + abs(one.phi_2.centre) * r_2 + floor
     loose_v = sharpen_side(p, cell, w, SPEED, (d.v_1, d.v_2), image.box_v.radius / linear_v, widest)
     loose_phi = sharpen_side(p, cell, w, PHASE, (d.phi_1, d.phi_2), image.box_phi.radius / linear_phi, widest)
     w.box.codes[FIRST] = code
     copy_sides(w.ends, w.box.images[FIRST])
     by_v, by_phi = size(d.v_1) + size(d.phi_1), size(d.v_2) + size(d.phi_2)
-    w.box.spread[SPEED], w.box.spread[PHASE] = by_v * r.x_1, by_phi * r.x_2
+    w.box.spread[SPEED], w.box.spread[PHASE] = by_v * r_1, by_phi * r_2
     return loose_v or loose_phi
 
 
@@ -161,6 +149,6 @@ def corner(cell, c, slope, end):
 
 
 @entry
-def all_box_images(p, boxes, codes, images, number, empty, bounded):
-    """Write the images of boxes of shape (N, 2, 2) into the fields of `ImageRows`; returns their number."""
-    return enclose_boxes(p, boxes, ImageRows(codes, images, number, empty, bounded), set_memory(), cell_images)
+def all_box_images(p, boxes, rows):
+    """Write the images of boxes of shape (N, 2, 2): see `enclose_boxes`."""
+    return enclose_boxes(p, boxes, rows, set_memory(), cell_images)

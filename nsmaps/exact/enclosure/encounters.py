@@ -1,16 +1,15 @@
 """All possible first impacts of a Taylor set of states on its way from a wall: see `first_events`."""
 
-import math
 from typing import NamedTuple
 
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.enclosure.arithmetic.balls import ZERO, badd, between, bplus, bsub, exact, high, low, size
-from nsmaps.exact.enclosure.first_events import follow_flight, step_within
+from nsmaps.exact.enclosure.first_events import follow_flight, passing_time, step_within
 from nsmaps.exact.enclosure.flight.flow import at_time, ball_motion, ball_places, ball_rate
 from nsmaps.exact.enclosure.landing import Gap, Impact, bend_within, gap_to, land_set
-from nsmaps.exact.enclosure.subdivide import SPENT, SetFlight
+from nsmaps.exact.enclosure.subdivide import CODE, SPENT, SetFlight
 from nsmaps.exact.enclosure.taylor_set import box_of, box_set, launch_set, narrow_motion, put_set
-from nsmaps.exact.engine.constants import FAR, FOUR, FOURTH, INWARD, LATEST, NO_SPEED, SIXTH
+from nsmaps.exact.engine.constants import FAR, FOURTH, INWARD, LATEST, NO_SPEED, SIXTH
 from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import wall_gap
@@ -19,6 +18,7 @@ from nsmaps.exact.engine.steps import closes, first_step, is_converged, safe_ste
 
 CHATTERED = (1.0 + 1e-6) * SUMMED_SPEED  #: of the speed gained in a radian: slower impacts on the base wall are summed
 SURELY_OPEN = 1e-13  #: of the terms of a gap: a lower bound above it is beyond their rounding
+BASE_LETTER = 1  #: digit of the base wall, with which words begin
 MOST_AIMS = 3  #: of Newton's method for the time at which the centre lands
 
 
@@ -40,13 +40,6 @@ def clear_time(gap, launch):
     """A time for which the gap certainly stays open, for all states."""
     y = low(gap.y)
     return safe_step(y, low(gap.u), low(gap.b), low(gap.j), launch.jerk, launch.snap) * INWARD if y > 0.0 else 0.0
-
-
-@inner
-def passing_time(gap):
-    """An estimate of the time that a set takes to pass a wall."""
-    y, u, b = gap.y.radius, gap.u.centre, gap.b.centre
-    return FOUR * y / (abs(u) + math.sqrt(u * u + FOUR * y * abs(b)) + NO_SPEED)
 
 
 @inner
@@ -101,9 +94,10 @@ def landing_time(p, launch, near, gap):
 
 
 @inlined
-def keep_spread(w, by):
+def keep_spread(launch, w, by):
     """Keep the spread by each coordinate of the first flight of a cell."""
-    w.spread[SPEED], w.spread[PHASE] = by
+    if launch.first:
+        w.box.spread[SPEED], w.box.spread[PHASE] = by
 
 
 @inner
@@ -114,7 +108,7 @@ def land_on_wall(p, launch, near, number, w):
     room, root = room_up if near.upper else room_down, landing_time(p, launch, near, gap)
     impact = Impact(near.upper, room, near.time, near.time + LATEST * near.reach, root)
     steep, by = land_set(p, launch, impact, w.parts[launch.part], w.hits[number])
-    keep_spread(w, by)
+    keep_spread(launch, w, by)
     return steep
 
 
@@ -132,7 +126,7 @@ def survey_walls(p, launch, s, narrow, w):
     motion = launch.start
     if narrow:
         motion, by = narrow_motion(p, launch, s)
-        keep_spread(w, by)
+        keep_spread(launch, w, by)
     elif s > 0.0:
         at_time(p, exact(s))
         motion = ball_motion(p, p.whole, launch.w, 3)
@@ -167,7 +161,8 @@ def take_step(p, launch, near, number, w):
     first, leaves_up = near.time == 0.0, launch.up
     h_up = FAR if not has_up else first_clear_time(launch) if first and leaves_up else clear_time(near.up, launch)
     h_down = FAR if not has_down else first_clear_time(launch) if first and not leaves_up else clear_time(near.down, launch)
-    passing = passing_time(near.up if h_up < h_down else near.down)
+    gap = near.up if h_up < h_down else near.down
+    passing = passing_time(gap.y.radius, gap.u.centre, gap.b.centre)
     h, short = step_within(min(h_up, h_down), passing, near.time, FAR)
     if short and has_up and not h_up > h:
         number = record_passage(p, launch, near, True, h, w, number)
@@ -188,9 +183,9 @@ def may_stay(p, launch, row):
 @inner
 def first_impacts(p, part, w):
     """Write all possible first impacts of a set that waits, and its spread by each coordinate."""
-    row = w.parts[part]
-    launch = launch_set(p, part, row, horizon(p))
-    keep_spread(w, (launch.r.x_1, launch.r.x_2))
+    row, first = w.parts[part], w.box.words[part, CODE] == BASE_LETTER
+    launch = launch_set(p, part, first, row, horizon(p))
+    keep_spread(launch, w, launch.r)
     if may_stay(p, launch, row):
         return SetFlight(SPENT, 0, True)
     return follow_flight(p, launch, 0, w, survey_walls, land_on_wall, take_step)

@@ -13,13 +13,22 @@ A kind of sets is given by three functions, for which numba compiles the loop on
 - `take_step(p, flight, near, number, w)`: (a step of time, the number of events with those written within it).
 """
 
+import math
+
 from nsmaps.exact.enclosure.subdivide import GONE, LANDED, SPENT, SetFlight
+from nsmaps.exact.engine.constants import FOUR, NO_SPEED
 from nsmaps.exact.engine.jit import inlined, inner
 
 MOST_STEPS = 2_000  #: of one flight of a set
 SHORT = 0.125  #: steps are abandoned when shorter than this share of the time in which a set passes a guard
 RESERVE = 1.05  #: factor of an estimate that is to be proved a bound
 LEAST = 1e-15  #: of the time flown: no step is shorter
+
+
+@inlined
+def passing_time(y, u, b):
+    """An estimate of the time that a set takes to pass a guard whose function lies within +-y, with these rates."""
+    return FOUR * y / (abs(u) + math.sqrt(u * u + FOUR * y * abs(b)) + NO_SPEED)
 
 
 @inlined

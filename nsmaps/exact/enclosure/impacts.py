@@ -35,7 +35,7 @@ def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[..
     """The images of boxes (N, n, 2), which threads compute in chunks; a side of several turns of an angle is taken as one.
 
     Args:
-        enclose: of a chunk of boxes and the fields of `ImageRows`, of which it fills as many rows of images as it returns.
+        enclose: of a chunk of boxes and of rows, as many of which it fills as it returns: see `subdivide.enclose_boxes`.
     """
     (n, m), angles = start.shape[:2], system.coordinates.angles
     low, high = np.moveaxis(start, -1, 0)
@@ -48,7 +48,7 @@ def images_in_chunks(system: HybridFormulas, start: Floats, enclose: Callable[..
     def run(k: slice) -> None:
         rows = len(start[k]) * MOST_IMAGES  # memory is used for the rows that are written
         codes, images = np.empty(rows, np.int64), np.empty((rows, m, 2))
-        rows = enclose(start[k], codes, images, number[k], empty[k], bounded[k])
+        rows = enclose(start[k], (codes, images, number[k], empty[k], bounded[k]))
         if circles[k].any():
             images[:rows, :, UPPER] += FULL_TURN * np.repeat(circles[k], number[k], axis=0)
         parts[k.start] = codes[:rows], images[:rows]

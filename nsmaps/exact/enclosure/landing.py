@@ -82,13 +82,6 @@ class Passage(NamedTuple):
     x: MotionSlopes
 
 
-class TimeSlopes(NamedTuple):
-    """Derivatives of the time of impacts by x."""
-
-    s_1: Ball
-    s_2: Ball
-
-
 @inlined
 def gap_to(upper, room, motion):
     """The gap to a wall and its time derivatives, in balls."""
@@ -181,7 +174,7 @@ def impact_slopes(x, slope, a):
     function theorem.
     """
     s_1, s_2 = bmul(x.d_1, slope), bmul(x.d_2, slope)
-    return TimeSlopes(s_1, s_2), (bplus(x.v_1, a, s_1), bplus(x.v_2, a, s_2))
+    return (s_1, s_2), (bplus(x.v_1, a, s_1), bplus(x.v_2, a, s_2))
 
 
 @inner
@@ -245,15 +238,16 @@ def bends_over(p, launch, upper, a_set, passage, times):
 @inlined
 def reach_of(d_1, d_2, h, r):
     """The radius of d x + h x x/2."""
-    h_11, h_12, h_22 = h
-    bend = size(h_11) * r.x_1 * r.x_1 + 2.0 * size(h_12) * r.x_1 * r.x_2 + size(h_22) * r.x_2 * r.x_2
+    (h_11, h_12, h_22), (r_1, r_2) = h, r
+    bend = size(h_11) * r_1 * r_1 + 2.0 * size(h_12) * r_1 * r_2 + size(h_22) * r_2 * r_2
     return (spread(d_1, d_2, r) + 0.5 * bend) * GROW
 
 
 @inlined
 def impact_derivative(upper, v_x, d, omega, s_x):
     """The derivatives of speed and phase of impacts by x, from those of velocity and time."""
-    phi_1, phi_2, (v_1, v_2) = bplus(d.phi_1, omega, s_x.s_1), bplus(d.phi_2, omega, s_x.s_2), v_x
+    (s_1, s_2), (v_1, v_2) = s_x, v_x
+    phi_1, phi_2 = bplus(d.phi_1, omega, s_1), bplus(d.phi_2, omega, s_2)
     return Slopes(v_1, v_2, phi_1, phi_2) if upper else Slopes(bneg(v_1), bneg(v_2), phi_1, phi_2)
 
 

@@ -3,9 +3,11 @@
 A box is halved into cells where that tightens its images (R. E. Moore, R. B. Kearfott, M. J. Cloud, *Introduction to interval
 analysis*, SIAM 2009, on refinement). A kind of sets is given by three functions, for which numba compiles the driver:
 
-- `cell_images(p, k, w)`: the `CellImages` of cell k, which are written into the memory of boxes;
+- `cell_images(p, k, w)`: of the images of cell k, which are written into the memory of boxes, (their number, whether all are
+  bounded, whether some state may have none, whether halves of the cell have tighter ones);
 - `first_events(p, part, w)`: the `SetFlight` of a set that waits, whose possible first events are written into the workspace;
-- `take_event(p, hit, word, progress, w)`: the `Progress` after one of these events: images are added, or sets that wait.
+- `take_event(p, hit, word, progress, w)`: the `Progress` after one of these events, behind a word, a code and the place value of
+  the next letter: images are added, or sets that wait.
 
 Here p is the table of a system, and w the workspace of the kind, with the memory of boxes `w.box`.
 """
@@ -46,23 +48,6 @@ class BoxMemory(NamedTuple):
     words: Any  #: shape (MOST_PARTS + 1, 2), of each set that waits: code of its word so far, place value of the next letter
 
 
-class ImageRows(NamedTuple):
-    """Rows that are filled for N boxes, up to `MOST_IMAGES` of each, in order."""
-
-    codes: Any  #: shape (M,), words
-    images: Any  #: shape (M, m, 2)
-    number: Any  #: shape (N,), images of each box
-    empty: Any  #: shape (N,), whether some state may have no image
-    bounded: Any  #: shape (N,), whether the images contain those of all states
-
-
-class Word(NamedTuple):
-    """A word so far."""
-
-    code: int
-    place_value: int  #: of the next letter; zero if the word is longer than codes hold
-
-
 class SetFlight(NamedTuple):
     """The flight of a set to all of its possible first events."""
 
@@ -78,15 +63,6 @@ class Progress(NamedTuple):
     images: int  #: number of images of the cell
     missing: bool  #: whether some state may have no image
     whole: bool  #: whether all states take one way: no graze cuts the sets
-
-
-class CellImages(NamedTuple):
-    """The images of a cell."""
-
-    number: int
-    bounded: bool  #: whether they contain those of all states
-    missing: bool  #: whether some state may have no image
-    loose: bool  #: whether halves of the cell have tighter images
 
 
 def box_memory(coordinates: int, phase: int) -> BoxMemory:
@@ -136,12 +112,6 @@ def unite_image(codes, images, number, code, side):
 
 
 @inner
-def add_image(box, number, code):
-    """Add the image in `box.side` to those of a cell; returns their number."""
-    return unite_image(box.codes, box.images, number, code, box.side)
-
-
-@inner
 def all_finite(images, number):
     """True if the first images, so many, are finite boxes."""
     for k in range(number):
@@ -160,7 +130,7 @@ def follow_sets(p, images, w, first_events, take_event):
         if progress.waiting <= 0:
             break
         part = progress.waiting - 1
-        word = Word(w.box.words[part, CODE], w.box.words[part, PLACE_VALUE])
+        word = w.box.words[part, CODE], w.box.words[part, PLACE_VALUE]
         flight = first_events(p, part, w)
         missing = progress.missing or flight.missing or flight.ended != LANDED
         progress = Progress(-1 if flight.ended == SPENT else part, progress.images, missing, progress.whole)
@@ -198,15 +168,15 @@ def enclose_box(p, codes, images, w, cell_images):
     """
     number, last, missing, k = 0, 1, False, 0
     while k < last:
-        cell = cell_images(p, k, w)
-        limit = MOST_CELLS if cell.bounded and not cell.missing else len(w.box.cells)
-        if (cell.loose or not cell.bounded) and last + 2 <= limit and halve(w.box, k, last):
+        found, bounded, without, loose = cell_images(p, k, w)
+        limit = MOST_CELLS if bounded and not without else len(w.box.cells)
+        if (loose or not bounded) and last + 2 <= limit and halve(w.box, k, last):
             last += 2
-        elif not cell.bounded:
+        elif not bounded:
             return 0, False, True
         else:
-            missing = missing or cell.missing
-            for i in range(cell.number):
+            missing = missing or without
+            for i in range(found):
                 number = unite_image(codes, images, number, w.box.codes[i], w.box.images[i])
         k += 1
     return number, True, missing
@@ -227,11 +197,15 @@ def first_cell(box, sides):
 
 @inner
 def enclose_boxes(p, boxes, rows, w, cell_images):
-    """Write the images of boxes of shape (N, m, 2) into `ImageRows`; returns their number."""
+    """Write the images of boxes of shape (N, m, 2), up to `MOST_IMAGES` of each, into rows of codes of words and of boxes, in
+    order, and of each box the number of its images, whether some state may have none and whether they contain all; returns the
+    number of rows.
+    """
+    all_codes, all_images, numbers, all_empty, all_bounded = rows
     total, room = 0, len(w.box.codes)
     for i in range(len(boxes)):
         turns = first_cell(w.box, boxes[i])
-        codes, images = rows.codes[total : total + room], rows.images[total : total + room]
+        codes, images = all_codes[total : total + room], all_images[total : total + room]
         number, bounded, empty = enclose_box(p, codes, images, w, cell_images)
         if not bounded:
             number, codes[FIRST] = 1, 0
@@ -241,6 +215,6 @@ def enclose_boxes(p, boxes, rows, w, cell_images):
                 lower, upper = images[k, w.box.phase, LOWER], images[k, w.box.phase, UPPER]
                 images[k, w.box.phase, LOWER] = low(badd(exact(lower), turns))
                 images[k, w.box.phase, UPPER] = high(badd(exact(upper), turns))
-        rows.number[i], rows.bounded[i], rows.empty[i] = number, bounded, empty
+        numbers[i], all_bounded[i], all_empty[i] = number, bounded, empty
         total += number
     return total

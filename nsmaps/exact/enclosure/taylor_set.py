@@ -8,7 +8,7 @@ power of 1/rate, D as the first, and the box does not grow; elsewhere H makes th
 that of the box and, by the mean value theorem, that of the centre plus its derivative over the set times x.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from nsmaps.exact.enclosure.arithmetic.balls import (
     GROW,
@@ -21,8 +21,10 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     bmul,
     bneg,
     exact,
-    put_ball,
+    four_balls,
+    put_balls,
     size,
+    two_balls,
     widen,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bangle
@@ -42,15 +44,8 @@ from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
 
 # A row of a table of Taylor sets, balls in pairs of numbers
-AT_SPEED, AT_PHASE, AT_SLOPES, AT_ALL_SLOPES, AT_BENDS, AT_RADII, AT_BOX_SPEED, AT_BOX_PHASE = 0, 2, 4, 12, 20, 32, 34, 36
+AT_CENTRE, AT_SLOPES, AT_ALL_SLOPES, AT_BENDS, AT_LAST_BENDS, AT_RADII, AT_BOX = 0, 4, 12, 20, 28, 32, 34
 ON_TOP, SMOOTH, ROW = 38, 39, 40
-
-
-class Radii(NamedTuple):
-    """The radii of x."""
-
-    x_1: float
-    x_2: float
 
 
 class Slopes(NamedTuple):
@@ -81,7 +76,7 @@ class TaylorSet(NamedTuple):
     d: Slopes  #: at the centre
     all_d: Slopes  #: over the set
     h: Bends  #: over the set
-    r: Radii
+    r: Any  #: radii of x_1 and x_2
     box_v: Ball
     box_phi: Ball
 
@@ -108,11 +103,12 @@ class Launch(NamedTuple):
     """The flights of a Taylor set."""
 
     part: int  #: place of the set among those that wait
+    first: bool  #: whether it is the first flight of the set of a cell
     up: bool  #: whether it starts on the upper wall
     w: Ball  #: velocities at the start, over the set
     centre: Ball  #: that of the centre
     y: StartSlopes  #: over the set
-    r: Radii
+    r: Any  #: radii of x_1 and x_2
     start: Motion  #: over the set
     jerk: float  #: bounds for all times, of the absolute value
     snap: float
@@ -124,72 +120,46 @@ def box_set(v, phi):
     """The Taylor set that fills a box."""
     unit = Slopes(ONE, ZERO, ZERO, ONE)
     flat = Bends(ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
-    return TaylorSet(exact(v.centre), exact(phi.centre), unit, unit, flat, Radii(v.radius, phi.radius), v, phi)
-
-
-@inlined
-def put_balls(row, k, balls):
-    """Write balls from place k of a row on."""
-    for ball in balls:
-        put_ball(row, k, ball)
-        k += 2
+    return TaylorSet(exact(v.centre), exact(phi.centre), unit, unit, flat, (v.radius, phi.radius), v, phi)
 
 
 @inlined
 def put_set(row, upper, a_set, smooth):
     """Write a Taylor set into a row of a table."""
-    put_balls(row, AT_SPEED, (a_set.v, a_set.phi))
+    put_balls(row, AT_CENTRE, (a_set.v, a_set.phi))
     put_balls(row, AT_SLOPES, a_set.d)
     put_balls(row, AT_ALL_SLOPES, a_set.all_d)
     put_balls(row, AT_BENDS, a_set.h)
-    put_balls(row, AT_RADII, (Ball(a_set.r.x_1, a_set.r.x_2), a_set.box_v, a_set.box_phi))
+    put_balls(row, AT_RADII, (Ball(*a_set.r), a_set.box_v, a_set.box_phi))
     row[ON_TOP], row[SMOOTH] = 1.0 if upper else 0.0, 1.0 if smooth else 0.0
-
-
-@inlined
-def slopes_in(row, k):
-    """The first derivatives from place k of a row on."""
-    return Slopes(ball_in(row, k), ball_in(row, k + 2), ball_in(row, k + 4), ball_in(row, k + 6))
-
-
-@inlined
-def bends_in(row, k):
-    """The second derivatives from place k of a row on."""
-    v_11, v_12, v_22 = ball_in(row, k), ball_in(row, k + 2), ball_in(row, k + 4)
-    return Bends(v_11, v_12, v_22, ball_in(row, k + 6), ball_in(row, k + 8), ball_in(row, k + 10))
 
 
 @inlined
 def get_set(row):
     """The Taylor set in a row of a table."""
-    d, all_d, h = slopes_in(row, AT_SLOPES), slopes_in(row, AT_ALL_SLOPES), bends_in(row, AT_BENDS)
-    v, phi = box_of(row)
-    return TaylorSet(ball_in(row, AT_SPEED), ball_in(row, AT_PHASE), d, all_d, h, radii(row), v, phi)
-
-
-@inlined
-def radii(row):
-    """The radii of x of the Taylor set in a row."""
-    r = ball_in(row, AT_RADII)
-    return Radii(r.centre, r.radius)
+    d, all_d = Slopes(*four_balls(row, AT_SLOPES)), Slopes(*four_balls(row, AT_ALL_SLOPES))
+    h, (r_1, r_2) = Bends(*four_balls(row, AT_BENDS), *two_balls(row, AT_LAST_BENDS)), ball_in(row, AT_RADII)
+    return TaylorSet(*two_balls(row, AT_CENTRE), d, all_d, h, (r_1, r_2), *box_of(row))
 
 
 @inlined
 def box_of(row):
     """The box of the Taylor set in a row."""
-    return ball_in(row, AT_BOX_SPEED), ball_in(row, AT_BOX_PHASE)
-
-
-@inlined
-def spread(a, b, r):
-    """The radius of a x_1 + b x_2."""
-    return (size(a) * r.x_1 + size(b) * r.x_2) * GROW
+    return two_balls(row, AT_BOX)
 
 
 @inlined
 def spreads(a, b, r):
     """The radii of a x_1 and of b x_2."""
-    return size(a) * r.x_1, size(b) * r.x_2
+    r_1, r_2 = r
+    return size(a) * r_1, size(b) * r_2
+
+
+@inlined
+def spread(a, b, r):
+    """The radius of a x_1 + b x_2."""
+    by_1, by_2 = spreads(a, b, r)
+    return (by_1 + by_2) * GROW
 
 
 @inner
@@ -219,7 +189,7 @@ def start_slopes(d, slope):
 
 
 @inner
-def launch_set(p, part, row, last):
+def launch_set(p, part, first, row, last):
     """Write the part of the flights of the set in a row, and of its centre, that does not depend on time: the `Launch`."""
     a_set, up = get_set(row), row[ON_TOP] > 0.0
     top, bottom = ball_places(p)
@@ -233,7 +203,7 @@ def launch_set(p, part, row, last):
     jerk, snap = ball_bounds(p, p.whole)
     acceleration, jerk_then = ball_start(p, whole, z, w)
     y, start = start_slopes(a_set.all_d, slope), Motion(ZERO, w, acceleration, jerk_then)
-    return Launch(part, up, w, centre, y, a_set.r, start, jerk * OUTWARD, snap * OUTWARD, last)
+    return Launch(part, first, up, w, centre, y, a_set.r, start, jerk * OUTWARD, snap * OUTWARD, last)
 
 
 @inlined

@@ -196,6 +196,26 @@ def ball_in(numbers, k):
 
 
 @inlined
+def two_balls(numbers, k):
+    """The balls from place k of an array on."""
+    return ball_in(numbers, k), ball_in(numbers, k + 2)
+
+
+@inlined
+def four_balls(numbers, k):
+    """The balls from place k of an array on."""
+    return *two_balls(numbers, k), *two_balls(numbers, k + 4)
+
+
+@inlined
 def put_ball(numbers, k, ball):
     """Write a ball at place k of an array."""
     numbers[k], numbers[k + RADIUS] = ball.centre, ball.radius
+
+
+@inlined
+def put_balls(numbers, k, balls):
+    """Write balls from place k of an array on."""
+    for ball in balls:
+        put_ball(numbers, k, ball)
+        k += 2

@@ -23,12 +23,11 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     exact,
     put_ball,
     rounded,
+    two_balls,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
 from nsmaps.exact.enclosure.flight.terms import (
     Motion,
-    Rate,
-    Remainders,
     add_chains,
     add_rate,
     add_wave,
@@ -66,10 +65,9 @@ from nsmaps.exact.engine.flight.layout import (
     TOP,
     VELOCITY,
 )
-from nsmaps.exact.engine.flight.layout import (
-    ONE as CONSTANT,
-)
+from nsmaps.exact.engine.flight.layout import ONE as CONSTANT
 from nsmaps.exact.engine.flight.motion import pair
+from nsmaps.exact.engine.flight.remainders import Remainders
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import write_law_ball
 
@@ -125,7 +123,7 @@ def ball_rebound(p, up, v):
     values = t.ctypes.data + NUMBER * int(t[AT_PARAMETERS])
     out = p.basis  # scratch space: rewritten for every time
     write_law_ball(int(t[BALL_LAW + k]), v.centre, v.radius, values, t.ctypes.data + NUMBER * out)
-    return ball_in(t, out), ball_in(t, out + 2), ball_in(t, out + 4)
+    return *two_balls(t, out), ball_in(t, out + 4)
 
 
 @inlined
@@ -207,7 +205,7 @@ def chained_rate(t, i, rate):
         return rate, 0
     re, im = rate
     re = bhull(re, bsub(re, rounded(t[chain + DIFFERENCE_RE])))
-    return Rate(re, bhull(im, bsub(im, rounded(t[chain + DIFFERENCE_IM])))), power
+    return (re, bhull(im, bsub(im, rounded(t[chain + DIFFERENCE_IM])))), power
 
 
 @inner
@@ -236,9 +234,10 @@ def apply_coefficients(p, c, which, orders):
     total = polynomial(t, k, n, s)
     k += 2 * n
     for i in range(int(t[SIMPLE])):
-        rate, coefficients, here = rate_of(t, i), (ball_in(t, k), ball_in(t, k + 2)), remainders_in(p, i)
-        if rate.re.centre == 0.0:
-            total = add_wave(total, rate.im, coefficients, here, orders)
+        rate, coefficients, here = rate_of(t, i), two_balls(t, k), remainders_in(p, i)
+        alpha, omega = rate
+        if alpha.centre == 0.0:
+            total = add_wave(total, omega, coefficients, here, orders)
         else:
             total = add_rate(total, rate, coefficients, here, orders)
         k += 4

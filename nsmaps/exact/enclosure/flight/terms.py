@@ -14,16 +14,18 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     bmul,
     bneg,
     bplus,
-    put_ball,
+    four_balls,
+    put_balls,
     rounded,
+    two_balls,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bgrowth, bwave
 from nsmaps.exact.engine.flight.layout import AT_CHAINS, AT_RATES, CHAIN, CHAIN_POWER, CHAINED, SIMPLE
 from nsmaps.exact.engine.flight.motion import pair
+from nsmaps.exact.engine.flight.remainders import Remainders
 from nsmaps.exact.engine.jit import inlined, inner
 
-RATE_BEGIN, RATE_SIZE = 2, 8  #: behind the ball of the time: four balls of each rate
-TWO_RE, TWO_IM, ONE_RE, ONE_IM = range(0, RATE_SIZE, 2)  #: these
+RATE_BEGIN, RATE_SIZE = 2, 8  #: behind the ball of the time: the four balls of the remainders of each rate
 
 
 class Motion(NamedTuple):
@@ -35,47 +37,26 @@ class Motion(NamedTuple):
     j: Ball
 
 
-class Rate(NamedTuple):
-    """A complex rate."""
-
-    re: Ball
-    im: Ball
-
-
-class Remainders(NamedTuple):
-    """Of the exponential of a complex number x, real and imaginary parts of exp x - 1 - x and of exp x - 1."""
-
-    two_re: Ball
-    two_im: Ball
-    one_re: Ball
-    one_im: Ball
-
-
 REST = Motion(ZERO, ZERO, ZERO, ZERO)
 
 
 @inlined
 def rate_of(t, i):
-    """The rate i of a table."""
+    """Real and imaginary part of the rate i of a table."""
     re, im = pair(t, int(t[AT_RATES]), i)
-    return Rate(rounded(re), rounded(im))
+    return rounded(re), rounded(im)
 
 
 @inlined
 def remainders_in(p, i):
     """The remainders of the rate i at the time of `at_time`."""
-    t, k = p.table, p.basis + RATE_BEGIN + RATE_SIZE * i
-    return Remainders(ball_in(t, k + TWO_RE), ball_in(t, k + TWO_IM), ball_in(t, k + ONE_RE), ball_in(t, k + ONE_IM))
+    return Remainders(*four_balls(p.table, p.basis + RATE_BEGIN + RATE_SIZE * i))
 
 
 @inlined
 def put_remainders(p, i, remainders):
     """Write the remainders of the rate i."""
-    t, k = p.table, p.basis + RATE_BEGIN + RATE_SIZE * i
-    put_ball(t, k + TWO_RE, remainders.two_re)
-    put_ball(t, k + TWO_IM, remainders.two_im)
-    put_ball(t, k + ONE_RE, remainders.one_re)
-    put_ball(t, k + ONE_IM, remainders.one_im)
+    put_balls(p.table, p.basis + RATE_BEGIN + RATE_SIZE * i, remainders)
 
 
 @inlined
@@ -116,7 +97,8 @@ def ball_remainders(rate, s):
 @inlined
 def derive_coefficients(rate, x, y):
     """The coefficients of the time derivative of a function with the coefficients x, y: of x Re + y Im."""
-    return bdot(rate.re, rate.im, x, y), bdot(rate.re, rate.im, y, bneg(x))
+    re, im = rate
+    return bdot(re, im, x, y), bdot(re, im, y, bneg(x))
 
 
 @inlined
@@ -154,8 +136,8 @@ def add_rate(total, rate, coefficients, here, orders):
 @inlined
 def next_function(rate, this, last):
     """The time derivative of a chained function: the rate times it, plus the previous function; complex balls."""
-    (x, y), (re, im) = this, last
-    return badd(bdot(rate.re, rate.im, x, bneg(y)), re), badd(bdot(rate.re, rate.im, y, x), im)
+    (alpha, omega), (x, y), (re, im) = rate, this, last
+    return badd(bdot(alpha, omega, x, bneg(y)), re), badd(bdot(alpha, omega, y, x), im)
 
 
 @inlined
@@ -174,7 +156,7 @@ def add_chains(p, k):
     zero = (ZERO, ZERO)
     less, value, first, second = zero, zero, zero, zero
     for i in range(int(t[CHAINED])):
-        rate, coefficients, remainders = rate_of(t, plain + i), (ball_in(t, k), ball_in(t, k + 2)), remainders_in(p, plain + i)
+        rate, coefficients, remainders = rate_of(t, plain + i), two_balls(t, k), remainders_in(p, plain + i)
         begins = t[int(t[AT_CHAINS]) + CHAIN * i + CHAIN_POWER] == 0.0
         if begins:
             less, value, first, second = zero, zero, zero, zero

@@ -2,17 +2,7 @@
 
 import math
 
-from nsmaps.exact.enclosure.subdivide import (
-    FIRST,
-    MOST_PARTS,
-    SLACK,
-    CellImages,
-    SetFlight,
-    all_finite,
-    enclose_boxes,
-    follow_sets,
-    put_word,
-)
+from nsmaps.exact.enclosure.subdivide import FIRST, MOST_PARTS, SLACK, SetFlight, all_finite, enclose_boxes, follow_sets, put_word
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.modes.enclosure.events import FALLING, STARTED, first_events
 from nsmaps.exact.modes.enclosure.flow import span
@@ -140,10 +130,10 @@ def cell_images(p, k, w):
     loose = missing or not whole or used > 1 or number != 1
     for c in range(len(w.excess)):
         loose = loose or w.excess[c] > SLACK
-    return CellImages(number, bounded and all_finite(w.box.images, number), missing, loose)
+    return number, bounded and all_finite(w.box.images, number), missing, loose
 
 
 @long_entry
 def all_box_images(p, w, boxes, rows):
-    """Write the images of boxes of shape (N, m, 2) into `ImageRows`; returns their number."""
+    """Write the images of boxes of shape (N, m, 2): see `enclose_boxes`."""
     return enclose_boxes(p, boxes, rows, w, cell_images)

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from nsmaps.exact.enclosure.first_events import follow_flight, step_within
+from nsmaps.exact.enclosure.first_events import follow_flight, passing_time, step_within
 from nsmaps.exact.enclosure.subdivide import LANDED, SPENT, SetFlight
-from nsmaps.exact.engine.constants import FOUR, LATEST, NO_SPEED
+from nsmaps.exact.engine.constants import LATEST, NO_SPEED
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import closes
 from nsmaps.exact.modes.enclosure.flow import clear_time, flow_to, measure, span
@@ -63,16 +63,15 @@ def does_rise(p, flight, function):
 
 
 @inlined
-def passing_time(near, w):
+def time_to_pass(near, w):
     """An estimate of the time that a set takes to pass the nearest guard."""
     f = near.function
-    y = 0.5 * (w.high[f, VALUE] - w.low[f, VALUE])
     u = 0.5 * (w.high[f, RATE] + w.low[f, RATE])
     b = 0.5 * (w.high[f, BEND] + w.low[f, BEND])
     if near.begins:
         top = max(w.high[f, RATE], 0.0) if not w.clear[f] > 0.0 else 0.0
         return 2.0 * top / (abs(b) + math.sqrt(w.jerk[f] * top) + NO_SPEED)
-    return FOUR * y / (abs(u) + math.sqrt(u * u + FOUR * y * abs(b)) + NO_SPEED)
+    return passing_time(0.5 * (w.high[f, VALUE] - w.low[f, VALUE]), u, b)
 
 
 @inlined
@@ -168,7 +167,7 @@ def record_events(p, flight, near, h, number, w):
 @inner
 def take_step(p, flight, near, number, w):
     """(A step of time for which the guards stay clear, or a short one; the number of events with those within it)."""
-    passing = passing_time(near, w) if near.function >= 0 and near.clear < LONGEST else 0.0
+    passing = time_to_pass(near, w) if near.function >= 0 and near.clear < LONGEST else 0.0
     h, short = step_within(near.clear, passing, near.time, LONGEST)
     if short and h > 0.0:
         spread_by_guard(p, near.function, w)

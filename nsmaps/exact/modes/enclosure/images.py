@@ -6,7 +6,6 @@ from nsmaps.arrays import ArrayLike
 from nsmaps.errors import ProofError
 from nsmaps.exact.enclosure.images import BoxImages, as_boxes
 from nsmaps.exact.enclosure.impacts import images_in_chunks
-from nsmaps.exact.enclosure.subdivide import ImageRows
 from nsmaps.exact.modes.enclosure.cells import all_box_images
 from nsmaps.exact.modes.enclosure.memory import ball_memory
 from nsmaps.exact.modes.enclosure.tables import BallTables, ball_tables
@@ -49,6 +48,4 @@ def table_of(system: HybridFormulas) -> BallTables:
 def image_boxes(system: HybridFormulas, boxes: ArrayLike) -> BoxImages:
     """The images of boxes as described in `HybridSystem.image_boxes`."""
     start, table = as_boxes(boxes, system.coordinates).copy(), table_of(system)
-    return images_in_chunks(
-        system, start, lambda boxes, *rows: all_box_images(table, ball_memory(table), boxes, ImageRows(*rows))
-    )
+    return images_in_chunks(system, start, lambda *given: all_box_images(table, ball_memory(table), *given))

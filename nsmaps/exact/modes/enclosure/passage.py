@@ -4,7 +4,7 @@ import math
 
 from nsmaps.exact.enclosure.arithmetic.balls import GROW, ZERO
 from nsmaps.exact.enclosure.images import LOWER, UPPER
-from nsmaps.exact.enclosure.subdivide import FIRST, SMALL, Progress, add_image, put_word
+from nsmaps.exact.enclosure.subdivide import FIRST, SMALL, Progress, put_word, unite_image
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.modes.enclosure.events import FALLING, LOOSE, put_spread
 from nsmaps.exact.modes.enclosure.flow import span
@@ -44,7 +44,7 @@ def image_of(p, a_set, code, n, w):
         w.box.side[c, LOWER], w.box.side[c, UPPER] = (least(form), greatest(form)) if known else (-math.inf, math.inf)
         straight = linear(form) + SMALL * SMALL * largest(form)
         w.excess[c] = max(w.excess[c], radius(form) / straight) if known else math.inf
-    return add_image(w.box, n, code)
+    return unite_image(w.box.codes, w.box.images, n, code, w.box.side)
 
 
 @inner
@@ -155,7 +155,7 @@ def take_event(p, hit, word, progress, w):
         if not may:
             continue
         smooth = smooth and settled
-        code, place_value = lengthened(p.base, p.digit[k], word.code, word.place_value)
+        code, place_value = lengthened(p.base, p.digit[k], *word)
         if p.target[k] < 0:
             missing = True
             continue
