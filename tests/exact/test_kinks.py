@@ -66,6 +66,8 @@ class Spring(Plate):
         sp.Piecewise((X**2, X > V), (V, sp.And(V > 1, X > 0)), (X + V, True)),
         sp.Max(0, X + V * sp.Abs(X)),
         sp.Abs(P) * X,
+        sp.Heaviside(P) * X + sp.Piecewise((V, sp.Ne(P, 2)), (X, True)),
+        sp.Piecewise((X, (P < 1) & (X > V)), (V, True)),
     ],
     ids=str,
 )
@@ -186,6 +188,35 @@ def test_a_curved_wall_with_a_curved_reset_is_that_of_an_integrator() -> None:
     pytest.importorskip("heyoka")
     rng = np.random.default_rng(0)
     check_system(Dish(), states=rng.uniform((-1, -0.5, -1.5), (1, 0.5, -0.5), (20, 3)))
+
+
+class Shot(HybridSystem):
+    """A body that the air slows down over a way of one, with a coefficient in pieces of a parameter: v' = -c v^2."""
+
+    p: float
+    states = ("x", "v")
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        inside = sp.Or(sp.Not(self.p < 1), sp.Eq(self.p, -2))
+        drag = sp.Heaviside(self.p) * self.p + sp.Piecewise((3, inside), (self.p**2, (self.p < 1) & (self.p > -1)), (1, True))
+        return {"air": {"x": y.v, "v": -drag * y.v**2}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        return {"T": Guard("air", 1 - y.x, reset={"x": y.x - 1})}
+
+    def section(self, t: Any, y: SimpleNamespace) -> Section:
+        return Section("T", ("v",))
+
+
+@pytest.mark.parametrize(("p", "drag", "slope"), [(0.5, 0.75, 2.0), (-0.5, 0.25, -1.0), (1.5, 4.5, 1.0), (-2.0, 3.0, 0.0)])
+def test_nonlinear_rates_may_be_in_pieces_of_parameters(p: float, drag: float, slope: float) -> None:
+    """The speed falls as exp(-c x)."""
+    system, start = Shot(p=p), np.array([[0.8], [2.0]])
+    returns, expected = system.first_return(start, derivative=True), start * np.exp(-drag)
+    assert len(system._definition().modes) == 1
+    np.testing.assert_allclose(returns.image, expected, rtol=1e-14)
+    np.testing.assert_allclose(returns.derivative.ravel(), np.exp(-drag), rtol=1e-13)
+    np.testing.assert_allclose(system.sensitivity(start, {"p": 1.0}), -slope * expected, rtol=1e-13, atol=1e-15)
 
 
 def test_an_invariant_guard_leaves_one_part_and_a_guard_with_a_kink_has_a_function_in_each() -> None:

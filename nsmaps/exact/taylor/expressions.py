@@ -1,17 +1,19 @@
 """Formulas of sympy as expressions of heyoka, which is imported when one is first asked for."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from importlib import import_module
 from operator import mul
 from typing import Any
 
 import sympy as sp
-from sympy.core.relational import Relational
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 
-LARGEST = sp.Max, sp.Min  #: of parameters alone, as Abs and sign: kinks in the states are gone by then
+STEPPED = sp.Abs, sp.sign, sp.Max, sp.Min, sp.Heaviside  #: of parameters alone: kinks in the states are gone by then
+RELATIONS = {sp.Gt: "gt", sp.Ge: "gte", sp.Lt: "lt", sp.Le: "lte", sp.Eq: "eq", sp.Ne: "neq"}
+JUNCTIONS = {sp.And: "logical_and", sp.Or: "logical_or"}
 
 
 def heyoka() -> Any:
@@ -45,12 +47,10 @@ def _translated(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
 def _built(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     if formula.is_number:
         return hy.expression(float(formula))
-    if isinstance(formula, LARGEST):
-        return _translated(formula.rewrite(sp.Abs), known, hy)
-    if isinstance(formula, sp.Abs | sp.sign):
-        (part,) = (_translated(part, known, hy) for part in formula.args)
-        size = hy.sqrt(part * part)
-        return size if isinstance(formula, sp.Abs) else part / size
+    if isinstance(formula, STEPPED):
+        return _translated(formula.rewrite(sp.Piecewise), known, hy)
+    if isinstance(formula, sp.Piecewise):
+        return _choice(formula.args, known, hy)
     if formula.is_Pow and formula.exp.is_Integer:
         product = reduce(mul, [_translated(formula.base, known, hy)] * abs(int(formula.exp)))
         return product if formula.exp > 0 else hy.expression(1.0) / product
@@ -59,8 +59,28 @@ def _built(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     try:
         return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
     except (TypeError, ValueError) as error:
-        name = "Piecewise" if isinstance(formula, Relational) else formula.func.__name__
+        name = formula.func.__name__
         raise SystemDefinitionError(
             f"{name}(...) has no Taylor series that can be followed; expected: powers, roots, exp, log, sin, cos, tan, sinh, "
             "cosh, tanh, their inverses and erf"
         ) from error
+
+
+def _choice(pieces: Sequence[tuple[sp.Expr, sp.Basic]], known: dict[sp.Expr, Any], hy: Any) -> Any:
+    """The first of the pieces whose condition holds; NaN where there is none."""
+    found = hy.expression(math.nan)
+    for formula, condition in reversed(pieces):
+        value = _translated(formula, known, hy)
+        found = value if condition == sp.true else hy.select(_condition(condition, known, hy), value, found)
+    return found
+
+
+def _condition(condition: sp.Basic, known: dict[sp.Expr, Any], hy: Any) -> Any:
+    """A condition on parameters as an expression that is zero where it does not hold."""
+    if (name := RELATIONS.get(condition.func)) is not None:
+        return getattr(hy, name)(*(_translated(side, known, hy) for side in condition.args))
+    parts = [_condition(part, known, hy) for part in condition.args]
+    if (name := JUNCTIONS.get(condition.func)) is not None:
+        return getattr(hy, name)(parts)
+    (part,) = parts
+    return hy.eq(part, hy.expression(0.0))  # Not

@@ -26,12 +26,12 @@ class Kinks:
         Raises:
             SystemDefinitionError: a `Piecewise` has no last piece, or a condition that is not an inequality.
         """
-        if not expr.has(*KINKS):
+        if not (expr.has(*KINKS) and expr.free_symbols & moving):
             return expr
         if isinstance(expr, sp.Piecewise):
             return self._pieces(expr.args, moving)
         parts = [self.smooth(part, moving) for part in expr.args]
-        if not isinstance(expr, KINKS) or not expr.free_symbols & moving:
+        if not isinstance(expr, KINKS):
             return expr.func(*parts)
         if isinstance(expr, sp.Max | sp.Min):
             return self._largest(parts if isinstance(expr, sp.Max) else [-part for part in parts]) * (
@@ -77,6 +77,8 @@ class Kinks:
 
     def _holds(self, condition: sp.Basic, moving: set[sp.Symbol]) -> sp.Expr:
         """One where a condition of a piece holds, zero elsewhere."""
+        if not condition.free_symbols & moving:
+            return sp.Piecewise((1, condition), (0, True))
         if isinstance(condition, Relational) and not isinstance(condition, sp.Eq | sp.Ne):
             return self._above(self.smooth(condition.gts - condition.lts, moving))
         if isinstance(condition, BooleanFunction):
