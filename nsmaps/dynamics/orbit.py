@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats, brief
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
-from nsmaps.exact.returnmap import ReturnMap, continued, single_returns
+from nsmaps.exact.returnmap import ReturnMap, repeat_outcomes, single_returns
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import PLAIN, Alphabet, words_of
 from nsmaps.progress import Progress, beat, shows
@@ -124,7 +124,7 @@ def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[R
         return
     block, before = BLOCK // len(states), None
     for first in range(0, n, block):
-        part = continued(map.orbits(states, min(block, n - first), **how), before)
+        part = repeat_outcomes(map.orbits(states, min(block, n - first), **how), before)
         before = part.select(np.arange(len(part) - len(states), len(part)))
         states = before.image
         yield part

@@ -43,7 +43,7 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
     cuts = jobs.cuts(len(start), max(1, PART // n))
     like = system.orbits(start[:0], n, derivative)
 
-    def joined(parts: Sequence[Arrays]) -> Returns | None:
+    def join_parts(parts: Sequence[Arrays]) -> Returns | None:
         if not parts:
             return None
         first, *_ = parts
@@ -53,7 +53,7 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
         return replace(like, start=starts, **flat)
 
     parts = [(system, start[k], n, derivative) for k in cuts]
-    found = joined(jobs.run(_part, parts, lambda found: joined(begun(found))))
+    found = join_parts(jobs.run(_part, parts, lambda found: join_parts(begun(found))))
     assert found is not None, "there are states"
     return found
 

@@ -44,7 +44,7 @@ class ReturnMap(ABC):
         """
         start = as_states(states, self.coordinates)
         parts = [*single_returns(self, start, n, derivative=derivative)]
-        return Returns.concatenated(parts or [self.first_return(start[:0], derivative)])
+        return Returns.concatenate(parts or [self.first_return(start[:0], derivative)])
 
     @property
     def has_orbits(self) -> bool:
@@ -58,11 +58,6 @@ class ReturnMap(ABC):
     def on_section(self, states: ArrayLike) -> Floats:
         """States (N, n) on the section nearest to these; the same where the coordinates are all free."""
         return as_states(states, self.coordinates)
-
-    @property
-    def letters(self) -> tuple[str, ...]:
-        """The letters of which words consist; none of a map without words."""
-        return tuple(self.first_return(np.empty((0, len(self.coordinates)))).walls)
 
     @property
     def is_affine(self) -> bool:
@@ -97,7 +92,7 @@ class ReturnMap(ABC):
         super().__init_subclass__(**kwargs)
         own = vars(cls).get("first_return")
         if own is not None and is_foreign(cls):
-            cls.first_return = _checked(own)  # type: ignore[method-assign]
+            cls.first_return = _check_returns(own)  # type: ignore[method-assign]
 
 
 def is_foreign(cls: type) -> bool:
@@ -133,7 +128,12 @@ class ExactMap(ReturnMap):
         """The derivative of first returns by the parameters, which change at these rates, shape (N, n)."""
 
 
-def continued(returns: Returns, before: Returns | None) -> Returns:
+def letters_of(map: ReturnMap) -> tuple[str, ...]:
+    """The letters of which words of a map consist; none of a map without words."""
+    return tuple(map.first_return(np.empty((0, len(map.coordinates)))).walls)
+
+
+def repeat_outcomes(returns: Returns, before: Returns | None) -> Returns:
     """Returns of M states, in which the outcome of the M previous returns is repeated where these ended."""
     if before is None:
         return returns
@@ -148,12 +148,12 @@ def single_returns(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterat
     """The first n returns of M states, shape (M, dim), by one call for each of the n."""
     before: Returns | None = None
     for _ in range(n):
-        before = continued(map.first_return(states, **how), before)
+        before = repeat_outcomes(map.first_return(states, **how), before)
         states = before.image
         yield before
 
 
-def _checked(own: Method) -> Method:
+def _check_returns(own: Method) -> Method:
     """A `first_return` that is called with finite states, and whose result is checked."""
 
     @wraps(own)

@@ -167,7 +167,7 @@ class Returns(WithCoordinates):
         return replace(self, **rows, derivative=derivative, margin=margin, number=number)
 
     @classmethod
-    def concatenated(cls, parts: "Sequence[Returns]") -> "Returns":
+    def concatenate(cls, parts: "Sequence[Returns]") -> "Returns":
         """The returns of one or more batches of one map, the first one first; margins and derivatives where all have them."""
         names = ["start", "image", "turns", "codes", "outcome", "time"]
         rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}

@@ -47,7 +47,7 @@ def check_hybrid(system: HybridSystem, states: ArrayLike | None) -> None:
     tried = later if states is None and later.decided.any() else returns  # no motion may come to a random state
     check_derivatives(system, tried.select(tried.outcome == Outcome.returned), _bound(system))
     _check_flights(system, tried.select(tried.decided))
-    both = Returns.concatenated([returns, later])
+    both = Returns.concatenate([returns, later])
     good = both.select(both.decided)
     check_influence(system, good)
 

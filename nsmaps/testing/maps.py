@@ -73,7 +73,7 @@ def _check_rows(system: System, returns: Returns) -> None:
 def _check_batches(system: System, returns: Returns) -> None:
     """The return of a state does not depend on the others of a batch, nor on whether derivatives are asked for."""
     some = returns.select(np.unique(np.linspace(0, len(returns) - 1, ALONE).astype(int)))
-    alone = Returns.concatenated([system.first_return(state[None]) for state in some.start])
+    alone = Returns.concatenate([system.first_return(state[None]) for state in some.start])
     none = system.first_return(some.start[:0], derivative=True)
     if len(none) or none.image.shape[1:] != returns.image.shape[1:]:
         raise CheckError(f"{type(system).__name__} has {len(none)} returns of no states; expected: none, of shape (0, n)")

@@ -20,16 +20,11 @@ LATER = (
 )
 #: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
 LATER_NAMES = (
-    "batches.py",
     "compiling",
     "enclosure",
     "modes/march",
     "modes/tables",
     "observables",
-    "piecewise",
-    "returnmap.py",
-    "returns.py",
-    "systems",
     "taylor",
 )
 LATER_SHAPES = (

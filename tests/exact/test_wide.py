@@ -22,7 +22,7 @@ def starts(name, key, count):
 def by_itself(made, rows, derivative=False):
     """As `first_return`, with fewer states at a time than are computed in parallel."""
     parts = [made.first_return(rows[k : k + FEW - 1], derivative=derivative) for k in range(0, len(rows), FEW - 1)]
-    return type(parts[0]).concatenated(parts)
+    return type(parts[0]).concatenate(parts)
 
 
 @pytest.mark.parametrize(("name", "key"), CASES)

@@ -157,7 +157,7 @@ class CompleteChatter(ExactMap):
             if not len(rows):
                 break
         numbers, parts, lasts, ways = zip(*found, strict=True)
-        return Released(np.concatenate(numbers), Returns.concatenated(parts), np.concatenate(lasts), np.concatenate(ways))
+        return Released(np.concatenate(numbers), Returns.concatenate(parts), np.concatenate(lasts), np.concatenate(ways))
 
 
 def _carry(

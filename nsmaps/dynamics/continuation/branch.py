@@ -96,6 +96,6 @@ class GrowingBranch:
                 kept.append(k)
         points = [self.points[k] for k in kept]
         parameter, arclength = np.array([point.value for point in points]), np.array([self.arclength[k] for k in kept])
-        returns = Returns.concatenated([point.orbit.returns for point in points])
+        returns = Returns.concatenate([point.orbit.returns for point in points])
         how = self.curve.period, self.curve.tolerance, parameter, arclength, tuple(self.events), ended
         return Branch(returns, *how, self.curve.scale)

@@ -16,7 +16,7 @@ from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, parameter_rates
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.piecewise.prolonged import Prolonged
-from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 
@@ -48,7 +48,7 @@ class AtBorder:
         pieces = tuple(piece for side in sides for piece in (self.own, self.other)[side])
         free = tuple(k + len(self.own) * turn for turn in range(len(sides)) for k in self.free)
         known = PiecewiseMap.require(map, "pieces beyond their borders")
-        return known.prolonged(pieces, np.concatenate([self.lowest[side] for side in sides]), free)
+        return known.prolongation(pieces, np.concatenate([self.lowest[side] for side in sides]), free)
 
     def along(self, map_of: Callable[..., ReturnMap], *sides: int) -> Callable[..., Prolonged]:
         """As `prolonged`, over parameters; by the pieces of the cycle's side where none is given."""
@@ -204,7 +204,7 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
     """The borders near the states of a cycle, or ahead of them, beyond which there is another piece, one at a time."""
     states = last.orbit.states
     letters, own, lowest = last.orbit.words, pieces_of(map, last), np.zeros(states.shape)
-    values, gradients, rates = map.prolonged(own, lowest).borders(
+    values, gradients, rates = map.prolongation(own, lowest).borders(
         states, parameter_rates(curve.map_of, last.value, curve.unit, map)
     )
     sizes, cuts = np.linalg.norm(gradients * curve.scale, axis=-1), np.flatnonzero(curve.coordinates.angles)
@@ -232,7 +232,8 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
 
 def pieces_of(map: ReturnMap, point: OrbitPoint) -> tuple[int, ...]:
     """The numbers of the pieces of the states of a cycle."""
-    return tuple(map.letters.index(word) for word in point.orbit.words)
+    letters = letters_of(map)
+    return tuple(letters.index(word) for word in point.orbit.words)
 
 
 def _located(curve: OrbitCurve, at: AtBorder, last: OrbitPoint, reach: float) -> Iterator[Met]:

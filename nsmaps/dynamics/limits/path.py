@@ -75,7 +75,7 @@ class Path:
 def followed(map: ReturnMap, states: Floats, count: int) -> Path:
     """The path of states (M, n), M above zero, over some returns, with derivatives."""
     parts = list(returns_of(map, states, count, derivative=True))
-    return Path.of(Returns.concatenated(parts), len(states))
+    return Path.of(Returns.concatenate(parts), len(states))
 
 
 def escapes(path: Path, scale: Floats) -> bool:

@@ -41,7 +41,7 @@ class Pieces:
     def of(cls, map: PiecewiseMap, scale: Floats) -> "Pieces":
         """Those of a map."""
         zero = np.zeros((1, 2))
-        own = map.prolonged((0,), zero).of
+        own = map.prolongation((0,), zero).of
         images = [own.images(k, zero) for k in range(len(map.letters))]
         constants, gradients, _ = own.borders(zero)
         rows = np.array([slopes[0] for _, slopes, _ in images]), np.array([values[0] for values, *_ in images])

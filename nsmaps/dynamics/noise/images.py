@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.returnmap import ReturnMap, continued
+from nsmaps.exact.returnmap import ReturnMap, repeat_outcomes
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.interrupts import check_stop
@@ -27,9 +27,9 @@ def kicked_orbits(map: ReturnMap, start: Floats, kicks: Floats) -> Returns:
     parts = list[Returns]()
     for kick in kicks:
         found = _moved(map.first_return(parts[-1].image if parts else start), kick)
-        parts.append(continued(found, parts[-1] if parts else None))
+        parts.append(repeat_outcomes(found, parts[-1] if parts else None))
         check_stop()
-    return Returns.concatenated(parts or [map.first_return(start[:0])])
+    return Returns.concatenate(parts or [map.first_return(start[:0])])
 
 
 def _moved(returns: Returns, kick: Floats) -> Returns:

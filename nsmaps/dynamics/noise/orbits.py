@@ -14,7 +14,7 @@ from nsmaps.dynamics.noise.images import RETURNS, generator, kicked_realisations
 from nsmaps.dynamics.noise.law import Noise, exact_step, linear_law, usual_step
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.system import ImpactSystem
@@ -129,7 +129,7 @@ def noisy_orbits(
         chatter = np.nan
     else:
         work, part, h, how = _realised, CHUNK, *_forced(map, n, noise, noise.tau, step, chatter, impacts)
-    starts, letters = np.broadcast_to(starts, (realisations, dim)), map.letters
+    starts, letters = np.broadcast_to(starts, (realisations, dim)), letters_of(map)
     tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:

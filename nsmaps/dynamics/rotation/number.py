@@ -13,7 +13,7 @@ from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.returnmap import ReturnMap, letters_of
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,14 +65,14 @@ def rotation_number(
 def counted(map: ReturnMap, coordinates: Coordinates) -> str:
     """The only angle, or without angles the last of two letters; "" where there are others."""
     angles = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle]
-    letters = map.letters
+    letters = letters_of(map)
     found = angles or (letters[-1:] if len(letters) == 2 else ())
     return found[0] if len(found) == 1 else ""
 
 
 def _named(map: ReturnMap, coordinates: Coordinates, of: str | None) -> str:
     """The angle or the letter that is counted."""
-    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*map.letters]
+    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*letters_of(map)]
     found = counted(map, coordinates) if of is None else of
     if found not in known:
         given = f" of {of!r}" if of is not None else ", which is not that of one angle or of two letters"

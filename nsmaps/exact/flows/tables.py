@@ -144,7 +144,7 @@ def formulas_of(system: ImpactFormulas) -> Formulas:
         SystemDefinitionError: the formulas cannot become a flight whose rates have bounds; states which and why.
     """
     cls, fixed = type(system), choices_of(system)
-    key = *cls.written(), *sorted((name, repr(value)) for name, value in fixed.items())
+    key = *cls.definition_key(), *sorted((name, repr(value)) for name, value in fixed.items())
     if key not in KNOWN:
         with refuse_errors(cls):
             KNOWN[key] = _formulas(cls, fixed)

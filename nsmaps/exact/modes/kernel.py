@@ -188,7 +188,7 @@ def known_definition(system: HybridFormulas, driven: bool = False) -> Definition
     """The formulas of a system's class, made when they are first asked for. Arguments and errors as `definition_of`."""
     cls = type(system)
     fixed = tuple((name, repr(value)) for name, value in choices_of(system).items())
-    key = fixed, driven, *cls.written()
+    key = fixed, driven, *cls.definition_key()
     if key not in DEFINITIONS:
         try:
             DEFINITIONS[key] = definition_of(system, driven)

@@ -30,7 +30,9 @@ def _inverse_class(choices: Choices) -> Any:
     """The class of the inverse of a class with its choices."""
     cls, of = choices.cls, formulas_of(choices)
     names = tuple(cls.coordinates)
-    solved = _given(choices, of, names) or {letter: _solved(choices.cls, of, k) for k, letter in enumerate(of.letters)}
+    solved = _stated_preimages(choices, of, names) or {
+        letter: _preimage(choices.cls, of, k) for k, letter in enumerate(of.letters)
+    }
     rows = dict[str, tuple[Any, tuple[sp.Expr, ...]]]()
     for k, letter in enumerate(of.letters):
         old = dict(zip(of.variables, solved[letter], strict=True))
@@ -49,7 +51,7 @@ def _inverse_class(choices: Choices) -> Any:
     return type(f"Inverse{cls.__name__}", (cls,), body)
 
 
-def _given(choices: Choices, of: PieceFormulas, names: Sequence[str]) -> dict[str, tuple[sp.Expr, ...]] | None:
+def _stated_preimages(choices: Choices, of: PieceFormulas, names: Sequence[str]) -> dict[str, tuple[sp.Expr, ...]] | None:
     """The preimages that a class gives, in the order of the coordinates, by letter; None where it gives none."""
     symbolic, _ = in_symbols(choices.cls, choices.values)
     given = symbolic.preimages(SimpleNamespace(**dict(zip(names, of.variables, strict=True))))
@@ -64,7 +66,7 @@ def _given(choices: Choices, of: PieceFormulas, names: Sequence[str]) -> dict[st
     return {letter: tuple(sp.sympify(given[letter][name]) for name in names) for letter in of.letters}
 
 
-def _solved(cls: type, of: PieceFormulas, k: int) -> tuple[sp.Expr, ...]:
+def _preimage(cls: type, of: PieceFormulas, k: int) -> tuple[sp.Expr, ...]:
     """The state before a return by a piece, as formulas of the state after it, by its equations."""
     if cls.coordinates.angles.any():  # type: ignore[attr-defined]
         raise SystemDefinitionError(

@@ -35,7 +35,7 @@ def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Sym
     lines = [f"    {symbol} = p[{k}]" for k, symbol in enumerate(formulas.symbols)]
     lines += ["    for m in range(len(start)):", "        before = INVALID", *(f"        {x[j]} = start[m, {j}]" for j in dims)]
     lines += ["        for i in range(len(outcome)):"]
-    body = [line for j in dims if angles[j] for line in _placed(x[j], j)]
+    body = [line for j in dims if angles[j] for line in _angle_lines(x[j], j)]
     body += ["piece = -1", *(f"_w{j} = math.nan" for j in dims), f"if {_not_finite(x)}:", "    piece = -2"]
     for number, (condition, images) in enumerate(zip(formulas.conditions, formulas.images, strict=True)):
         slopes = [sp.diff(image, symbol) for image in images for symbol in by]
@@ -50,7 +50,7 @@ def program(formulas: PieceFormulas, angles: Sequence[bool], by: Sequence[sp.Sym
         body += [f"    rows[i, m, {j}, {k}] = math.nan" for k in range(len(by))]
     body += ["else:", "    outcome[i, m], codes[i, m], time[i, m] = RETURNED, words[piece], 1.0"]
     for j in dims:
-        body += [f"    {line}" for line in (_arrived(x[j], j) if angles[j] else [f"{x[j]} = _w{j}"])]
+        body += [f"    {line}" for line in (_image_lines(x[j], j) if angles[j] else [f"{x[j]} = _w{j}"])]
         body += [f"    image[i, m, {j}] = {x[j]}"]
     return "\n".join([HEAD, *lines, *(f"            {line}" for line in body)])
 
@@ -60,12 +60,12 @@ def _not_finite(names: Sequence[str]) -> str:
     return f"not {' + '.join(f'({name} - {name})' for name in names)} == 0.0"
 
 
-def _placed(x: str, j: int) -> list[str]:
+def _angle_lines(x: str, j: int) -> list[str]:
     """An angle brought to [0, 2 pi), and by how much it was changed."""
     return [f"_a{j} = {x}", f"{x} = {x} % TWO_PI if not 0.0 <= {x} < TWO_PI else {x}", *_below(x), f"_a{j} = _a{j} - {x}"]
 
 
-def _arrived(x: str, j: int) -> list[str]:
+def _image_lines(x: str, j: int) -> list[str]:
     """The image of an angle in [0, 2 pi), and its whole turns."""
     turned = f"np.rint((_w{j} + _a{j} - {x}) / TWO_PI)"
     return [f"{x} = _w{j} % TWO_PI", *_below(x), f"turns[i, m, {j}] = min(max({turned}, -MOST - 1.0), MOST)"]

@@ -159,14 +159,14 @@ class Prolonged(ExactMap):
         """NaN, as nothing rests, shape (N,)."""
         return np.full(len(np.asarray(states)), np.nan)
 
-    def placed(self, states: Floats) -> Floats:
+    def on_own_turns(self, states: Floats) -> Floats:
         """States with their angles on the turns that belong to the pieces."""
         low = np.tile(self.lowest, (len(states) // len(self.pieces), 1))
         return np.where(self.coordinates.angles, low + np.remainder(states - low, TWO_PI), states)
 
     def borders(self, states: Floats, rates: Mapping[str, float] | None = None) -> Rows:
         """The functions of `Pieces.borders` at states (M q, n)."""
-        return self.of.borders(self.placed(states), None if rates is None else self._along(rates))
+        return self.of.borders(self.on_own_turns(states), None if rates is None else self._along(rates))
 
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """The images of M cycles, shape (M q, n)."""
@@ -194,7 +194,7 @@ class Prolonged(ExactMap):
         return np.asarray((found.words == np.tile(own, len(states) // q)) | np.isin(np.arange(len(states)) % q, self.free))
 
     def _rows(self, states: Floats, rates: Floats | None) -> Rows:
-        placed, q = self.placed(states), len(self.pieces)
+        placed, q = self.on_own_turns(states), len(self.pieces)
         if not len(states):
             return self.of.images(0, placed, rates)
         each = [self.of.images(self.pieces[k % q], row[None], rates) for k, row in enumerate(placed)]

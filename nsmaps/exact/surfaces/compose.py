@@ -56,7 +56,7 @@ def iterate_returns(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
         done = times[rows] == k
         numbers.append(rows[done])
         parts.append(row.select(done))
-    return Returns.concatenated(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
+    return Returns.concatenate(parts).select(np.argsort(np.concatenate(numbers), kind="stable"))
 
 
 def _joint_code(first: int, second: int, walls: tuple[str, ...]) -> int:

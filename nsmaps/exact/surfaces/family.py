@@ -83,7 +83,7 @@ def members(system: System, returns: Returns, family: ReturnFamily) -> tuple[NDA
     order = np.argsort(np.concatenate(numbers), kind="stable")
     member = np.zeros(len(returns), bool)
     member[np.concatenate(numbers)] = True
-    return member, Returns.concatenated(parts).select(order)
+    return member, Returns.concatenate(parts).select(order)
 
 
 class WordFamily(ReturnFamily):

@@ -58,10 +58,10 @@ class Transferable:
         if "<locals>" in cls.__qualname__:
             raise PicklingError(f"{cls.__qualname__} is defined in a function; only classes of modules reach other processes")
         file = getattr(sys.modules.get(cls.__module__), "__file__", None)
-        return received, (cls.__module__, file, cls.__qualname__, dict(self))  # type: ignore[call-overload]
+        return receive, (cls.__module__, file, cls.__qualname__, dict(self))  # type: ignore[call-overload]
 
 
-def received(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:
+def receive(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:
     """An object of a class by its module, in a process that may not have imported the module and needs its file."""
     if module not in sys.modules:
         try:

@@ -29,7 +29,7 @@ class FlowSystem(HybridFormulas):
         def _kernel(self) -> MotionKernel: ...
 
     def _compile(self) -> MotionKernel:
-        return _kernel(self.written(), repr(vars(self)), _Unkeyed(self))
+        return _kernel(self.definition_key(), repr(vars(self)), _Unkeyed(self))
 
     @property
     @abstractmethod

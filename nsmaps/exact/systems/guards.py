@@ -110,7 +110,7 @@ class HybridFormulas(ExactSystem):
         return {name: getattr(cls, name) for name in ("period", "modes", "guards", "section")}
 
     @classmethod
-    def written(cls) -> tuple[Any, ...]:
+    def definition_key(cls) -> tuple[Any, ...]:
         """All of the class that its motions depend on."""
         return cls, cls.horizon, cls.noise, *cls.formulas().values()
 

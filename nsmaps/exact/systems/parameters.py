@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
 from nsmaps.exact.kernel import Kernel
-from nsmaps.exact.returnmap import ExactMap, ReturnMap, is_foreign
+from nsmaps.exact.returnmap import ExactMap, ReturnMap, is_foreign, letters_of
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.files.complaints import refused
 from nsmaps.parallel import fingerprint
@@ -89,6 +89,11 @@ class System(BaseModel, Transferable, ReturnMap):
     def section_letters(self) -> tuple[str, ...]:
         """The letters with which words begin; "" where that may be any."""
         return ("",)
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """The letters of which words consist; none of a map without words."""
+        return letters_of(self)
 
     def period(self) -> Any:
         """Period of the forcing, in the system's time; None where there is no forcing."""

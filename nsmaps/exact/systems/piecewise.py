@@ -92,7 +92,7 @@ class PiecewiseMap(ExactSystem):
         """
         return self._kernel().sensitivities(as_states(states, self.coordinates), self.direction(rates), SUMMED_SPEED)
 
-    def prolonged(self, pieces: Sequence[int], lowest: Floats, free: Sequence[int] = ()) -> "Prolonged":
+    def prolongation(self, pieces: Sequence[int], lowest: Floats, free: Sequence[int] = ()) -> "Prolonged":
         """The map on the states of cycles by the formulas of given pieces, of `free` states beyond their borders too.
 
         Args:
