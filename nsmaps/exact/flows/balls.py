@@ -71,7 +71,7 @@ class Number:
     def __add__(self, other: "Number") -> "Number":
         if ZERO in (self.place, other.place):
             return other if self.place == ZERO else self
-        return self.program.step(operator.add, *sorted((self, other), key=_place))
+        return self.program.step(operator.add, *sorted((self, other), key=operator.attrgetter("place")))
 
     def __sub__(self, other: "Number") -> "Number":
         return self.program.step(operator.sub, self, other) if other.place else self
@@ -79,7 +79,7 @@ class Number:
     def __mul__(self, other: "Number") -> "Number":
         if self.place in (ZERO, ONE) or other.place in (ZERO, ONE):
             return self if self.place == ZERO or other.place == ONE else other
-        return self.program.step(operator.mul, *sorted((self, other), key=_place))
+        return self.program.step(operator.mul, *sorted((self, other), key=operator.attrgetter("place")))
 
     def of(self, operation: Callable[[acb], acb]) -> "Number":
         """A function of the number."""
@@ -96,10 +96,6 @@ class Number:
     def imag(self) -> "Number":
         """The imaginary part."""
         return self.of(_imag)
-
-
-def _place(x: Number) -> int:
-    return x.place
 
 
 def _real(x: acb) -> acb:

@@ -8,7 +8,7 @@ import numpy as np
 import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.formulas import PHI, W, Z
 from nsmaps.exact.flows.tables import Formulas, formulas_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 
@@ -28,9 +28,6 @@ def _slopes(formulas: Formulas) -> Callable[..., Any]:
     """The derivatives of that acceleration by the phase and by each parameter, at a phase and the parameters."""
     numbers = formulas.numbers
     at = numbers.top if formulas.sides.base_is_upper else numbers.bottom
-    if formulas.acceleration is None:
-        held = sp.diff(formulas.displacement, S, 2).subs({S: 0, Z: at, W: 0})
-    else:
-        held = formulas.acceleration.subs({S: PHI / numbers.phase_rate, Z: at, W: 0})
+    held = formulas.force.subs({Z: at, W: 0})
     arguments = (PHI, *formulas.symbols)
     return sp.lambdify(arguments, [sp.diff(held, x) for x in arguments], "numpy", cse=True)

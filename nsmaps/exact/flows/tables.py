@@ -15,6 +15,8 @@ from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.balls import Number, Program, Recorded
 from nsmaps.exact.flows.exponentials import Decomposition
 from nsmaps.exact.flows.formulas import (
+    PHI,
+    S,
     V,
     Z,
     check_flight,
@@ -89,6 +91,13 @@ class Formulas:
         """Laws that are not linear and their derivatives, each with its place in the table."""
         laws = [(k, law) for k, law in enumerate(self.laws) if not is_linear(law)]
         return [(at.LAW + k, law) for k, law in laws] + [(at.LAW_SLOPE + k, sp.diff(law, V)) for k, law in laws]
+
+    @cached_property
+    def force(self) -> sp.Expr:
+        """The acceleration at the phase PHI, the place Z and the velocity W."""
+        if self.acceleration is None:
+            return sp.diff(self.displacement, S, 2).subs(S, 0)
+        return self.acceleration.subs(S, PHI / self.numbers.phase_rate)
 
     @cached_property
     def in_displacement(self) -> list[bool]:

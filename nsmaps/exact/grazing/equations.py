@@ -3,8 +3,8 @@
 With s the time from the last impact before the touch, gap and rate of the flight vanish together: two equations in (v, phi, s).
 """
 
-from dataclasses import dataclass, replace
-from math import isfinite, sqrt
+from dataclasses import dataclass
+from math import hypot, isfinite, sqrt
 from operator import mul
 
 import numpy as np
@@ -42,17 +42,12 @@ class Frame:
         """True if the box contains every phase."""
         return bool(self.high[PHASE] - self.low[PHASE] >= TWO_PI * (1 - WHOLE))
 
-    @property
-    def turn(self) -> float:
-        """A turn of the phase in units of the scale."""
-        return TWO_PI / float(self.scale[PHASE])
-
     def difference_of(self, difference: Floats) -> Floats:
         """A difference of points (..., 3), with phases the shorter way round the circle."""
         if self.circle:
-            difference = difference.copy()
+            turn, difference = TWO_PI / self.scale[PHASE], difference.copy()
             phi = difference[..., PHASE]
-            phi -= self.turn * np.rint(phi / self.turn)
+            phi -= turn * np.rint(phi / turn)
         return difference
 
     def outside(self, y: Floats) -> str:
@@ -107,13 +102,13 @@ class Touch:
         by_rate = [*map(mul, (rate_v, rate_phi, found.acceleration), scale)]
         if not all(map(isfinite, (found.gap, found.rate, *by_gap, *by_rate))):
             return None
-        point = TouchPoint(y, np.array([found.gap, found.rate]), np.array([by_gap, by_rate]), "graze", float(found.slowest))
-        if not found.slowest > 0:
-            return point
-        if found.acceleration <= 0:
-            return replace(point, why="inflection")
-        early = max(EARLY, sqrt(2 * ROUNDED * length(point.by_gap) / found.acceleration) / s)
-        return replace(point, why="") if found.share > 1 - early else point
+        why = "graze"
+        if found.slowest > 0 and found.acceleration <= 0:
+            why = "inflection"
+        elif found.slowest > 0:
+            early = max(EARLY, sqrt(2 * ROUNDED * hypot(*by_gap) / found.acceleration) / s)
+            why = "" if found.share > 1 - early else "graze"
+        return TouchPoint(y, np.array([found.gap, found.rate]), np.array([by_gap, by_rate]), why, float(found.slowest))
 
     def exists(self, point: TouchPoint) -> bool:
         """True if the flight of a solution is that of a state in the box and meets no wall on its way."""
@@ -164,9 +159,8 @@ class Touch:
         last, ahead = self.branch(start, along, max_points)
         if last == "closed":
             *_, end = ahead
-            whole = np.zeros_like(start.y)
-            whole[PHASE] = np.round((end - start.y)[PHASE] / self.frame.turn) * self.frame.turn
-            return np.array([start.y, *ahead, start.y + whole]), ("closed", "closed")
+            turns = end - start.y - self.difference(end, start.y)
+            return np.array([start.y, *ahead, start.y + turns]), ("closed", "closed")
         first, behind = self.branch(start, -along, max_points)
         points = [*behind[::-1], start.y, *ahead]
         return (_thin(points, CROWDED * max_points), (first, last)) if len(points) > 1 else None

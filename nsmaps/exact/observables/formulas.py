@@ -13,7 +13,7 @@ import sympy as sp
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.formulas import PHI, W, Z
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.memory import Quantities, rule
@@ -237,16 +237,10 @@ def known_observables(system: System) -> dict[str, Observable]:
     if isinstance(system, HybridSystem):
         return {COUNTED.name: COUNTED, **own}
     assert isinstance(system, ImpactSystem)
-    return {**{one.name: one for one in OF_IMPACTS}, **_of_motion(formulas_of(system), system), **own}
-
-
-def _of_motion(formulas: Any, system: "ImpactSystem") -> dict[str, Observable]:
-    """The work of the forcing and the loss to damping, from the equation of motion."""
-    vocabulary, (work, damping) = vocabulary_of(system), powers(formulas)
-    return {
-        name: Observable(name=name, formula=vocabulary.text(power, "flights"), of="flights")
-        for name, power in (("work", work), ("damping", damping))
-    }
+    vocabulary, of_motion = vocabulary_of(system), dict(zip(("work", "damping"), powers(formulas_of(system)), strict=True))
+    texts = {name: vocabulary.text(power, "flights") for name, power in of_motion.items()}
+    of_flights = {name: Observable(name=name, formula=text, of="flights") for name, text in texts.items()}
+    return {**{one.name: one for one in OF_IMPACTS}, **of_flights, **own}
 
 
 @lru_cache(maxsize=64)
@@ -256,12 +250,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     The forcing is the acceleration less its mean over the phase. Of the mean, what vanishes with the velocity is damping.
     """
     place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
-    rate = formulas.numbers.phase_rate
-    if formulas.acceleration is None:
-        force = sp.diff(formulas.displacement, S, 2).subs(S, 0)
-    else:
-        force = formulas.acceleration.subs(S, PHI / rate)
-    force = sp.expand(sp.simplify(force.subs({Z: place, W: velocity})))
+    force = sp.expand(sp.simplify(formulas.force.subs({Z: place, W: velocity})))
     mean = sp.simplify(sp.integrate(force, (PHI, 0, 2 * sp.pi)) / (2 * sp.pi))
     damping = sp.simplify(mean.subs(velocity, 0) - mean)
     return sp.simplify(force - mean) * velocity, damping * velocity

@@ -17,7 +17,7 @@ from nsmaps.exact.modes.definitions.events.parts import in_part, later, signs_of
 from nsmaps.exact.modes.definitions.events.sliding import Rates, check_held, slide_rates, slide_transitions, surface_of
 from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, check_periodic
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
-from nsmaps.exact.modes.definitions.rows import Row
+from nsmaps.exact.modes.definitions.rows import Row, affine_row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
 from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
 from nsmaps.exact.systems.parameters import choices_of
@@ -82,7 +82,7 @@ def _build_definition(
     definition = Definition(
         symbols,
         names,
-        tuple(reader.states.values()),
+        reader.variables,
         reader.phase_rate,
         horizon,
         tuple(mode for mode, _ in named),
@@ -173,7 +173,7 @@ def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tu
     rows, curved = [], []
     for k, state in enumerate(reader.states):
         expr = reader.formula(guard.reset.get(state, reader.states[state]), f"the reset of {state} by {what}")
-        row = reader.affine(expr)
+        row = affine_row(expr, reader.variables)
         rows.append(row or reader.same(state))
         if row is None:
             check_periodic(expr, f"the reset of {state} by {what}")

@@ -12,7 +12,7 @@ from nsmaps.exact.flows.alternatives import DELAY, FORCING
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.laws import replace_functions
 from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
-from nsmaps.exact.modes.definitions.rows import Row, affine_row, row_of, same_row
+from nsmaps.exact.modes.definitions.rows import Row, row_of, same_row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
 NEAR = 1e-12  #: of values of a formula that are the same, relative
@@ -40,13 +40,18 @@ class Reader:
     noise: tuple[str, ...] = ()  #: names of states that no event changes: the noise and its derivatives
     kinks: Kinks = field(default_factory=Kinks)  #: in the formulas that have been read
 
+    @property
+    def variables(self) -> tuple[sp.Symbol, ...]:
+        """The symbols of the states."""
+        return tuple(self.states.values())
+
     def formula(self, given: Any, what: str) -> sp.Expr:
         """A formula in sympy with known symbols, or a SystemDefinitionError with the reason."""
         try:
             expr = replace_functions(sp.sympify(given, strict=True), RATIOS)
         except sp.SympifyError:
             raise SystemDefinitionError(f"{what} is {given!r:.60}; expected: a formula of sympy or a number") from None
-        unknown = expr.free_symbols - self.parameters - set(self.states.values()) - {PHI}
+        unknown = expr.free_symbols - self.parameters - set(self.variables) - {PHI}
         if CLOCK in unknown and not expr.has(AppliedUndef):
             raise SystemDefinitionError(
                 f"{what} depends on the time, and {self.name} has no `period`; expected: one, or a state of rate 1 as a clock"
@@ -58,21 +63,17 @@ class Reader:
     def expression(self, given: Any, what: str) -> sp.Expr:
         """A formula as `formula` with signs in place of kinks."""
         try:
-            return self.kinks.smooth(self.formula(given, what), {*self.states.values(), PHI})
+            return self.kinks.smooth(self.formula(given, what), {*self.variables, PHI})
         except SystemDefinitionError as error:
             raise error if what in str(error) else SystemDefinitionError(f"{what} {error}") from None
 
     def row(self, given: Any, what: str) -> Row:
         """A formula as a row, or a SystemDefinitionError with the reason."""
         expr = self.formula(given, what)
-        check_smooth(expr, {*self.states.values(), PHI}, what)
-        row = row_of(self.expression(given, what), tuple(self.states.values()))
+        check_smooth(expr, {*self.variables, PHI}, what)
+        row = row_of(self.expression(given, what), self.variables)
         check_periodic(expr if row.variables else row.remainder, what)
         return row
-
-    def affine(self, expr: sp.Expr) -> Row | None:
-        """A formula as a row, None where it is not affine in the states with coefficients that are free of the time."""
-        return affine_row(expr, tuple(self.states.values()))
 
     def states_in(self, row: Row) -> set[str]:
         """The names of the states on which a row depends."""

@@ -45,6 +45,9 @@ class Row:
         """The row times a factor that is free of the states."""
         return Row(tuple(factor * c for c in self.coefficients), factor * self.remainder, self.variables)
 
+    def __neg__(self) -> "Row":
+        return self.times(sp.S.NegativeOne)
+
     def __add__(self, other: "Row") -> "Row":
         sums = tuple(a + b for a, b in zip(self.coefficients, other.coefficients, strict=True))
         variables = self.variables or other.variables

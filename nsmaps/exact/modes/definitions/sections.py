@@ -102,8 +102,7 @@ def _solve_states(
 ) -> dict[str, Row]:
     """The states that are left by the zeros at an event."""
     states = [rows.get(state, reader.same(state)) for state in reader.states]
-    variables = tuple(reader.states.values())
-    zeros = [one.at(states).of(variables) for one in zeros_at(section, transition)]
+    zeros = [one.at(states).of(reader.variables) for one in zeros_at(section, transition)]
     unknown = [reader.states[state] for state in left]
     for chosen in combinations(zeros, len(left)):
         if not (_linear(chosen, unknown) or (len(unknown) == 1 and _monotone(*chosen, *unknown))):
@@ -223,7 +222,7 @@ def _distinct(reader: Reader, transitions: Sequence[Transition], flows: Sequence
 
     def positive(start: Start) -> Iterator[Row]:
         event = transitions[start.transition]
-        yield event.function.rate(flows[event.mode], reader.phase_rate).at(start.states).times(sp.S.NegativeOne)
+        yield -event.function.rate(flows[event.mode], reader.phase_rate).at(start.states)
         yield from (row.at(start.states) for row in event.where)
 
     return any(_opposite(a, b) for a in positive(one) for b in positive(other))

@@ -52,21 +52,21 @@ def contact_of(reader: Reader, name: str, guard: Guard, rates: Mapping[str, Rate
     lift = speed.rate(rates[free], reader.phase_rate)
     if gap.variables or speed.variables:
         raise SystemDefinitionError(
-            f"{what} has the function {text_of(gap.of(tuple(reader.states.values())))}, which or whose rate is not affine in the "
+            f"{what} has the function {text_of(gap.of(reader.variables))}, which or whose rate is not affine in the "
             "states; expected: for contact that lasts a distance that is a state, as in polar coordinates, or no `rests`"
         )
-    variables = tuple(reader.states.values())
     after = [reader.formula(guard.reset.get(state, y), f"{what}: {state}") for state, y in reader.states.items()]
-    jumps = [sp.expand(one - y) for one, y in zip(after, variables, strict=True)]
+    jumps = [sp.expand(one - y) for one, y in zip(after, reader.variables, strict=True)]
     _check_impact(reader, what, gap, speed, jumps)
     whole = sp.Add(*(c * jump for c, jump in zip(speed.coefficients, jumps, strict=True)))
-    changed = {y for y, jump in zip(variables, jumps, strict=True) if jump != 0}
+    changed = {y for y, jump in zip(reader.variables, jumps, strict=True) if jump != 0}
     names = zip(reader.states, jumps, strict=True)
     direction = [_constant_component(sp.simplify(jump / whole), changed, f"{what}: {state}") for state, jump in names]
-    held = tuple(_along(one, lift, -q, variables) for one, q in zip(rates[free], direction, strict=True))
-    still = tuple(_along(reader.same(state), speed, -q, variables) for state, q in zip(reader.states, direction, strict=True))
+    held = tuple(_along(one, lift, -q, reader.variables) for one, q in zip(rates[free], direction, strict=True))
+    same = tuple(map(reader.same, reader.states))
+    still = tuple(_along(one, speed, -q, reader.variables) for one, q in zip(same, direction, strict=True))
     states = tuple(row.at(still) for row in on_surface(reader, gap, what))
-    return Contact(free, gap, speed, lift, tuple(row.at(tuple(map(reader.same, reader.states))) for row in held), states)
+    return Contact(free, gap, speed, lift, tuple(row.at(same) for row in held), states)
 
 
 def _along(row: Row, other: Row, factor: sp.Expr, variables: tuple[sp.Symbol, ...]) -> Row:
@@ -94,12 +94,11 @@ def _constant_component(share: sp.Expr, changed: set[sp.Symbol], what: str) -> s
 
 def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[sp.Expr]) -> None:
     """Refuse a reset that changes the function itself, or its rate where that is zero."""
-    variables = tuple(reader.states.values())
 
     def jump(row: Row, where: Row) -> sp.Expr:
         total = sp.Add(*(c * one for c, one in zip(row.coefficients, jumps, strict=True)))
-        known = [one.of(variables) for one in on_surface(reader, where, what)]
-        return total.subs(dict(zip(variables, known, strict=True)), simultaneous=True)
+        known = [one.of(reader.variables) for one in on_surface(reader, where, what)]
+        return total.subs(dict(zip(reader.variables, known, strict=True)), simultaneous=True)
 
     changes = jump(gap, gap), jump(speed, speed)
     for text, change in zip(("changes the function of the guard", "is not an impact, -r times its rate"), changes, strict=True):
@@ -112,9 +111,8 @@ def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[s
 def contact_transitions(reader: Reader, name: str, guard: Guard, found: Contact, modes: tuple[str, ...]) -> Iterator[Transition]:
     """How contact begins, by itself after an impact, and its release."""
     free, resting = modes.index(found.free), modes.index(guard.rests)
-    minus = sp.S.NegativeOne
-    begins = found.speed, found.lift.times(minus)
+    begins = found.speed, -found.lift
     yield Transition("", "", free, found.gap, resting, found.states, begins=begins, guard=name)
-    press = found.lift.at(found.states).times(minus)
+    press = -found.lift.at(found.states)
     held = found.gap, found.speed
     yield Transition(name, "", resting, press, free, found.states, held=held, releases=True, leaves=True)

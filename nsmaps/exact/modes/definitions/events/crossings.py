@@ -44,7 +44,7 @@ class Crossings:
             for k, function in enumerate(self.functions[mode]):
                 like, *others = (one for one in transitions if one.mode == mode and one.function == function and crosses(one))
                 if below[k]:
-                    yield silent_transition(like, number, opposite(function), self.at(mode, below, k, False))
+                    yield silent_transition(like, number, -function, self.at(mode, below, k, False))
                 elif all(each.where for each in (like, *others)):
                     yield silent_transition(like, number, function, self.at(mode, below, k, True))
 
@@ -62,7 +62,7 @@ class Crossings:
         for function, flag in zip(self.functions[one.mode], below, strict=True):
             if equal(after, function):
                 return flag
-            if equal(after, opposite(function)):
+            if equal(after, -function):
                 return not flag
         return None
 
@@ -98,11 +98,6 @@ def crosses(one: Transition) -> bool:
     """Whether an event is a crossing: it is declared as one, depends on the time alone, or changes nothing."""
     clock = not one.begins and not one.leaves and one.function.timed
     return one.crossing or clock or nothing_changes(one)
-
-
-def opposite(row: Row) -> Row:
-    """The function with the other sign."""
-    return row.times(sp.S.NegativeOne)
 
 
 def nothing_changes(one: Transition) -> bool:
@@ -146,7 +141,7 @@ def silent_transition(like: Transition, mode: int, function: Row, target: int) -
 
 def side(function: Row, below: bool) -> Row:
     """What is not negative on one side of a surface."""
-    return opposite(function) if below else function
+    return -function if below else function
 
 
 def negative_of(one: Row, other: Row) -> bool:

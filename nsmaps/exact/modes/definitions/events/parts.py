@@ -51,7 +51,7 @@ def _crossings(reader: Reader, events: Sequence[Transition], rates: Sequence[Rat
     for mode, rows in enumerate(rates):
         own = [one for one in events if one.mode == mode]
         for argument, sign in reader.kinks.arguments_in(_symbols(rows, own)).items():
-            function = row_of(argument, tuple(reader.states.values()))
+            function = row_of(argument, reader.variables)
             if _ratio(function, [one.function for one in own if not one.begins and not one.releases]):
                 continue
             _check_jump(reader, function, sign, rows)
@@ -66,7 +66,7 @@ def signs_of(reader: Reader, events: Sequence[Transition], rates: Sequence[Rates
     crossed = dict(zip(dict.fromkeys(one.function for one in own if crosses(one)), below, strict=True))
     found = {}
     for argument, sign in reader.kinks.arguments_in(_symbols(rates[mode], own)).items():
-        function = row_of(argument, tuple(reader.states.values()))
+        function = row_of(argument, reader.variables)
         for other in dict.fromkeys(one.function for one in own if not one.begins and not one.releases):
             if ratio := _ratio(function, [other]):
                 found[sign] = -ratio if crossed.get(other, False) else ratio
@@ -103,12 +103,11 @@ def _ratio(function: Row, others: Sequence[Row]) -> int:
 
 def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) -> None:
     """Refuse a kink at which the rate of its own argument jumps: the motion may slide along its zero."""
-    variables = tuple(reader.states.values())
-    rate = function.rate(rates, reader.phase_rate).of(variables)
+    rate = function.rate(rates, reader.phase_rate).of(reader.variables)
     above, below = rate.subs(sign, 1), rate.subs(sign, -1)
-    argument = function.of(variables)
+    argument = function.of(reader.variables)
     for values in trials(above, below, argument) if above != below else ():
-        at = _zero_near(argument, values, variables)
+        at = _zero_near(argument, values, reader.variables)
         one, other = (sp.N(expr.subs(at)) for expr in (above, below))
         if at and abs(one - other) > JUMP * (abs(one) + abs(other)):
             raise SystemDefinitionError(
@@ -119,15 +118,14 @@ def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) ->
 
 def _check_power(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) -> None:
     """Refuse a root of what is zero where the argument of a kink is: it has no Taylor series there, and motions come there."""
-    variables = tuple(reader.states.values())
-    known = zip(variables, function.coefficients, strict=True)
+    known = zip(reader.variables, function.coefficients, strict=True)
     y, c = next(((y, c) for y, c in known if c != 0 and not function.remainder.has(y)), (None, sp.S.Zero))
     if y is None:
         return
-    argument = function.of(variables)
+    argument = function.of(reader.variables)
     there = {y: sp.expand(y - argument / c)}
-    for rate in (row.of(variables).subs(sign, side) for row in rates if row.variables for side in (1, -1)):
-        for power in (part for part in rate.atoms(sp.Pow) if not part.exp.is_integer and part.base.has(*variables)):
+    for rate in (row.of(reader.variables).subs(sign, side) for row in rates if row.variables for side in (1, -1)):
+        for power in (part for part in rate.atoms(sp.Pow) if not part.exp.is_integer and part.base.has(*reader.variables)):
             if sp.expand(power.base.subs(there)) == 0:
                 raise SystemDefinitionError(
                     f"{reader.name}.modes: {text_of(power)} has no Taylor series where {text_of(argument)} is zero, and "

@@ -34,10 +34,9 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
     check_names(f"{what} has a letter for the mode", given.letters, (given.above, given.below, name))
     above, below = rates[given.above], rates[given.below]
     function = reader.row(given.function, f"the function of {what}")
-    variables = tuple(reader.states.values())
     rise = function.rate(above, reader.phase_rate)
-    jump = rise + function.rate(below, reader.phase_rate).times(sp.S.NegativeOne)
-    across = sp.expand(jump.of(variables))
+    jump = rise + -function.rate(below, reader.phase_rate)
+    across = sp.expand(jump.of(reader.variables))
     if across == 0:
         raise SystemDefinitionError(
             f"{what}: its function {text_of(given.function)} has the same rate in {given.above!r} and in {given.below!r}: no "
@@ -45,10 +44,10 @@ def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, R
         )
     rows = []
     for one, other in zip(above, below, strict=True):
-        difference = sp.expand((one + other.times(sp.S.NegativeOne)).of(variables))
-        step = sp.cancel(difference / across) if difference.is_polynomial(*variables) else difference / across
-        rate = one.of(variables) - rise.of(variables) * step
-        rows.append(row_of(rate if one.variables or rise.variables else sp.expand(rate), variables))
+        difference = sp.expand((one + -other).of(reader.variables))
+        step = sp.cancel(difference / across) if difference.is_polynomial(*reader.variables) else difference / across
+        rate = one.of(reader.variables) - rise.of(reader.variables) * step
+        rows.append(row_of(rate if one.variables or rise.variables else sp.expand(rate), reader.variables))
     return tuple(rows)
 
 
@@ -57,7 +56,7 @@ def on_surface(reader: Reader, function: Row, what: str) -> Rates:
 
     A function that is linear in none of them leaves them as they are.
     """
-    curved = [function.remainder.has(y) if function.variables else False for y in reader.states.values()]
+    curved = [function.remainder.has(y) if function.variables else False for y in reader.variables]
     given = zip(reader.states, function.coefficients, curved, strict=True)
     sizes = [0 if c == 0 or bent or state in reader.noise else 2 if c.is_number else 1 for state, c, bent in given]
     if not any(sizes):
@@ -78,17 +77,17 @@ def surface_of(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Ra
     function = reader.row(given.function, f"the function of {what}")
     states = on_surface(reader, function, what)
     above, below = (function.rate(rates[mode], reader.phase_rate).at(states) for mode in (given.above, given.below))
-    rows = function, above, below.times(sp.S.NegativeOne)
-    return Surface(name, (given.above, given.below), tuple(_without_signs(reader, row, states, what) for row in rows))
+    rows = tuple(_without_signs(reader, row, states, what) for row in (function, above, -below))
+    return Surface(name, (given.above, given.below), rows)
 
 
 def _without_signs(reader: Reader, row: Row, states: Rates, what: str) -> Row:
     """A row on a surface with the signs of kinks that do not change along it."""
     symbols = set().union(*(expr.free_symbols for expr in (*row.coefficients, row.remainder)))
-    values, variables = {}, tuple(reader.states.values())
+    values = {}
     for argument, sign in reader.kinks.arguments_in(symbols).items():
-        values[sign] = sp.sign(row_of(argument, variables).at(states).of(variables))
-        if values[sign].has(PHI, *variables, *reader.kinks.signs.values()):
+        values[sign] = sp.sign(row_of(argument, reader.variables).at(states).of(reader.variables))
+        if values[sign].has(PHI, *reader.variables, *reader.kinks.signs.values()):
             raise SystemDefinitionError(
                 f"{what} leads through a kink of the rates, where {text_of(argument)} is zero; expected: modes of their own on "
                 "either side of it"
@@ -101,33 +100,19 @@ def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[
     modes = tuple(rates)
     what = f"{reader.name}.guards: the sliding {name!r}"
     up = reader.row(given.function, f"the function of {what}")
-    down = up.times(sp.S.NegativeOne)
+    down = -up
     states = on_surface(reader, up, what)
-    rise, fall = (
-        up.rate(rates[mode], reader.phase_rate).at(states).times(sign)
-        for mode, sign in ((given.below, sp.S.One), (given.above, sp.S.NegativeOne))
-    )
+    rise = up.rate(rates[given.below], reader.phase_rate).at(states)
+    fall = -up.rate(rates[given.above], reader.phase_rate).at(states)
     same = tuple(map(reader.same, reader.states))
 
-    def event(
-        before: str, after: str, function: Row, reset: Rates, where: Sequence[Row] = (), held: Sequence[Row] = ()
-    ) -> Transition:
-        letter = given.letters.get(after, after[:1])
-        return Transition(
-            f"{before} to {after}",
-            letter,
-            modes.index(before),
-            function,
-            modes.index(after),
-            reset,
-            tuple(where),
-            held=tuple(held),
-            leaves=bool(held),
-        )
+    def event(before: str, after: str, function: Row, reset: Rates, where: Rates = (), held: Rates = ()) -> Transition:
+        name, letter, mode = f"{before} to {after}", given.letters.get(after, after[:1]), modes.index(before)
+        return Transition(name, letter, mode, function, modes.index(after), reset, where, held=held, leaves=bool(held))
 
     for before, after, function, begins in ((given.above, given.below, up, rise), (given.below, given.above, down, fall)):
         yield event(before, name, function, states, (begins,))
-        yield event(before, after, function, same, (begins.times(sp.S.NegativeOne),))
+        yield event(before, after, function, same, (-begins,))
     yield event(name, given.above, fall, states, held=(up,))
     yield event(name, given.below, rise, states, held=(up,))
 
@@ -147,15 +132,14 @@ def _leaves(reader: Reader, one: Transition) -> bool:
     """Whether what is affine and zero throughout the mode of an event is not zero just after it, at some trial values."""
     if any(row.variables for row in (*one.held, one.function)):
         return False
-    symbols = tuple(reader.states.values())
-    after = [row.of(symbols) for row in one.reset]
+    after = [row.of(reader.variables) for row in one.reset]
     for k, formula in one.curved:
         after[k] = formula
     zeros = (*one.held, one.function)
-    for values in trials(*(row.of(symbols) for row in zeros), *after):
-        fixed = {symbol: value for symbol, value in values.items() if symbol not in symbols}
-        states = _random_zero([_numbers(row, fixed) for row in zeros], len(symbols))
-        given = fixed | dict(zip(symbols, map(sp.Float, states.tolist()), strict=True))
+    for values in trials(*(row.of(reader.variables) for row in zeros), *after):
+        fixed = {symbol: value for symbol, value in values.items() if symbol not in reader.variables}
+        states = _random_zero([_numbers(row, fixed) for row in zeros], len(reader.variables))
+        given = fixed | dict(zip(reader.variables, map(sp.Float, states.tolist()), strict=True))
         new = np.array([float(expr.subs(given)) for expr in after] + [1.0])
         for row in one.held:
             terms = _numbers(row, fixed) * new
