@@ -28,7 +28,6 @@ LATER_NAMES = (
     "taylor",
 )
 LATER_SHAPES = (
-    "modes/blocks/batch_scheduler.py",
     "modes/march/returns.py",
     "modes/paths/path.py",
     "noise/modes.py",

@@ -26,7 +26,7 @@ from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_se
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Record, memory
-from nsmaps.exact.modes.tables.nonlinear import varied
+from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
 from nsmaps.exact.returns import Impacts, Itineraries
 from nsmaps.exact.systems.files import place_of
@@ -108,7 +108,7 @@ class ModeKernel(MotionKernel):
         """Compute returns, and their margins if asked for; many in blocks."""
         p, directions = self.table, rows.tangents.shape[-1]
         if directions:
-            varied(self.definition, p.variations)
+            write_variations(self.definition, p.variations)
         margins = np.zeros((*rows.codes.shape, NEAR)) if near is None else near
         found = Record(*map(np.ascontiguousarray, (*rows, margins)))
         given = rows.start.copy()

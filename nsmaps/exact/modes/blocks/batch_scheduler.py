@@ -241,7 +241,7 @@ def returns_in_blocks(p, found, r, b, w):
 
 @long_entry
 def returns(p, found, at, w, b):
-    """The first n returns of M states, written to a `Record` with the first states; in blocks if there is room for them.
+    """The first n returns of states (M, m), written to a `Record` with the first states; in blocks if there is room for them.
 
     They are computed from `at` on, the number of a return and of a motion, in about `PAUSE` pieces of flights: whether all are.
     """

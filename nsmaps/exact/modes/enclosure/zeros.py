@@ -9,7 +9,7 @@ from flint import arb_mat
 from nsmaps.arrays import Bools, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.tables.tables import Tables
-from nsmaps.exact.modes.tables.vanishing import ball_rows, combined, flow_of, independent, reduced, through
+from nsmaps.exact.modes.tables.vanishing import ball_rows, features_after, flow_of, independent_rows, is_combination, reduce_row
 
 
 @dataclass(frozen=True)
@@ -32,14 +32,15 @@ class Facts:
         table, count = self.table, range(len(self.functions))
         on, started, modes = table.on > 0, np.zeros((len(self.starts), len(count)), bool), [mode_of(table, f) for f in count]
         lasting = [
-            independent([self.functions[f].entries() for f in count if self.lasts(mode, f)]) for mode in range(len(self.flows))
+            independent_rows([self.functions[f].entries() for f in count if self.lasts(mode, f)])
+            for mode in range(len(self.flows))
         ]
         for f, function in enumerate(self.functions):
             for k, reset in enumerate(self.resets):
-                on[k, f] |= modes[f] == table.target[k] and combined(function * reset, lasting[table.mode[k]])
+                on[k, f] |= modes[f] == table.target[k] and is_combination(function * reset, lasting[table.mode[k]])
             for b, k in enumerate(table.starts):
                 by = self.starts[b] if table.after else self.resets[k] * self.starts[b]
-                started[b, f] = on[k, f] or combined(function * by, [])
+                started[b, f] = on[k, f] or is_combination(function * by, [])
         rises = [[bool(on[k, f]) and self.rises(k, f) for f in count] for k in range(len(self.resets))]
         return {"on": on, "started": started, "rises": np.array(rises)}
 
@@ -48,8 +49,8 @@ class Facts:
         function, table = self.functions[f], self.table
         ways = [reset for k, reset in enumerate(self.resets) if table.target[k] == mode]
         ways += [self.starts[b] for b, k in enumerate(table.starts) if (table.target if table.after else table.mode)[k] == mode]
-        kept = combined(function * self.flows[mode], independent([function.entries()]))
-        return kept and all(combined(function * by, []) for by in ways)
+        kept = is_combination(function * self.flows[mode], independent_rows([function.entries()]))
+        return kept and all(is_combination(function * by, []) for by in ways)
 
     def rises(self, k: int, f: int) -> bool:
         """Whether the rate of a function after an event is the negative, times a share, of that of the event's function at it."""
@@ -57,11 +58,11 @@ class Facts:
         if mode != self.table.target[k]:
             return False
         rate, row = own * self.flows[self.table.mode[k]], self.functions[f] * self.flows[mode] * self.resets[k]
-        basis = independent([own.entries()])
-        after, before = (reduced(x.entries(), basis) for x in (row, rate))
-        multiples = independent([before])
+        basis = independent_rows([own.entries()])
+        after, before = (reduce_row(x.entries(), basis) for x in (row, rate))
+        multiples = independent_rows([before])
         shares = [after[lead] / before[lead] for lead, _ in multiples]
-        return combined(arb_mat([after]), multiples) and all(share < 0 or share.contains(0) for share in shares)
+        return is_combination(arb_mat([after]), multiples) and all(share < 0 or share.contains(0) for share in shares)
 
 
 def facts_of(definition: Definition, values: Sequence[float], table: Tables) -> Facts:
@@ -70,7 +71,7 @@ def facts_of(definition: Definition, values: Sequence[float], table: Tables) -> 
     rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
     functions = [arb_mat([list(rows.functions[k])]) for k in first_choices(table)]
     flows = [flow_of(mode, rate) for mode in rows.rates]
-    return Facts(table, flows, functions, list(map(through, rows.resets)), list(map(through, rows.starts)))
+    return Facts(table, flows, functions, list(map(features_after, rows.resets)), list(map(features_after, rows.starts)))
 
 
 def first_choices(table: Tables) -> Ints:

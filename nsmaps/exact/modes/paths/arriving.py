@@ -14,7 +14,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.march.returns import arrivals
 from nsmaps.exact.modes.tables.memory import Memory, memory, record
-from nsmaps.exact.modes.tables.nonlinear import derived_at, rates_at, varied
+from nsmaps.exact.modes.tables.nonlinear import derived_at, rates_at, write_variations
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 from nsmaps.exact.outcome import Outcome
@@ -42,7 +42,7 @@ def arrivals_of(
     chosen = modes_of(definition, table, features, phase, given)
     found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
     if derivative:
-        varied(definition, table.variations)
+        write_variations(definition, table.variations)
     begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
     while begin < len(start):
         begin = arrivals(table, chosen, place, phase, found, begin, room)

@@ -37,7 +37,7 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
     }
 
 
-def varied(definition: Definition, variations: Ints) -> None:
+def write_variations(definition: Definition, variations: Ints) -> None:
     """Write the programs of derivatives of flights, which are made when they are first asked for."""
     if definition.smooth and not variations.any():
         from nsmaps.exact.taylor.programs import steps_of
@@ -78,7 +78,7 @@ def _written(table: Any, address: int, states: Floats, phase: Floats, shape: tup
     return out
 
 
-def recomputed(definition: Definition, one: Transition) -> list[int]:
+def states_to_recompute(definition: Definition, one: Transition) -> list[int]:
     """The positions of the derived states that a transition may change: those of own states that its reset changes."""
     own = len(definition.states)
     moving = {

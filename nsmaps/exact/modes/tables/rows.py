@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.tables.nonlinear import recomputed
+from nsmaps.exact.modes.tables.nonlinear import states_to_recompute
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ def rows_of(definition: Definition, given: Floats) -> Rows:
     for one in definition.transitions:
         functions.append(next(waiting))
         reset = np.array([next(waiting) for _ in one.reset])
-        for d in set(range(len(definition.states), n)) - set(recomputed(definition, one)):
+        for d in set(range(len(definition.states), n)) - set(states_to_recompute(definition, one)):
             reset[d] = np.eye(n, width)[d]
         resets.append(reset)
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))

@@ -185,7 +185,7 @@ def functions_of(
     definition: Definition, values: Sequence[float], rows: Rows, rate: float, flows: dict[str, Any]
 ) -> dict[str, Any]:
     """The fields of a table that describe the functions watched in each mode, those of several transitions once."""
-    groups = [grouped(definition, rows, mode) for mode in range(len(definition.modes))]
+    groups = [group_transitions(definition, rows, mode) for mode in range(len(definition.modes))]
     sets = [group for mode in groups for group in mode]
     leads = [lead for lead, *_ in sets]
     functions = rows.functions[leads]
@@ -193,7 +193,7 @@ def functions_of(
     bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
     which = {k: function for function, group in enumerate(sets) for k in group}
     on = vanishing(definition, values, leads, functions.shape[1])
-    bounces = [bounced(definition, functions, modes, on, k, which.get(k, 0)) for k in range(len(definition.transitions))]
+    bounces = [function_after(definition, functions, modes, on, k, which.get(k, 0)) for k in range(len(definition.transitions))]
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
         "functions": functions,
@@ -209,7 +209,7 @@ def functions_of(
     }
 
 
-def bounced(definition: Definition, functions: Floats, modes: Ints, on: Ints, k: int, function: int) -> int:
+def function_after(definition: Definition, functions: Floats, modes: Ints, on: Ints, k: int, function: int) -> int:
     """The function of an event in the mode that follows, if it is watched there and zero, and no contact may last; or -1."""
     one = definition.transitions[k]
     if one.begins or one.guard or one.leaves:
@@ -282,7 +282,7 @@ def sparse(rates: Floats) -> tuple[Ints, Ints, Floats]:
     return first, columns, rates[filled_rows]
 
 
-def grouped(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
+def group_transitions(definition: Definition, rows: Rows, mode: int) -> list[list[int]]:
     """The transitions of a mode, those with the same function together."""
     groups: dict[tuple[float, ...], list[int]] = {}
     for k, one in enumerate(definition.transitions):

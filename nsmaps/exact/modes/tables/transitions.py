@@ -22,7 +22,7 @@ def plain_of(definition: Definition) -> list[bool]:
 def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
     """The fields of a table that describe its transitions."""
     n, width = rows.resets.shape[1:]
-    fixed, own = stated(definition), len(definition.states)
+    fixed, own = fixed_fields(definition), len(definition.states)
     jumps = (rows.resets != np.eye(n, width)).any(axis=2)
     return {
         **fixed,
@@ -36,7 +36,7 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=64)
-def stated(definition: Definition) -> dict[str, Any]:
+def fixed_fields(definition: Definition) -> dict[str, Any]:
     """The fields of a table that describe its transitions, and are the same at all parameters."""
     letters, transitions = definition.letters, definition.transitions
     names = {transitions[start.transition].name for start in definition.starts}

@@ -12,7 +12,7 @@ from nsmaps.arrays import Ints
 from nsmaps.exact.flows.balls import many_digits
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import BallRow
-from nsmaps.exact.modes.tables.nonlinear import recomputed
+from nsmaps.exact.modes.tables.nonlinear import states_to_recompute
 from nsmaps.exact.modes.tables.rows import Rows, rows_of
 from nsmaps.exact.modes.tables.taylor import TERMS
 
@@ -36,7 +36,7 @@ def flow_of(rates: Sequence[Sequence[arb]], rate: arb) -> arb_mat:
     return flow
 
 
-def through(states: Sequence[Sequence[arb]]) -> arb_mat:
+def features_after(states: Sequence[Sequence[arb]]) -> arb_mat:
     """The matrix of the features by those before a reset, shape (N, N), from the rows of the states."""
     n, (width, *_) = len(states), map(len, states)
     return arb_mat([list(row) for row in states] + np.eye(width)[n:].tolist())
@@ -54,39 +54,39 @@ def vanishing(definition: Definition, values: Sequence[float], leads: Sequence[i
         rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
         flows, functions = [flow_of(mode, rate) for mode in rows.rates], [arb_mat([list(row)]) for row in rows.functions]
         for k, one in enumerate(definition.transitions):
-            reset, given = through(rows.resets[k]), [*dict(one.curved), *recomputed(definition, one)]
-            zeros = independent([rows.functions[k], *rows.held[k]])
+            reset, given = features_after(rows.resets[k]), [*dict(one.curved), *states_to_recompute(definition, one)]
+            zeros = independent_rows([rows.functions[k], *rows.held[k]])
             for i, lead in enumerate(leads):
                 if definition.transitions[lead].mode == one.target:
-                    result[k, i] = flat_terms(functions[lead], flows[one.target], reset, given, zeros)
+                    result[k, i] = zero_terms(functions[lead], flows[one.target], reset, given, zeros)
     return np.minimum(result, 1) if definition.smooth else result
 
 
-def flat_terms(function: arb_mat, flow: arb_mat, reset: arb_mat, given: list[int], zeros: Basis) -> int:
+def zero_terms(function: arb_mat, flow: arb_mat, reset: arb_mat, given: list[int], zeros: Basis) -> int:
     """How many of the first terms of a function's series are zero where others are, seen through a reset."""
     term = function
     for k in range(term.ncols()):
         entries = term.entries()
-        if not all(entries[state].contains(0) for state in given) or not combined(term * reset, zeros):
+        if not all(entries[state].contains(0) for state in given) or not is_combination(term * reset, zeros):
             return k
         term = term * flow
     return TERMS  # by Cayley and Hamilton
 
 
-def independent(rows: Sequence[Sequence[arb]]) -> Basis:
+def independent_rows(rows: Sequence[Sequence[arb]]) -> Basis:
     """Rows that span the same space."""
     found: Basis = []
     for given in rows:
-        row = reduced(given, found)
+        row = reduce_row(given, found)
         sizes = [0.0 if x.contains(0) else abs(float(x)) for x in row]
         if any(sizes):
             lead = int(np.argmax(sizes))
             row = [x / row[lead] for x in row]
-            found = [(k, reduced(one, [(lead, row)])) for k, one in found] + [(lead, row)]
+            found = [(k, reduce_row(one, [(lead, row)])) for k, one in found] + [(lead, row)]
     return found
 
 
-def reduced(row: Sequence[arb], basis: Basis) -> BallRow:
+def reduce_row(row: Sequence[arb], basis: Basis) -> BallRow:
     """What a row is less multiples of others, zero at their places."""
     remaining = list(row)
     for lead, one in basis:
@@ -96,6 +96,6 @@ def reduced(row: Sequence[arb], basis: Basis) -> BallRow:
     return remaining
 
 
-def combined(row: arb_mat, basis: Basis) -> bool:
+def is_combination(row: arb_mat, basis: Basis) -> bool:
     """Whether a row, shape (1, N), is a sum of multiples of others."""
-    return all(x.contains(0) for x in reduced(row.entries(), basis))
+    return all(x.contains(0) for x in reduce_row(row.entries(), basis))
