@@ -54,7 +54,7 @@ class Returns(WithCoordinates):
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
     integrated: bool = False  #: True if flights were integrated numerically, which nothing certifies either
     alphabet: Alphabet = PLAIN  #: what the letters of words stand for
-    number: NDArray[np.int32] | None = None  #: shape (N,), successive returns that each row is, see `joined`; None: one each
+    number: NDArray[np.int32] | None = None  #: shape (N,), successive returns that each row is; None: one each
 
     def __len__(self) -> int:
         return len(self.start)

@@ -22,10 +22,9 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
-    from nsmaps.exact.events import ModeTrack
+    from nsmaps.exact.events import ModeTrack, Track
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Grid, Surface
-    from nsmaps.exact.trajectory import Track
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.reduced.fit.filter import DiagonalRegion

@@ -55,6 +55,7 @@ SOURCES = (
     ("engine/steps.py", "Taylor's theorem"),
     ("modes/definitions/events/contact.py", "Nordmark and P. Piiroinen"),
     ("modes/definitions/events/sliding.py", "Filippov"),
+    ("modes/enclosure/forms.py", "de Figueiredo, J. Stolfi"),
     ("noise/flight.py", "Gillespie"),
     ("noise/orbit.py", "Uhlenbeck and L. S. Ornstein", "Gillespie"),
 )

@@ -33,12 +33,12 @@ from nsmaps.dynamics.observables.attractors import AttractorMeans
 from nsmaps.dynamics.observables.means import Mean
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import periodic_orbit
+from nsmaps.exact.events import Track
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
-from nsmaps.exact.trajectory import Track
 from nsmaps.exact.words import encode
 from nsmaps.figures.style import units_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece

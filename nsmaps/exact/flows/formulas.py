@@ -15,7 +15,8 @@ S = sp.Symbol("_s", real=True)  #: the time since the impact
 PHI = sp.Symbol("_phi", real=True)  #: the phase, place and velocity of the impact
 Z = sp.Symbol("_z", real=True)
 W = sp.Symbol("_w", real=True)
-EXACT, ROUNDED = sp.Float("1e-35"), sp.Float("1e-12")  #: largest residue of a formula that holds, exact or with floats in it
+#: largest residue of a formula that holds, exact or with floats in it
+EXACT_RESIDUE, ROUNDED_RESIDUE = sp.Float("1e-35"), sp.Float("1e-12")
 V = sp.Symbol("_v", nonnegative=True)  #: the speed just before an impact
 
 
@@ -48,7 +49,7 @@ def displacement_at(symbolic: Any, period: sp.Expr) -> sp.Expr:
 def check_flight(name: str, given: sp.Expr, period: sp.Expr, symbols: dict[str, sp.Symbol]) -> None:
     """Refuse a displacement that cannot be a flight: by its form, its start and its continuation."""
     check_form(given)
-    near = ROUNDED if given.has(sp.Float) or period.has(sp.Float) else EXACT
+    near = ROUNDED_RESIDUE if given.has(sp.Float) or period.has(sp.Float) else EXACT_RESIDUE
     _check(name, "start at hit.z", given.subs(S, 0) - Z, symbols, near)
     _check(name, "start with the velocity hit.w", sp.diff(given, S).subs(S, 0) - W, symbols, near)
     _check_restart(name, given, period, near)
@@ -60,7 +61,7 @@ def checked_acceleration(symbolic: Any, period: sp.Expr, symbols: dict[str, sp.S
     check_symbols(name, [given], {*symbols.values(), S})
     for values in trials(given):
         now, later = (sp.N(given.subs(S, time).xreplace(values), 50) for time in (S, S + period))
-        if now.is_finite and not abs(later - now) < ROUNDED * (1 + abs(now)):
+        if now.is_finite and not abs(later - now) < ROUNDED_RESIDUE * (1 + abs(now)):
             raise SystemDefinitionError(
                 f"{name}.acceleration is not the same after one `period`: {sp.N(now, 8)} becomes {sp.N(later, 8)} at "
                 f"{values_text(values)}; expected: forces of one period, also as the common one of several"

@@ -14,9 +14,9 @@ from nsmaps.exact.engine.flight import layout as at
 from nsmaps.exact.flows.balls import Number, Program, is_zero
 from nsmaps.exact.flows.exponentials import Sum
 
-CANCELS = 0.1  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
-NEAR = 0.1  #: and if their rates differ by less than this share
-SLOW = 0.02  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
+CANCELLATION = 0.1  #: two terms with nearly equal rates are chained if they cancel to less than this share of them
+NEAR_RATES = 0.1  #: and if their rates differ by less than this share
+SLOW_WAVE = 0.02  #: a damped wave whose frequency is below this share of its rate forms a pair, as next to critical damping
 VELOCITY = 2  #: its place among the features
 ORDERS = range(2, 6)  #: time derivatives of the displacement at the start: acceleration to crackle
 GROWTH, DECAY = 1.0, 10.0  #: of the exponents of the fastest rate: the reach of bounds on flights that grow, and on others
@@ -84,7 +84,7 @@ def sign_of_frequency(rate: acb) -> int:
 
 def is_slow(rate: acb) -> bool:
     """Whether a wave is slow beside its decay or growth."""
-    return bool(0 < complex(rate).imag < SLOW * abs(complex(rate)))
+    return bool(0 < complex(rate).imag < SLOW_WAVE * abs(complex(rate)))
 
 
 def grows(rate: acb) -> bool:
@@ -94,12 +94,12 @@ def grows(rate: acb) -> bool:
 
 def near(x: acb, y: acb) -> bool:
     """Whether two numbers differ by a small share."""
-    return bool(abs(complex(x - y)) <= NEAR * max(abs(complex(x)), abs(complex(y))))
+    return bool(abs(complex(x - y)) <= NEAR_RATES * max(abs(complex(x)), abs(complex(y))))
 
 
 def cancel(x: acb, y: acb) -> bool:
     """Whether the sum of two numbers is small beside them."""
-    return bool(abs(complex(x + y)) < CANCELS * max(abs(complex(x)), abs(complex(y))))
+    return bool(abs(complex(x + y)) < CANCELLATION * max(abs(complex(x)), abs(complex(y))))
 
 
 def size(x: acb) -> acb:

@@ -17,7 +17,7 @@ from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as
 from nsmaps.errors import StateError
 from nsmaps.exact.engine.itinerary import itinerary
 from nsmaps.exact.engine.kernel import SpectralKernel
-from nsmaps.exact.grazing.equations import NEAR, PHASE, SPEED, TIME, Frame, Touch
+from nsmaps.exact.grazing.equations import NEAR_CURVE, PHASE, SPEED, TIME, Frame, Touch
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import HIGHEST, LOWEST
 
@@ -134,7 +134,7 @@ def _on(frame: Frame, curve: Floats, places: Floats) -> NDArray[np.bool_]:
     for k, place in enumerate(places):
         back = frame.difference_of(place - curve[:-1])
         share = np.clip(np.einsum("ij,ij->i", back, step) / length**2, 0, 1)
-        on[k] = (np.linalg.norm(back - share[:, None] * step, axis=1) < CHORD * length + NEAR).any()
+        on[k] = (np.linalg.norm(back - share[:, None] * step, axis=1) < CHORD * length + NEAR_CURVE).any()
     return on
 
 

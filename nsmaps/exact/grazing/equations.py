@@ -17,8 +17,8 @@ from nsmaps.exact.engine.itinerary import touch
 
 SHORTEST = 1e-9  # flight to a touch, in periods: in shorter ones the ball has not left the wall
 SMALLEST = 1e-13  # step, in sizes of the box, at which a curve is abandoned
-NEAR = 1e-6  # as a share of the size of the box: a point nearer to a curve than this counts as lying on it
-ROUNDED = 1e-14  # relative rounding of a point, by which a wall may be met shortly before it would be touched
+NEAR_CURVE = 1e-6  # as a share of the size of the box: a point nearer to a curve than this counts as lying on it
+POINT_ROUNDING = 1e-14  # relative rounding of a point, by which a wall may be met shortly before it would be touched
 BEND = 0.995  # least cosine between the directions at both ends of a step
 MAX_POINTS = 20_000
 WHOLE = 1e-12  # of a turn: boxes that lack less contain every phase
@@ -79,7 +79,7 @@ class TouchPoint:
     def near(self) -> bool:
         """True if the gap is within reach of a curve."""
         gap, _ = self.residual
-        return bool(abs(gap) < NEAR * np.linalg.norm(self.by_gap))
+        return bool(abs(gap) < NEAR_CURVE * np.linalg.norm(self.by_gap))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class Touch:
         if found.slowest > 0 and found.acceleration <= 0:
             why = "inflection"
         elif found.slowest > 0:
-            early = max(EARLY, sqrt(2 * ROUNDED * hypot(*by_gap) / found.acceleration) / s)
+            early = max(EARLY, sqrt(2 * POINT_ROUNDING * hypot(*by_gap) / found.acceleration) / s)
             why = "" if found.share > 1 - early else "graze"
         return TouchPoint(y, np.array([found.gap, found.rate]), np.array([by_gap, by_rate]), why, float(found.slowest))
 
@@ -128,13 +128,13 @@ class Touch:
 
     def end(self, point: TouchPoint, along: Floats) -> str:
         """The reason why the curve ends in a direction at its last point, from what is found a little beyond it."""
-        beyond = point.y + 10 * NEAR * along
+        beyond = point.y + 10 * NEAR_CURVE * along
         if reason := self.frame.outside(beyond):
             return reason
         there = self.evaluate(beyond)
         if there is None or not there.near:
             return "graze"
-        return (there.why or "lost") if point.slowest > 100 * NEAR * self.frame.scale[SPEED] else "graze"
+        return (there.why or "lost") if point.slowest > 100 * NEAR_CURVE * self.frame.scale[SPEED] else "graze"
 
     def branch(self, start: TouchPoint, along: Floats, max_points: float) -> tuple[str, list[Floats]]:
         """The curve from a point on it in one direction: (the reason why it ends, or `closed`; its further points)."""
@@ -153,7 +153,7 @@ class Touch:
         """The curve through a point near it: its points, shape (M, 3), and why it ends at both ends; None if there is none."""
         near = self.evaluate(seed)
         start = None if near is None else correct(self, seed, self.direction(near))
-        if start is None or length(self.difference(start.y, seed)) > NEAR:
+        if start is None or length(self.difference(start.y, seed)) > NEAR_CURVE:
             return None
         along = self.direction(start)
         last, ahead = self.branch(start, along, max_points)

@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.events import ModeTrack
-from nsmaps.exact.trajectory import Track
+from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.figures.data import TRACKS
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit

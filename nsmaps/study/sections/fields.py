@@ -30,11 +30,10 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.observables.attractors import AttractorMeans
     from nsmaps.dynamics.observables.cycles import CycleMeans
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.exact.events import ModeTrack
+    from nsmaps.exact.events import ModeTrack, Track
     from nsmaps.exact.returns import Returns
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Surface
-    from nsmaps.exact.trajectory import Track
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.composite.composite import CompositeMap, Coverage
     from nsmaps.reduced.composite.parametric import ParametricMap

@@ -12,10 +12,9 @@ from nsmaps.exact.flows.alternatives import DELAY, FORCING
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.laws import replace_functions
 from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
-from nsmaps.exact.modes.definitions.rows import Row, row_of, same_row
+from nsmaps.exact.modes.definitions.rows import NEAR, Row, row_of, same_row
 
 CLOCK = sp.Symbol("_t", real=True)  #: the time in a system without forcing, in which no formula may depend on it
-NEAR = 1e-12  #: of values of a formula that are the same, relative
 TRIGONOMETRIC = sp.sin, sp.cos, sp.tan, sp.asin, sp.acos, sp.atan, sp.atan2
 HYPERBOLIC = sp.sinh, sp.cosh, sp.tanh, sp.asinh, sp.acosh, sp.atanh
 RATIOS = {

@@ -10,7 +10,7 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, S, check_form, trials
 
 DIGITS = 30  #: in which expressions are compared
-VARIED = 1e-12  #: by more than this, relative, an expression changes with a symbol
+NEAR = 1e-12  #: relative: values at trial parameters that differ by less are the same
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def _varies(expr: sp.Expr, bound: set[sp.Symbol]) -> bool:
     first, *others = trials(expr)
     values = [first | {x: value for x, value in at.items() if x in bound} for at in (first, *others)]
     number, *numbers = (sp.N(expr.subs(at), DIGITS) for at in values)
-    return all(x.is_finite for x in (number, *numbers)) and any(abs(x - number) > VARIED * (1 + abs(x)) for x in numbers)
+    return all(x.is_finite for x in (number, *numbers)) and any(abs(x - number) > NEAR * (1 + abs(x)) for x in numbers)
 
 
 def is_sum_of_waves(expr: sp.Expr) -> bool:
@@ -150,4 +150,4 @@ def zero_row(n: int) -> Row:
 
 def vanishes(expr: sp.Expr) -> bool:
     """Whether an expression is zero at all trial values."""
-    return all(abs(sp.N(expr.subs(at), DIGITS)) <= VARIED for at in trials(expr))
+    return all(abs(sp.N(expr.subs(at), DIGITS)) <= NEAR for at in trials(expr))

@@ -10,8 +10,8 @@ from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Start, Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates
-from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, text_of
-from nsmaps.exact.modes.definitions.rows import Row, equal, factor_of, vanishes
+from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
+from nsmaps.exact.modes.definitions.rows import NEAR, Row, equal, factor_of, vanishes
 from nsmaps.exact.systems.guards import Section
 
 

@@ -15,8 +15,8 @@ from nsmaps.exact.flows.alternatives import FRICTION
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
-from nsmaps.exact.modes.definitions.formulas import NEAR, Reader, check_names, text_of
-from nsmaps.exact.modes.definitions.rows import Row, row_of, vanishes
+from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
+from nsmaps.exact.modes.definitions.rows import NEAR, Row, row_of, vanishes
 from nsmaps.exact.systems.guards import Guard
 
 
