@@ -30,7 +30,6 @@ LATER_NAMES = (
 LATER_SHAPES = (
     "modes/march/returns.py",
     "modes/paths/path.py",
-    "noise/modes.py",
     "observables/flights.py",
 )
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
@@ -57,6 +56,7 @@ SOURCES = (
     ("modes/definitions/events/sliding.py", "Filippov"),
     ("modes/enclosure/forms.py", "de Figueiredo, J. Stolfi"),
     ("noise/flight.py", "Gillespie"),
+    ("noise/modes.py", "Gillespie"),
     ("noise/orbit.py", "Uhlenbeck and L. S. Ornstein", "Gillespie"),
 )
 

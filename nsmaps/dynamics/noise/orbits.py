@@ -217,14 +217,14 @@ def _forced(
 
 
 def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
-    """Tables of R realisations, in the order of the arguments of the compiled loop."""
+    """Tables of R realisations none of whose returns is known, in the order of the arguments of the compiled loop."""
     return {
-        "states": np.empty((r, n + 1, dim)),
-        "turns": np.empty((r, n, dim), np.int32),
-        "codes": np.empty((r, n), np.int64),
-        "outcome": np.empty((r, n), np.int8),
-        "time": np.empty((r, n)),
-        "eta": np.empty((r, n + 1)),
+        "states": np.full((r, n + 1, dim), np.nan),
+        "turns": np.zeros((r, n, dim), np.int32),
+        "codes": np.zeros((r, n), np.int64),
+        "outcome": np.zeros((r, n), np.int8),
+        "time": np.full((r, n), np.nan),
+        "eta": np.full((r, n + 1), np.nan),
         "impacts": np.full((r, impacts, 3), np.nan),
     }
 

@@ -104,7 +104,7 @@ class SpectralKernel(MotionKernel):
         while count[noisy.FATE] == noisy.UNDER_WAY and count[noisy.MADE] < len(out.codes):
             noisy.noisy_orbit(first, step, rng.standard_normal((STEPS, parts, 3)), ball, count, out)
             check_stop()
-        noisy.finish(count, out)
+        out.outcome[count[noisy.MADE] :] = count[noisy.FATE]
 
     def itineraries(self, start: Floats, chatter: float, speeds: Floats | None = None) -> Itineraries:
         """The itineraries of first returns; margins are in the units of places and speeds."""

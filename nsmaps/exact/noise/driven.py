@@ -46,7 +46,7 @@ class DrivenKernel:
             while motion.count[modes.DRAWN] < STEPS:
                 modes.noisy_motion(p, modes.Grid(h, step), normals, motion, out, o, w)
                 check_stop()
-        modes.finish(motion, out)
+        outcome[motion.count[modes.MADE] :] = motion.count[modes.FATE]
         for total in totals:
             total[:] = o.q.total * self.plan.scales
 

@@ -1,8 +1,9 @@
 """Orbits of systems with modes under Ornstein-Uhlenbeck noise, from grid point to grid point of its exact discretisation.
 
 Over a step the noise is the cubic with its values at both ends and its first two integrals: their law is Gaussian and is drawn
-exactly. The cubic and its derivatives are states of the table, the last own ones, so that flights and events, of affine and of
-nonlinear modes, are as those without noise. Of flights on which only the noise acts, places and speeds at the ends are exact.
+exactly (D. T. Gillespie, Phys. Rev. E 54, 1996). The cubic and its derivatives are states of the table, the last own ones, so
+that flights and events, of affine and of nonlinear modes, are as those without noise. Of flights on which only the noise acts,
+places and speeds at the ends are exact.
 """
 
 import math
@@ -243,7 +244,7 @@ def prepare(p, first, motion, out, w):
 
 @long_entry
 def noisy_motion(p, grid, normals, motion, out, o, w):
-    """Advance through as many steps as there are normals, shape (steps, parts, 3), or as there is room for returns.
+    """Advance through as many steps as there are normals, shape (S, parts, 3), or as there is room for returns.
 
     Step `DRAWN` is the first; it pauses after about `PAUSE` pieces of flights.
     """
@@ -267,14 +268,3 @@ def noisy_motion(p, grid, normals, motion, out, o, w):
         advance(p, grid.step, motion, out, o, w)
         run[ETA] = last
         count[STEPS], count[DRAWN] = count[STEPS] + 1, count[DRAWN] + 1
-
-
-@long_entry
-def finish(motion, out):
-    """Fill the record of a motion that ended."""
-    _, count = motion
-    found = out.found
-    for i in range(count[MADE], len(found.codes)):
-        after = i + 1
-        found.states[after, ONE, :], out.eta[after], found.time[i, ONE] = math.nan, math.nan, math.nan
-        found.turns[i, ONE, :], found.codes[i, ONE], found.outcome[i, ONE] = 0, 0, count[FATE]

@@ -275,11 +275,3 @@ def noisy_orbit(step, discretisation, normals, ball, count, out):
         ball[NOW], ball[ETA], ball[SINCE], ball[ALOFT] = 0.0, last, ball[SINCE] + h, ball[ALOFT] + h
         count[WHOLE] += whole
         count[STEPS] += 1
-
-
-@entry
-def finish(count, out):
-    """Fill the tables of an orbit that ended, with its record `count`, shape (COUNTS,)."""
-    first, after = count[MADE], count[MADE] + 1
-    out.states[after:], out.eta[after:], out.time[first:] = math.nan, math.nan, math.nan
-    out.turns[first:], out.codes[first:], out.outcome[first:] = 0, 0, count[FATE]
