@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Section, Wall, noisy_orbits
+from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.orbits import exact_step
 from nsmaps.exact.kernel import STEPS
@@ -137,6 +138,20 @@ def test_an_acceleration_takes_the_noise_as_a_displacement_does():
     np.testing.assert_allclose(made.states, known.states, atol=1e-11)
     np.testing.assert_allclose(made.impacts, known.impacts, atol=1e-11)
     assert (made.words == known.words).all()
+
+
+class Pit(Falling):
+    """The same without an upper wall."""
+
+    def walls(self):
+        return {"B": Wall(at=self.d / 2, side=1), "T": Wall(at=-self.d / 2, side=-1, ends=True)}
+
+
+def test_motions_end_at_walls_and_impacts_are_listed_over_a_parameter_under_noise():
+    assert noisy_orbits(Pit(), [0.83, 0.36], 20, LOUD, 3).ended() == {"escaped": 3}
+    made = impact_diagram(lambda f: DUFFING.at(f=float(f)), [0.75, 0.8], CYCLE, LOUD, "up", returns=5, discard=2)
+    assert made.walls == ("B",)
+    assert all((speeds[wall == 0] > 0).sum() >= 5 for wall, speeds in zip(made.wall, made.speed, strict=True))
 
 
 @pytest.mark.parametrize("system", [DUFFING, PendulumStop(c=0.1, f=0.8, w=1.1, stop=0.3, r=0.8)], ids=["duffing", "pendulum"])
