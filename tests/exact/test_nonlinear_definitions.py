@@ -333,3 +333,26 @@ def test_a_section_on_a_curved_surface_takes_the_formula_that_is_given() -> None
 def test_what_cannot_be_followed_is_refused_with_a_way_out(system: HybridSystem, said: str) -> None:
     with pytest.raises(SystemDefinitionError, match=said):
         definition_of(system)
+
+
+class Clocked(HybridSystem):
+    """A body rests on a floor, x = 0, while z runs to w + x = z^2, where it is halved; the section gives w by x and z."""
+
+    states = ("x", "v", "z", "w")
+
+    def modes(self, t, y):
+        return {"fly": {"x": y.v, "v": -1, "z": 1, "w": 0}}
+
+    def guards(self, t, y):
+        clock = Guard("floor", y.w + y.x - y.z**2, reset={"z": y.z / 2})
+        return {"B": Guard("fly", y.x, reset={"v": -y.v / 2}, rests="floor"), "E": clock}
+
+    def section(self, t, y):
+        return Section("E", ("x", "z"))
+
+
+def test_states_beside_a_section_are_moved_onto_it_where_a_nonlinear_function_gives_another_state() -> None:
+    system = Clocked()
+    placed = system.on_section([[0.3, 2.0], [-1e-3, 0.5], [0.0, 1.0]])
+    assert placed.tolist() == [[0.0, 2.0], [0.0, 0.5], [0.0, 1.0]]
+    assert system.first_return(placed).image == pytest.approx(placed, abs=1e-14)

@@ -8,7 +8,7 @@ from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
-from nsmaps.exact.modes.tables.nonlinear import start_states
+from nsmaps.exact.modes.tables.nonlinear import derived_at, start_states
 from nsmaps.exact.modes.tables.tables import Tables
 
 OFF = 1e-6  #: of the sizes of its terms and of its change in time: how far a function is from zero at most on its surface
@@ -41,10 +41,10 @@ def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Float
     moved, off = rows.copy(), np.flatnonzero(~on_section(table, surfaces, rows))
     if not len(off):
         return moved
-    nearest, places, n = _distances(table, surfaces, rows[off]).argmin(axis=0), table.places, table.resets.shape[1]
+    nearest, places = _distances(table, surfaces, rows[off]).argmin(axis=0), table.places
     states = np.flatnonzero(places >= 0)
     for i, k in zip(off.tolist(), nearest.tolist(), strict=True):
-        change = (surfaces[k][:, :n] @ table.states[k])[:, places[states]]
+        change = (surfaces[k][:, : table.first.shape[1] - 1] @ _slopes(table, k, rows[i : i + 1]))[:, places[states]]
         units = np.abs(rows[i, states])
         units[units == 0] = units.max(initial=0.0) or 1.0
         values = surfaces[k] @ _features(table, k, rows[i : i + 1])[0][0]
@@ -68,15 +68,28 @@ def _in_words(definition: Definition, row: Floats) -> str:
     return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.coordinates, row.tolist(), strict=True))
 
 
-def _features(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats]:
-    """The features of rows at one start, shape (M, N), and their phases (M,)."""
+def _states(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats, Floats]:
+    """The own states of rows at one start, shape (M, own), their derivatives by states (M, own, own), and phases (M,)."""
     own, places = table.own, table.places
     given, phase = np.zeros((len(rows), own)), np.full(len(rows), table.phase)
     given[:, places[places >= 0]] = rows[:, places >= 0]
     if (places < 0).any():
         phase = rows[:, np.flatnonzero(places < 0)[0]]
     phase = np.where(np.abs(phase) <= MOST_PHASE, phase, 0.0) % TWO_PI
-    return features_of(table, start_states(table, k, given, features_of(table, given, phase), phase), phase), phase
+    return *start_states(table, k, given, features_of(table, given, phase), phase), phase
+
+
+def _features(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats]:
+    """The features of rows at one start, shape (M, N), and their phases (M,)."""
+    states, _, phase = _states(table, k, rows)
+    return features_of(table, states, phase), phase
+
+
+def _slopes(table: Tables, k: int, row: Floats) -> Floats:
+    """The derivatives of own and derived states at one start, for a row of shape (1, m), by own states, shape (n, own)."""
+    states, (slopes,), phase = _states(table, k, row)
+    (derived,) = derived_at(table, states, phase)[..., 1 : table.own + 1]
+    return np.concatenate([slopes, derived @ slopes])
 
 
 def _distances(table: Tables, surfaces: Surfaces, rows: Floats) -> Floats:

@@ -37,7 +37,8 @@ def not_a_start(definition: Definition, table: Tables, row: Floats) -> str:
     features = features_of(table, given, phases)
     reasons: dict[str, str] = {}
     for start, k in enumerate(table.starts.tolist()):
-        features_there = features_of(table, start_states(table, start, given, features, phases), phases)[0]
+        states, _ = start_states(table, start, given, features, phases)
+        features_there = features_of(table, states, phases)[0]
         name, (kept, why) = definition.transitions[k].name, _at(definition, table, k, features_there, phases)
         if name not in reasons or kept:
             reasons[name] = f"{name!r} {why} at {states_of(definition, features_there)}"

@@ -51,12 +51,16 @@ def derived_at(table: Any, states: Floats, phase: Floats) -> Floats:
     return _written(table, table.derived, states, phase, (table.first.shape[1] - 1 - own, own + count + 3))
 
 
-def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Floats) -> Floats:
-    """Own states (M, own) at a start, by own states with the coordinates among them, their features, and phases (M,)."""
+def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Floats) -> tuple[Floats, Floats]:
+    """Own states (M, own) at a start, by own states with the coordinates among them, their features, and phases (M,).
+
+    Also their derivatives by these, shape (M, own, own).
+    """
     own, count = table.own, len(table.parameters)
-    states = features @ table.states[k, :own].T
-    curved, *_ = np.moveaxis(_written(table, table.start_laws[k], given, phase, (own, own + count + 2)), -1, 0)
-    return np.where(table.start_curved[k], curved, states)
+    rows, curved = table.states[k, :own], table.start_curved[k]
+    law = _written(table, table.start_laws[k], given, phase, (own, own + count + 2))
+    values, *_ = np.moveaxis(law, -1, 0)
+    return np.where(curved, values, features @ rows.T), np.where(curved[:, None], law[..., 1 : own + 1], rows[:, :own])
 
 
 def rates_at(table: Any, mode: int, states: Floats, phase: Floats) -> Floats:
