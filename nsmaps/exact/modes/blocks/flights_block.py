@@ -7,7 +7,7 @@ followed to it by Newton's method, and every other one by `sought` of `flight.py
 from nsmaps.exact.engine.jit import fused, inner
 from nsmaps.exact.modes.blocks.events_block import write_waves
 from nsmaps.exact.modes.blocks.newton_block import find_zeros
-from nsmaps.exact.modes.blocks.series_block import combine, evaluate_row, gather_features, whole_vectors
+from nsmaps.exact.modes.blocks.series_block import combine, evaluate_row
 from nsmaps.exact.modes.blocks.tangents_block import write_wave_tangents
 from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS
 from nsmaps.exact.modes.flights.motion import within_turn
@@ -131,76 +131,46 @@ def next_events(p, mode, n, b, w):
 
 @inner
 def move(p, mode, n, b):
-    """Move states and their derivatives to the events of columns, others to the end of the longest step: exp(Y tau) times them.
+    """Move states and their derivatives to the times of columns: exp(Y tau) times them.
 
     Entries of exp(Y tau) - 1 are polynomials; those of some states are given less those of another one.
     """
-    t, h, count = b.t, b.h, 0
-    for k in range(n):
-        if h[IN.function + k] != NO_FUNCTION:
-            h[IN.column + count], t[AT.x + count] = k, t[AT.time + k]
-            count += 1
+    states = p.first.shape[1] - 1
     for d in range(len(b.dz)):
         write_wave_tangents(p, d, n, b)
         for k in range(n):
-            b.dphi[d, k] += b.moved.rate * t[AT.time + k] * p.steps[mode]
+            b.dphi[d, k] += b.moved.rate * b.t[AT.time + k] * p.steps[mode]
+    for q in range(states):
+        write_change(p, mode, p.flow_order[mode, q], n, b)
+    for i in range(states):
+        for j in range(len(b.z) if b.moved.here else 0):
+            evaluate_row(b.moved.flows[mode, i, j], TERMS, n, b.t)
+            for d in range(1, len(b.features)):
+                for k in range(n):
+                    b.change[d, i, k] += b.t[AT.value + k] * b.z[j, k]
     for d in range(len(b.features)):
-        gather_features(b.features[d], b.gathered[d], count, b)
-    for q in range(p.first.shape[1] - 1):
-        i = p.flow_order[mode, q]
-        if count < n:
-            write_full_change(p, mode, i, n, b)
-        if count > 0:
-            write_change(p, mode, i, count, b)
-    for d in range(len(b.features)):
-        for i in range(p.first.shape[1] - 1):
+        for i in range(states):
             for k in range(n):
                 b.features[d, i, k] += b.change[d, i, k]
 
 
 @inner
-def write_full_change(p, mode, i, n, b):
-    """Write the change of a state, and of its derivatives, over the longest step."""
+def write_change(p, mode, i, n, b):
+    """Write the change of a state, and of its derivatives, without that of the flow with parameters."""
+    (order, used), base, last = p.flow_features, p.flow_bases[mode, i], TERMS - 1
     for d in range(len(b.features)):
         for k in range(n):
-            b.change[d, i, k] = 0.0
-        for j in range(len(b.z)):
-            whole = p.whole[mode, i * len(b.z) + j]
-            for k in range(n):
-                b.change[d, i, k] += whole * b.features[d, j, k]
-            if d > 0 and b.moved.here:
-                moved = 0.0
-                for term in b.moved.flows[mode, i, j]:
-                    moved += term
-                for k in range(n):
-                    b.change[d, i, k] += moved * b.z[j, k]
-
-
-@inner
-def write_change(p, mode, i, count, b):
-    """Write the change of a state, and of its derivatives, to the times of the columns that are gathered."""
-    (order, used), base, wide, last = p.flow_features, p.flow_bases[mode, i], whole_vectors(count), TERMS - 1
-    for d in range(len(b.features)):
-        for m in range(wide):
-            b.part[d, i, m] = b.part[d, base, m] if base != i else 0.0
+            b.change[d, i, k] = b.change[d, base, k] if base != i else 0.0
     for number in range(len(b.z)):
         j = order[mode, i, number]
         while last >= 0 and used[mode, i, last] <= number:
             last -= 1
         if last < 0:
             break
-        evaluate_row(p.flows[mode, i, j], last + 1, wide, b.t)
+        evaluate_row(p.flows[mode, i, j], last + 1, n, b.t)
         for d in range(len(b.features)):
-            for m in range(wide):
-                b.part[d, i, m] += b.t[AT.value + m] * b.gathered[d, j, m]
-    for d in range(len(b.features)):
-        for m in range(count):
-            b.change[d, i, b.h[IN.column + m]] = b.part[d, i, m]
-    for j in range(len(b.z) if b.moved.here else 0):
-        evaluate_row(b.moved.flows[mode, i, j], TERMS, wide, b.t)
-        for d in range(1, len(b.features)):
-            for m in range(count):
-                b.change[d, i, b.h[IN.column + m]] += b.t[AT.value + m] * b.c[j, m]
+            for k in range(n):
+                b.change[d, i, k] += b.t[AT.value + k] * b.features[d, j, k]
 
 
 @inner

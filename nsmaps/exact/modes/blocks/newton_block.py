@@ -5,7 +5,7 @@ ends where they are the farthest below zero.
 """
 
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.modes.blocks.series_block import combine, evaluate_with_slope, gather_features, whole_vectors
+from nsmaps.exact.modes.blocks.series_block import combine, evaluate_with_slope, whole_vectors
 from nsmaps.exact.modes.blocks.workspace import AT, IN, PART_POINTS, PITCH, POINTS, SERIES
 from nsmaps.exact.modes.march.zeros import CLOSE
 from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
@@ -131,7 +131,9 @@ def find_zeros(p, f, n, b):
     several, count = guess_zeros(p, f, n, b)
     if count == 0:
         return
-    gather_features(b.z, b.c, count, b)
+    for j in range(len(b.z)):
+        for i in range(count):
+            b.c[j, i] = b.z[j, h[IN.column + i]]
     (order, used), wide = p.series_features, whole_vectors(count)
     combine(p.series[f], (order[f], used[f]), ORDER, SERIES, b.c, wide, t)
     for i in range(wide):

@@ -1,7 +1,7 @@
 """Polynomials in the time since the start of a step, rows and rates, a column each, in loops that become vector instructions."""
 
 from nsmaps.exact.engine.jit import fused, inlined, inner
-from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, SERIES, VECTOR
+from nsmaps.exact.modes.blocks.workspace import AT, PITCH, SERIES, VECTOR
 from nsmaps.exact.modes.tables.taylor import ORDER
 
 
@@ -59,7 +59,7 @@ def evaluate_with_slope(n, t):
 
 @fused
 def evaluate_row(row, terms, n, t):
-    """Write one polynomial of so many terms at x in n columns to `value`; four coefficients at a time."""
+    """Write one polynomial of so many terms at the times of n columns to `value`; four coefficients at a time."""
     for k in range(n):
         t[AT.value + k] = 0.0
     m = (terms + 3) // 4 * 4
@@ -67,16 +67,8 @@ def evaluate_row(row, terms, n, t):
         m3, m2, m1, m = m - 1, m - 2, m - 3, m - 4
         c3, c2, c1, c0 = row[m3], row[m2], row[m1], row[m]
         for k in range(n):
-            x = t[AT.x + k]
+            x = t[AT.time + k]
             t[AT.value + k] = (((t[AT.value + k] * x + c3) * x + c2) * x + c1) * x + c0
-
-
-@inner
-def gather_features(z, gathered, count, b):
-    """Write the features of the columns in `column` to the first columns of another array."""
-    for j in range(len(z)):
-        for i in range(count):
-            gathered[j, i] = z[j, b.h[IN.column + i]]
 
 
 @inlined

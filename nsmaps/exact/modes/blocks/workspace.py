@@ -80,10 +80,8 @@ class Workspace(NamedTuple):
     z: Any  #: shape (N, PITCH), the first of these
     dz: Any  #: shape (D, N, PITCH), the others
     dphi: Any  #: shape (D, PITCH), derivatives of the phase
-    gathered: Any  #: as `features`, of the columns that are gathered
-    c: Any  #: the first of these
-    part: Any  #: shape (1 + D, n, PITCH), how states and their derivatives change in these columns
-    change: Any  #: the same in all columns
+    c: Any  #: shape (N, PITCH), features of the columns that are gathered
+    change: Any  #: shape (1 + D, n, PITCH), how states and their derivatives change
     field: Any  #: shape (N, PITCH), rates of the features in steps of the mode
     moved: Any  #: how the table moves with parameters: see `nsmaps.exact.modes.tables.memory`
     all_features: Any  #: shape (N,), their numbers
@@ -94,9 +92,8 @@ def workspace(p: Any, directions: int, in_blocks: bool, moved: Any) -> Workspace
     """Memory for returns of the system of a table, without room for motions where none are computed in blocks."""
     n, width, queues = p.first.shape[1] - 1, p.growth.shape[1], len(p.growth) + 1 if in_blocks else 0
     batch, pitch, d = (BATCH, PITCH, directions) if in_blocks else (0, 0, 0)
-    features, gathered = np.zeros((2, 1 + d, width, pitch))
+    features = np.zeros((1 + d, width, pitch))
     z, *_ = features
-    c, *_ = gathered
     return Workspace(
         states=np.zeros((batch, 1 + d, width)),
         phase_tangents=np.zeros((batch, d)),
@@ -110,9 +107,7 @@ def workspace(p: Any, directions: int, in_blocks: bool, moved: Any) -> Workspace
         z=z,
         dz=features[1:],
         dphi=np.zeros((d, pitch)),
-        gathered=gathered,
-        c=c,
-        part=np.zeros((1 + d, n, pitch)),
+        c=np.zeros((width, pitch)),
         change=np.zeros((1 + d, n, pitch)),
         field=np.zeros((width, pitch)),
         moved=moved,
