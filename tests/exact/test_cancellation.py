@@ -15,13 +15,13 @@ from nsmaps_impact_oscillator import ImpactOscillator
 from toys import Dragged, Saddle, Table, Textbook
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact import kernel
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.flows import tables
 from nsmaps.exact.flows.balls import DIGITS, Number, Recorded
 from nsmaps.exact.flows.exponentials import Decomposition
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems import flow as systems
 
 IN_MPMATH = partial(sp.lambdify, modules="mpmath", cse=True)
 
@@ -245,7 +245,7 @@ def test_tables_made_in_many_threads_are_the_same():
     zetas = [3 + k / 64 for k in range(64)]
     with ThreadPoolExecutor(8) as pool:
         made = list(pool.map(lambda zeta: Textbook(zeta=zeta)._kernel().table, zetas))
-    kernel._kernel.cache_clear()
+    systems._kernel.cache_clear()
     for zeta, table in zip(zetas, made, strict=True):
         again = Textbook(zeta=zeta)._kernel().table
         numbers = slice(layout.HEAD, None)
