@@ -9,14 +9,7 @@ from numba import cfunc, types
 
 from nsmaps.exact.compiling.compiled import njit
 
-LEAN = {
-    "part": True,
-    "nogil": True,
-    "error_model": "numpy",
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    "_nrt": False,
-}
+LEAN = {"part": True, "nogil": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = njit(**LEAN)  #: without wrappers, and without counting references to arrays: it allocates none
 inlined = njit(**LEAN, forceinline=True)
 fused = njit(**LEAN, forceinline=True, fastmath={"contract"})  #: a product and a sum may be rounded once

@@ -197,12 +197,8 @@ def in_mpmath(function: Callable[..., Any], values: Sequence[float]) -> acb:
         return acb(mp.mpmathify(function(*map(mp.mpf, values)))) * acb(arb(1, LAST))
 
 
-def _inverse(x: acb) -> acb:
-    return acb(1) / x
-
-
 CONSTANTS: dict[Any, Callable[[], Any]] = {sp.pi: arb.pi, sp.E: arb.const_e, sp.I: lambda: acb(0, 1)}
-ROOTS: dict[Any, Callable[[acb], acb]] = {sp.S.Half: acb.sqrt, -sp.S.Half: acb.rsqrt, sp.S.NegativeOne: _inverse}
+ROOTS: dict[Any, Callable[[acb], acb]] = {sp.S.Half: acb.sqrt, -sp.S.Half: acb.rsqrt, sp.S.NegativeOne: lambda x: acb(1) / x}
 FUNCTIONS: dict[Any, Callable[[acb], acb]] = {
     kind: getattr(acb, kind.__name__)
     for kind in (

@@ -67,7 +67,11 @@ def _word(turns: str) -> str:
 
 def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: float) -> tuple[GrazingCurve, ...]:
     """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
-    frame, kernel = _frame(system, box)
+    low, high = as_box(box, system.coordinates, whole_turn=True).T
+    if not low[SPEED] >= 0:
+        raise StateError(f"the speeds are from {low[SPEED]:g} to {high[SPEED]:g}; expected: none below zero")
+    kernel: SpectralKernel = system._kernel().closed_form("grazing curves")
+    frame = Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
     if not (lines >= 2 and spacing > 0):
         raise StateError(f"lines is {lines} and spacing {spacing}; expected: at least two lines and a positive spacing")
     curves = []
@@ -81,15 +85,6 @@ def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: fl
                 curves.append(_curve(system, kind, places, ends))
                 seeds = seeds[~_on(frame, places, seeds)]
     return tuple(curves)
-
-
-def _frame(system: ImpactFormulas, box: BoxLike) -> tuple[Frame, SpectralKernel]:
-    """The box, checked, and the kernel of the system."""
-    low, high = as_box(box, system.coordinates, whole_turn=True).T
-    if not low[SPEED] >= 0:
-        raise StateError(f"the speeds are from {low[SPEED]:g} to {high[SPEED]:g}; expected: none below zero")
-    kernel: SpectralKernel = system._kernel().closed_form("grazing curves")
-    return Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate())), kernel
 
 
 def _seeds(kernel: SpectralKernel, frame: Frame, lines: int) -> dict[tuple[int, bool], Floats]:

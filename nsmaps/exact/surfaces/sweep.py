@@ -50,16 +50,12 @@ def sweep(
     cuts = jobs.cuts(len(along))
 
     def surfaces_of(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
-        grids = {cuts[number].start + k: _row(part, k) for number, part in parts.items() for k in range(len(part["codes"]))}
+        places = [(number, k) for number, part in parts.items() for k in range(len(part["codes"]))]
+        grids = {cuts[n].start + k: {name: arrays[k] for name, arrays in parts[n].items()} for n, k in places}
         rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
         return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
 
     return surfaces_of(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], surfaces_of))))
-
-
-def _row(arrays: Arrays, k: int) -> Arrays:
-    """Row k of each array."""
-    return {name: rows[k] for name, rows in arrays.items()}
 
 
 def _returns_over(systems: Sequence[System], grid: Grid) -> Arrays:
