@@ -83,7 +83,7 @@ def states_of(name, n):
 def one_by_one(system, states):
     """First returns with derivatives, of fewer states at a time than are computed in parallel, which programs do not."""
     parts = [system.first_return(states[k : k + FEW - 1], derivative=True) for k in range(0, len(states), FEW - 1)]
-    return type(parts[0]).concatenated(parts)
+    return type(parts[0]).concatenate(parts)
 
 
 @gcc
