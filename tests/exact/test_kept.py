@@ -57,7 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def named() -> str:
     """What the kernel of `Dropped` is called now."""
     flows._kernel.cache_clear()
-    compiled._described.cache_clear()
+    compiled._description.cache_clear()
     return Dropped()._kernel().name
 
 
@@ -95,7 +95,7 @@ def test_another_engine_has_another_key(module: Any, what: str, monkeypatch: pyt
             monkeypatch.setattr(where, what, changed)
     assert named() != before
     assert code_of(orbits) != code
-    compiled._described.cache_clear()
+    compiled._description.cache_clear()
 
 
 def compilers_changed(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
@@ -149,10 +149,10 @@ def test_the_code_of_a_function_is_that_of_all_that_it_calls_with_their_constant
     told = [code_of(outer)]
     changes = {"ONE": 2.0, "TABLE": np.array([1.0, 3.0]), "inner": njit(cache=True)(lambda x: x * ONE)}
     for name, value in changes.items():
-        compiled._described.cache_clear()
+        compiled._description.cache_clear()
         monkeypatch.setitem(globals(), name, value)
         told.append(code_of(outer))
-    compiled._described.cache_clear()
+    compiled._description.cache_clear()
     assert len(set(told)) == 4
     assert code_of(divided) != code_of(outer)
 
@@ -249,8 +249,8 @@ def test_stored_code_is_read_after_the_wait(monkeypatch: pytest.MonkeyPatch) -> 
     function = njit(cache=True)(lambda x: x + 1.0)
     assert function(1.0) == 2.0
     again = njit(cache=True)(function.py_func)
-    stored, claimed = compiled.kept, []
-    monkeypatch.setattr(compiled, "kept", lambda name: stored(name) if claimed else None)
+    stored, claimed = compiled.read, []
+    monkeypatch.setattr(compiled, "read", lambda name: stored(name) if claimed else None)
     monkeypatch.setattr(compiled, "claim", lambda name: claimed.append(name))
     assert again(1.0) == 2.0
     assert len(claimed) == 1

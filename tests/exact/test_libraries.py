@@ -8,7 +8,7 @@ import numba
 import pytest
 
 from nsmaps.exact.compiling.compiled import njit
-from nsmaps.exact.compiling.libraries import Entry, Part, reached
+from nsmaps.exact.compiling.libraries import Entry, Part, libraries_of
 
 part, allocating, entry = njit(part=True, _nrt=False), njit(part=True), njit(part=False)
 
@@ -54,7 +54,7 @@ def library(function):
 def test_a_part_is_linked_once_and_has_no_machine_code_of_its_own():
     assert mixed(3.0) == 18.0
     own = library(mixed)
-    parts = [found for found in reached(own) if isinstance(found, Part)]
+    parts = [found for found in libraries_of(own) if isinstance(found, Part)]
     assert isinstance(own, Entry)
     assert sorted(found.name.split(".")[-1] for found in parts) == ["fourfold", "twice"]
     engine = own.codegen._engine

@@ -7,6 +7,7 @@ shape. Compiled functions are given the address of the words.
 """
 
 from collections.abc import Iterator
+from functools import partial
 from hashlib import sha256
 from itertools import accumulate
 from typing import Any
@@ -57,7 +58,7 @@ def words(kind: types.Type) -> int:
     raise TypeError(f"a field is {kind}; expected: an array whose rows follow one another, a number, or a tuple of these")
 
 
-def placed(kinds: Any) -> Iterator[tuple[types.Type, int]]:
+def places(kinds: Any) -> Iterator[tuple[types.Type, int]]:
     """The types of the items of a tuple, each with the words before it."""
     return zip(kinds, accumulate(map(words, kinds), initial=0), strict=False)
 
@@ -86,7 +87,8 @@ class AddressFields(internals.AttributeTemplate):  # type: ignore[misc]
 
     def generic_resolve(self, typ: Address, attr: str) -> types.Type | None:
         """That of one field; None for another name."""
-        return typ.place(attr)[0] if attr in typ.instance_class._fields else None
+        kind, _ = typ.place(attr) if attr in typ.instance_class._fields else (None, 0)
+        return kind
 
 
 def _at(builder: Any, address: Any, word: int, kind: Any) -> Any:
@@ -94,7 +96,7 @@ def _at(builder: Any, address: Any, word: int, kind: Any) -> Any:
     return builder.bitcast(builder.gep(address, [WORD(SIZE * word)]), kind.as_pointer())
 
 
-def _loaded(builder: Any, address: Any, word: int, kind: Any) -> Any:
+def _load(builder: Any, address: Any, word: int, kind: Any) -> Any:
     """A value that no compiled function changes, of an LLVM type."""
     value = builder.load(_at(builder, address, word, kind))
     value.set_metadata("invariant.load", builder.module.add_metadata([]))
@@ -115,25 +117,22 @@ def _value(context: Any, builder: Any, kind: types.Type, word: int, address: Any
         case types.Array():
             return _array(context, builder, kind, address, word)
         case types.BaseTuple():
-            items = [_value(context, builder, each, word + begin, address) for each, begin in placed(kind)]
+            items = [_value(context, builder, each, word + begin, address) for each, begin in places(kind)]
             return context.make_tuple(builder, kind, items)
     model = context.data_model_manager[kind]
-    return model.from_data(builder, _loaded(builder, address, word, model.get_data_type()))
+    return model.from_data(builder, _load(builder, address, word, model.get_data_type()))
 
 
 def _array(context: Any, builder: Any, kind: types.Array, address: Any, word: int) -> Any:
     """An array, whose rows follow one another: its strides follow from its shape."""
     array = context.make_array(kind)(context, builder)
-    shape = [_loaded(builder, address, word + 1 + axis, WORD) for axis in range(kind.ndim)]
-    array.itemsize = stride = context.get_constant(types.intp, as_dtype(kind.dtype).itemsize)
-    strides = [stride]
-    for length in shape[:0:-1]:
-        strides.insert(0, builder.mul(strides[0], length, flags=["nsw"]))
-    array.nitems = context.get_constant(types.intp, 1)
-    for length in shape:
-        array.nitems = builder.mul(array.nitems, length, flags=["nsw"])
-    array.shape, array.strides = (cgutils.pack_array(builder, each, WORD) for each in (shape, strides))
-    array.data = _loaded(builder, address, word, array.data.type)
+    shape = [_load(builder, address, word + 1 + axis, WORD) for axis in range(kind.ndim)]
+    array.itemsize = size = context.get_constant(types.intp, as_dtype(kind.dtype).itemsize)
+    times = partial(builder.mul, flags=["nsw"])
+    *strides, _ = accumulate(reversed(shape), times, initial=size)
+    *_, array.nitems = accumulate(shape, times)
+    array.shape, array.strides = (cgutils.pack_array(builder, each, WORD) for each in (shape, strides[::-1]))
+    array.data = _load(builder, address, word, array.data.type)
     array.meminfo, array.parent = (cgutils.get_null_value(each.type) for each in (array.meminfo, array.parent))
     return array._getvalue()
 
@@ -153,7 +152,7 @@ def _write(kind: types.Type, value: Any, address: Any, failed: Any, c: Any) -> N
     """Write the words of a Python object of a type behind an address."""
     match kind:
         case Address() | types.BaseTuple():
-            for k, (each, begin) in enumerate(placed(kind)):
+            for k, (each, begin) in enumerate(places(kind)):
                 _write(each, c.pyapi.tuple_getitem(value, k), _at(c.builder, address, begin, BYTE), failed, c)
         case types.Array():
             head = c.builder.bitcast(value, BYTE.as_pointer())

@@ -7,6 +7,7 @@ of the types of the arguments, and of the compiler: versions of numba, llvmlite,
 the processor.
 """
 
+import gc
 import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -26,12 +27,18 @@ import numpy as np
 
 from nsmaps.exact.compiling import addresses, internals, libraries, linked
 from nsmaps.exact.compiling.internals import Cache, CompileResult, dumps, rtsys
-from nsmaps.exact.compiling.kept import cache_folder, claim, kept, release, store
-from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler, NamedCompiler, PartCompiler, unspecialised
+from nsmaps.exact.compiling.kept import cache_folder, claim, read, release, store
+from nsmaps.exact.compiling.libraries import (
+    EntryCompiler,
+    LongEntryCompiler,
+    NamedCompiler,
+    PartCompiler,
+    compile_for_all_constants,
+)
 from nsmaps.exact.compiling.linked import versions
 
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
-PLAIN = (bool, int, float, complex, str, bytes, type(None))  #: types that their `repr` identifies
+OBJECTS = 100_000  #: made by the compiler from one search for unused ones to the next; Python itself takes some hundreds
 PUBLIC = ("nogil", "error_model", "fastmath", "forceinline")  #: options of `numba.njit` that functions of the engine have
 Dispatcher = type(numba.njit(lambda: None)) if internals.absent else internals.Dispatcher  #: of compiled functions
 if internals.absent:
@@ -59,7 +66,7 @@ def njit(**options: Any) -> Any:
     def wrapper(function: Any) -> Any:
         dispatcher = numba.njit(**options)(function)
         if part is not None and isinstance(dispatcher, Dispatcher):
-            unspecialised(dispatcher)
+            compile_for_all_constants(dispatcher)
         if cache and isinstance(dispatcher, Dispatcher):
             dispatcher._cache = _Kept(dispatcher)
             dispatcher._compiler.compile = _or_released(dispatcher._compiler.compile)
@@ -80,12 +87,16 @@ def _plain(options: dict[str, Any]) -> Any:
 
 @contextmanager
 def _released_if_it_fails() -> Iterator[None]:
-    """A failure ends all claims of this process."""
+    """A failure ends all claims of this process. Unused objects, which it takes a tenth of the time to look for, may wait."""
+    often, *others = gc.get_threshold()
+    gc.set_threshold(max(OBJECTS, often), *others)
     try:
         yield
     except BaseException:
         release()
         raise
+    finally:
+        gc.set_threshold(often, *others)
 
 
 def _or_released(compile: Callable[..., Any]) -> Callable[..., Any]:
@@ -106,7 +117,7 @@ def code_of(*functions: Any) -> str:
     while waiting:
         function = waiting.pop()
         if id(function) not in texts:
-            texts[id(function)], called = _described(function)
+            texts[id(function)], called = _description(function)
             waiting += called
     return sha256("\0".join(texts.values()).encode()).hexdigest()
 
@@ -120,7 +131,8 @@ def code_of_module(module: ModuleType) -> str:
 
 def compilers() -> tuple[str, ...]:
     """The versions and settings of the compiler, except for the processor, which numba identifies."""
-    return (numba.__version__, llvmlite.__version__, np.__version__, sys.version, *settings())
+    versions = numba.__version__, llvmlite.__version__, np.__version__, sys.version
+    return versions + settings()
 
 
 def settings() -> tuple[str, ...]:
@@ -129,7 +141,7 @@ def settings() -> tuple[str, ...]:
 
 
 @lru_cache(maxsize=4096)
-def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
+def _description(function: Any) -> tuple[str, tuple[Any, ...]]:
     """The text of one function's code, options and constants, and the functions to which it refers."""
     plain, options = (function.py_func, function.targetoptions) if isinstance(function, Dispatcher) else (function, {})
     cells = [cell.cell_contents for cell in plain.__closure__ or ()]
@@ -137,7 +149,7 @@ def _described(function: Any) -> tuple[str, tuple[Any, ...]]:
     values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
     kind = "" if internals.absent or not isinstance(function, Dispatcher) else function._compiler.pipeline_class.__name__
     options = [kind, *sorted(options.items())]
-    texts = [plain.__qualname__, repr(options), *_texts(plain.__code__), *referred, *map(_identified, values)]
+    texts = [plain.__qualname__, repr(options), *_texts(plain.__code__), *referred, *map(_text_of, values)]
     return "\1".join(texts), tuple(value for value in values if _is_ours(value))
 
 
@@ -153,32 +165,34 @@ def _texts(code: CodeType) -> Iterator[str]:
     """The texts that identify code: instructions, names and constants."""
     yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars))
     for value in code.co_consts:
-        yield from _texts(value) if isinstance(value, CodeType) else (_identified(value),)
+        yield from _texts(value) if isinstance(value, CodeType) else (_text_of(value),)
 
 
 def _is_ours(value: Any) -> bool:
     """True if a value is a function whose code enters the digest too."""
     if isinstance(value, FunctionType):
-        return (value.__module__ or "").split(".")[0] not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
+        package, *_ = (value.__module__ or "").split(".")
+        return package not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
     return isinstance(value, Dispatcher)
 
 
-def _identified(value: Any) -> str:
+def _text_of(value: Any) -> str:
     """A text of a value that is the same in every process and differs between constants."""
-    if isinstance(value, PLAIN):
-        return repr(value)
-    if isinstance(value, tuple | list):
-        return f"{type(value).__name__}{getattr(value, '_fields', '')}({', '.join(map(_identified, value))})"
-    if isinstance(value, frozenset | set):
-        return f"set({', '.join(sorted(map(_identified, value)))})"
-    if isinstance(value, np.ndarray):
-        return f"array({value.dtype}, {value.shape}, {sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
-    if isinstance(value, np.generic):
-        return f"{value.dtype}({value.item()!r})"
-    if isinstance(value, ModuleType):
-        return value.__name__
-    if isinstance(value, type):
-        return f"{value.__module__}.{value.__qualname__}({list(get_annotations(value))})"
+    match value:
+        case None | bool() | int() | float() | complex() | str() | bytes():
+            return repr(value)
+        case tuple() | list():
+            return f"{type(value).__name__}{getattr(value, '_fields', '')}({', '.join(map(_text_of, value))})"
+        case frozenset() | set():
+            return f"set({', '.join(sorted(map(_text_of, value)))})"
+        case np.ndarray():
+            return f"array({value.dtype}, {value.shape}, {sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
+        case np.generic():
+            return f"{value.dtype}({value.item()!r})"
+        case ModuleType():
+            return value.__name__
+        case type():
+            return f"{value.__module__}.{value.__qualname__}({list(get_annotations(value))})"
     return f"{type(value).__module__}.{type(value).__qualname__}"
 
 
@@ -198,15 +212,15 @@ class _Kept(Cache):  # type: ignore[misc]
         """The compiled function for arguments of these types, or None."""
         rtsys.initialize(target_context)  # all that compiled code calls; to compile, numba loads much more
         name = self._name(sig, target_context.codegen())
-        content = kept(name)
+        content = read(name)
         if content is None:
-            content = self._completed(name, sig, target_context.codegen())
+            content = self._complete(name, sig, target_context.codegen())
         try:
             return None if content is None else CompileResult._rebuild(target_context, *pickle.loads(content))
         except ImportError:  # the module of the same code has another name by now
             return None
 
-    def _completed(self, name: str, sig: Any, codegen: Any) -> bytes | None:
+    def _complete(self, name: str, sig: Any, codegen: Any) -> bytes | None:
         """What is shipped in linked form, or what another process stores in the meantime; None if this one has to compile it."""
         self._began = perf_counter()
         shipped = linked.read(self._name(sig, codegen, shipped=True))
@@ -214,10 +228,10 @@ class _Kept(Cache):  # type: ignore[misc]
         for each in [*missing] if shipped is None else ():
             each()
         claim(name)
-        content = kept(name)
+        content = read(name)
         if content is None and shipped is not None:
             with _released_if_it_fails():
-                content = linked.completed(codegen, shipped, self._function._compiler.pipeline_class.library)
+                content = linked.complete(codegen, shipped, self._function._compiler.pipeline_class.library)
             self._write(name, content)
         if content is not None:
             release(name)
@@ -253,7 +267,7 @@ class _Kept(Cache):  # type: ignore[misc]
     def _report(self) -> None:
         """Report on a terminal that a function is being compiled; without a terminal, write nothing."""
         if sys.stderr is not None and sys.stderr.isatty():
-            last, name = kept(self._last), self._function.py_func.__name__
+            last, name = read(self._last), self._function.py_func.__name__
             took = "it takes some seconds" if last is None else f"it took {last.decode()} s last time"
             print(f"compiling {name}, once on this machine: {took}", file=sys.stderr, flush=True)
 

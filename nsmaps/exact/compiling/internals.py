@@ -13,7 +13,7 @@ class Absent:
     """Stands for a class or a function that this numba does not have."""
 
 
-def _found(module: str, name: str) -> Any:
+def _name(module: str, name: str) -> Any:
     """A name of a module of numba's core, or `Absent`."""
     try:
         return getattr(import_module(f"numba.core.{module}"), name)
@@ -22,16 +22,16 @@ def _found(module: str, name: str) -> Any:
         return Absent
 
 
-Cache = _found("caching", "_Cache")
-Library = _found("codegen", "JITCodeLibrary")
-Compiler, CompileResult, Flags = (_found("compiler", name) for name in ("Compiler", "CompileResult", "Flags"))
-FunctionCompiler = _found("dispatcher", "_FunctionCompiler")
-lookup_environment = _found("environment", "lookup_environment")
-Dispatcher = _found("registry", "CPUDispatcher")
-rtsys = _found("runtime", "rtsys")
-dumps = _found("serialize", "dumps")
-AttributeTemplate = _found("typing.templates", "AttributeTemplate")
-typed = [_found("typed_passes", name) for name in ("InlineOverloads", "NopythonRewrites")]
-untyped = [_found("untyped_passes", name) for name in ("InlineClosureLikes", "InlineInlinables", "LiteralUnroll", "WithLifting")]
+Cache = _name("caching", "_Cache")
+Library = _name("codegen", "JITCodeLibrary")
+Compiler, CompileResult = (_name("compiler", name) for name in ("Compiler", "CompileResult"))
+FunctionCompiler = _name("dispatcher", "_FunctionCompiler")
+lookup_environment = _name("environment", "lookup_environment")
+Dispatcher = _name("registry", "CPUDispatcher")
+rtsys = _name("runtime", "rtsys")
+dumps = _name("serialize", "dumps")
+AttributeTemplate = _name("typing.templates", "AttributeTemplate")
+typed = [_name("typed_passes", name) for name in ("InlineOverloads", "NopythonRewrites")]
+untyped = [_name("untyped_passes", name) for name in ("InlineClosureLikes", "InlineInlinables", "LiteralUnroll", "WithLifting")]
 #: passes for what parts do not contain: overloads to be inlined, expressions of arrays, closures, loops over types
 UNUSED = (*typed, *untyped)

@@ -29,7 +29,7 @@ def cache_folder() -> Path:
     return Path(base) / "nsmaps"
 
 
-def kept(name: str) -> bytes | None:
+def read(name: str) -> bytes | None:
     """The content stored under a name; None if there is none, or if it is damaged."""
     try:
         content = (_folder() / name).read_bytes()
@@ -56,7 +56,7 @@ def claim(name: str) -> None:
     A claim ends with `release`, or with the process. After 300 s, or where files cannot be locked, every process computes alone.
     """
     if name not in CLAIMED:
-        CLAIMED[name] = None if sys.platform == "win32" else _locked(name)
+        CLAIMED[name] = None if sys.platform == "win32" else _lock(name)
 
 
 def release(*names: str) -> None:
@@ -69,7 +69,7 @@ def release(*names: str) -> None:
             file.close()
 
 
-def _locked(name: str) -> BinaryIO | None:
+def _lock(name: str) -> BinaryIO | None:
     """A file that no other process has locked; None after 300 s, or if it cannot be."""
     with suppress(OSError):
         _folder().mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,7 @@ from uuid import uuid4
 import llvmlite.binding as llvm
 from numba import config, types
 
-from nsmaps.exact.compiling.internals import UNUSED, Compiler, Flags, FunctionCompiler, Library, lookup_environment
+from nsmaps.exact.compiling.internals import UNUSED, Compiler, FunctionCompiler, Library, lookup_environment
 
 ENVIRONMENT = "_ZN08NumbaEnv"  #: what begins the names under which numba's code finds its Python objects
 PROCESS = uuid4().hex  #: of this process and those that are forked from it
@@ -58,7 +58,7 @@ class Part(Library):  # type: ignore[misc]
     def _get_module_for_linking(self) -> Any:
         """The module with all that the function reaches, for functions that numba's own libraries hold."""
         module = self.alone().clone()
-        for name in linked(module, self):
+        for name in link_parts(module, self):
             module.get_function(name).linkage = "linkonce_odr"
         return module
 
@@ -73,25 +73,17 @@ class Entry(Library):  # type: ignore[misc]
         self._codegen._check_llvm_bugs()
         self._raise_if_finalized()
         if hasattr(self, "_reload_init"):  # which the oldest numba allowed does not have
-            for library in reached(self):
+            for library in libraries_of(self):
                 self._reload_init.update(library._reload_init)
-        for name in linked(self._final_module, self):
+        for name in link_parts(self._final_module, self):
             self._final_module.get_function(name).linkage = "internal"
-        self._drop_unused_arguments()
         self.linked = self._final_module.as_bitcode()
         self._optimize_final_module()
         self._final_module.verify()
         self._finalize_final_module()
-        self._environments = list(self._connected())  # compiled code holds their addresses alone
+        self._environments = list(self._connections())  # compiled code holds their addresses alone
 
-    def _drop_unused_arguments(self) -> None:
-        """Parts hand on whole tables, of which each reads a few: without the rest the other passes take down to half the time."""
-        passes = llvm.create_new_module_pass_manager()
-        if hasattr(passes, "add_dead_arg_elimination_pass"):  # which the oldest llvmlite allowed does not have
-            passes.add_dead_arg_elimination_pass()
-            passes.run(self._final_module, llvm.create_pass_builder(self._codegen._tm, llvm.create_pipeline_tuning_options()))
-
-    def _connected(self) -> Iterator[Any]:
+    def _connections(self) -> Iterator[Any]:
         """Connect the compiled code to the Python objects of its parts, as numba does for a single function."""
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name) if variable.name.startswith(ENVIRONMENT) else None
@@ -116,7 +108,7 @@ class LongEntry(Entry):
         builder.getModulePassManager().run(self._final_module, builder)
 
 
-def reached(library: Any) -> list[Any]:
+def libraries_of(library: Any) -> list[Any]:
     """The libraries that a library calls, by way of parts also, each once, parts first."""
     found, waiting = {library: None}, list(library._linking_libraries)  # a dict keeps the order
     while waiting:
@@ -127,13 +119,13 @@ def reached(library: Any) -> list[Any]:
     return sorted(list(found)[1:], key=lambda called: not isinstance(called, Part))
 
 
-def linked(module: Any, library: Any) -> list[str]:
+def link_parts(module: Any, library: Any) -> list[str]:
     """Link all that a library reaches into a module; returns the names of the functions that are parts.
 
     A function that several modules may define is only linked if it is called already: parts, defined once, come first.
     """
     names = []
-    for called in reached(library):
+    for called in libraries_of(library):
         part = isinstance(called, Part)
         more = called.alone() if part else called._get_module_for_linking()
         names += [function.name for function in more.functions if part and not function.is_declaration]
@@ -169,7 +161,7 @@ class PartCompiler(NamedCompiler):
         """The passes of numba but those for what parts do not contain."""
         managers = super().define_pipelines()
         for manager in managers:
-            manager.passes = [each for each in manager.passes if each[0] not in UNUSED]
+            manager.passes = [(each, about) for each, about in manager.passes if each not in UNUSED]
             manager._finalized = False
             manager.finalize()
         return managers
@@ -187,23 +179,6 @@ class LongEntryCompiler(NamedCompiler):
     library = LongEntry
 
 
-class Options(Flags):  # type: ignore[misc]
-    """Numba's options, compared quickly: it looks for what belongs to them some 100,000 times."""
-
-    __slots__ = ()
-
-    def __eq__(self, other: object) -> bool:
-        """True if all options are the same."""
-        return (isinstance(other, Flags) and self._values == other._values) or super().__eq__(other)
-
-    def __hash__(self) -> int:
-        """That of numba, which is the same for all options."""
-        return HASH
-
-
-HASH = hash(Flags())
-
-
 class Unspecialised(FunctionCompiler):  # type: ignore[misc]
     """Compiles a function once for all constants that it may be called with, which numba takes for types of their own."""
 
@@ -212,11 +187,8 @@ class Unspecialised(FunctionCompiler):  # type: ignore[misc]
         signature, found = super().fold_argument_types(args, kws)
         return signature, tuple(map(types.unliteral, found))
 
-    def _customize_flags(self, flags: Flags) -> Options:
-        return Options(flags)
 
-
-def unspecialised(dispatcher: Any) -> None:
+def compile_for_all_constants(dispatcher: Any) -> None:
     """Have a function compiled by `Unspecialised`."""
     old = dispatcher._compiler
     dispatcher._compiler = Unspecialised(old.py_func, old.targetdescr, old.targetoptions, old.locals, old.pipeline_class)

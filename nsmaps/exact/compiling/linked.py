@@ -23,8 +23,9 @@ written_to: Path | None = None  #: where entries are written as they are compile
 
 def versions(codegen: Any) -> tuple[str, ...]:
     """The versions and the platform on which linked code depends, but not the processor."""
-    numbers = numba.__version__, llvmlite.__version__, np.__version__.partition(".")[0], sys.implementation.cache_tag
-    return (*map(str, numbers), codegen.magic_tuple()[0])
+    (first, *_), (platform, *_) = np.__version__.split("."), codegen.magic_tuple()
+    numbers = numba.__version__, llvmlite.__version__, first, str(sys.implementation.cache_tag)
+    return (*numbers, platform)
 
 
 def read(name: str) -> bytes | None:
@@ -44,7 +45,7 @@ def write(name: str, result: Any) -> None:
         (written_to / name).write_bytes(lzma.compress(dumps((result.library.name, linked, tuple(about)))))
 
 
-def completed(codegen: Any, content: bytes, kind: type[Any]) -> bytes:
+def complete(codegen: Any, content: bytes, kind: type[Any]) -> bytes:
     """Linked code, optimised as a library of its kind and compiled for this processor, as numba keeps compiled functions."""
     name, linked, about = pickle.loads(content)
     library = kind(codegen, name)
