@@ -40,14 +40,18 @@ def duffing() -> Any:
 
 
 def returns(system: Any, start: Any) -> None:
-    """First returns and trajectories, and all that impacts alone have."""
+    """First returns and trajectories."""
     system.first_return([start])
     system.trajectory(start, 4)
-    if system.letters == pair().letters:
-        system.itineraries([start])
-        system.sensitivity([start], {"d": 1})
-        system.grazing_curves({"v": (0.1, 0.9), "phi": (0.3, 0.5)}, 20)
-        nsmaps.lyapunov(system, [start], 32, 4)
+
+
+def impacts() -> None:
+    """What systems with walls have beside returns and trajectories."""
+    system = pair()
+    system.itineraries([STATE])
+    system.sensitivity([STATE], {"d": 1})
+    system.grazing_curves({"v": (0.1, 0.9), "phi": (0.3, 0.5)}, 20)
+    nsmaps.lyapunov(system, [STATE], 32, 4)
 
 
 def arrivals(system: Any, kernel: Any, state: Any) -> None:
@@ -91,6 +95,7 @@ def calls() -> Iterator[Any]:
         yield lambda call=call: call(pair())
     for name in ("boxes", "noise"):
         yield lambda name=name: CALLS[name](capsule())
+    yield impacts
     yield strips
     yield proofs
 
