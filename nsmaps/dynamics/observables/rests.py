@@ -61,8 +61,8 @@ def _slopes(formulas: Formulas, plan: Plan) -> tuple[Callable[..., Floats], ...]
     Functions of speed, phase, or both, and of the parameters. Their values have shape (formulas, derivatives), each formula
     before its derivatives by these; those of a rest have none by the phase.
     """
-    upper, numbers, laws = formulas.sides.base_is_upper, formulas.numbers, formulas.laws
-    place, law = (numbers.top, laws.upper) if upper else (numbers.bottom, laws.lower)
+    numbers, (lower, upper) = formulas.numbers, formulas.laws
+    place, law = (numbers.top, upper) if formulas.sides.base_is_upper else (numbers.bottom, lower)
     symbols, known = formulas.symbols, {"v": V, "v_after": law, "place": place, "velocity": sp.S.Zero}
     given = {
         of: dict(zip(plan.vocabulary.variables(of), (known[name] for name in names), strict=True))

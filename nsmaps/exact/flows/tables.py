@@ -46,13 +46,6 @@ class Scalars(NamedTuple):
     horizon: sp.Expr  #: longest flight, in the system's time
 
 
-class Laws(NamedTuple):
-    """The speeds after impacts of the speed V, or their derivatives by the parameters of the system."""
-
-    lower: sp.Expr
-    upper: sp.Expr
-
-
 class Sides(NamedTuple):
     """The walls that there are."""
 
@@ -68,7 +61,7 @@ class Formulas:
     symbols: tuple[sp.Symbol, ...]  #: of the parameters, followed for derivatives by their rates of change
     displacement: sp.Expr
     numbers: Scalars
-    laws: Laws
+    laws: tuple[sp.Expr, sp.Expr]  #: speeds after impacts of the speed V on the lower wall and on the upper
     sides: Sides
     acceleration: sp.Expr | None = None  #: by S (the time), Z and W, of flights without a closed form, whose displacement is zero
 
@@ -142,8 +135,8 @@ def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
         return sp.Add(*(rate * sp.diff(expr, symbol) for symbol, rate in zip(formulas.symbols, rates, strict=True)))
 
     symbols, displacement = formulas.symbols + rates, tangent(formulas.displacement)
-    numbers, laws = Scalars(*map(tangent, formulas.numbers)), Laws(*map(tangent, formulas.laws))
-    return Formulas(symbols, displacement, numbers, laws, formulas.sides)
+    lower, upper = map(tangent, formulas.laws)
+    return Formulas(symbols, displacement, Scalars(*map(tangent, formulas.numbers)), (lower, upper), formulas.sides)
 
 
 def formulas_of(system: ImpactFormulas) -> Formulas:
@@ -206,4 +199,4 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     numbers = Scalars(top, bottom, 2 * sp.pi / period, periods_of(symbolic) * period)
     base, *_ = sides
     order = Sides(1 in sides, -1 in sides, base == 1)
-    return Formulas(tuple(symbols.values()), given, numbers, Laws(lower, upper), order, acceleration)
+    return Formulas(tuple(symbols.values()), given, numbers, (lower, upper), order, acceleration)

@@ -21,6 +21,7 @@ from nsmaps.exact.grazing.equations import NEAR_CURVE, PHASE, SPEED, TIME, Frame
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import HIGHEST, LOWEST
 
+NO_TURNS = str.maketrans("", "", HIGHEST + LOWEST)  # removes turning points from itineraries
 BESIDE = 1e-11  # distance from a curve at which its two sides are examined, as a share of the highest speed and in radians
 HALVINGS = 36  # as a share of the distance of two neighbours of the scan
 SLOWEST = 1e-9  # speed of the scan, as a share of the highest
@@ -56,13 +57,9 @@ class GrazingCurve(WithCoordinates):
         Pairs at the ends or at less than a hundredth of the points are omitted: where curves meet, a side may be too narrow to
         resolve.
         """
-        pairs = [(_word(hit), _word(missed)) for hit, missed in zip(self.hit, self.missed, strict=True)]
+        pairs = [(hit.translate(NO_TURNS), missed.translate(NO_TURNS)) for hit, missed in zip(self.hit, self.missed, strict=True)]
         inner = Counter(pairs[1:-1] or pairs)
         return tuple(pair for pair, number in inner.items() if 100 * number > len(pairs))
-
-
-def _word(turns: str) -> str:
-    return turns.replace(HIGHEST, "").replace(LOWEST, "")
 
 
 def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: float) -> tuple[GrazingCurve, ...]:
