@@ -184,7 +184,7 @@ def reduce_phase(phi):
 
 
 @inlined
-def rounded(x):
+def ball_of(x):
     """The ball of all numbers that round to x."""
     return Ball(x, UNIT * abs(x))
 

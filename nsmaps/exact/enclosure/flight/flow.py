@@ -14,6 +14,7 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     Ball,
     badd,
     ball_in,
+    ball_of,
     bdot,
     bhull,
     bmul,
@@ -22,7 +23,6 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     bsub,
     exact,
     put_ball,
-    rounded,
     two_balls,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
@@ -104,13 +104,13 @@ class BallFlow(NamedTuple):
 @inlined
 def ball_places(p):
     """Displacement of the upper and of the lower wall."""
-    return rounded(p.table[TOP]), rounded(p.table[BOTTOM])
+    return ball_of(p.table[TOP]), ball_of(p.table[BOTTOM])
 
 
 @inlined
 def ball_rate(p):
     """Radians of phase per unit of time."""
-    return rounded(p.table[PHASE_RATE])
+    return ball_of(p.table[PHASE_RATE])
 
 
 @inner
@@ -118,7 +118,7 @@ def ball_rebound(p, up, v):
     """Speed after an impact of speed v on the upper (or lower) wall, and its first and second derivative."""
     t, k = p.table, 1 if up else 0
     if t[LAW + k] == 0.0:
-        r = rounded(t[RESTITUTION + k])
+        r = ball_of(t[RESTITUTION + k])
         return bmul(r, v), r, ZERO
     values = t.ctypes.data + NUMBER * int(t[AT_PARAMETERS])
     out = p.basis  # scratch space: rewritten for every time
@@ -129,16 +129,16 @@ def ball_rebound(p, up, v):
 @inlined
 def linear_ball(t, row, at, z, w):
     """The value of a row that is linear in the features, and its first and second derivatives by the phase."""
-    value, slope, bend = rounded(t[row + CONSTANT]), ZERO, ZERO
+    value, slope, bend = ball_of(t[row + CONSTANT]), ZERO, ZERO
     if t[row + PLACE] != 0.0:
-        value = bplus(value, rounded(t[row + PLACE]), z)
+        value = bplus(value, ball_of(t[row + PLACE]), z)
     if t[row + VELOCITY] != 0.0:
-        value = bplus(value, rounded(t[row + VELOCITY]), w)
+        value = bplus(value, ball_of(t[row + VELOCITY]), w)
     for m in range(1, int(t[HARMONICS]) + 1):
         of_cosine, of_sine = pair(t, row + COSINE, m - 1)
         if of_cosine == 0.0 and of_sine == 0.0:
             continue
-        x, y, less, sine = rounded(of_cosine), rounded(of_sine), at.less, at.sine
+        x, y, less, sine = ball_of(of_cosine), ball_of(of_sine), at.less, at.sine
         if m > 1:
             less, sine, _ = bwave(bmul(exact(float(m)), at.phi))
         cosine = badd(ONE, less)
@@ -170,7 +170,7 @@ def ball_begin(p, c, at, z, w):
         put_ball(t, c + 2 * i, value)
         put_ball(t, c + size + 2 * i, slope)
         put_ball(t, c + 2 * size + 2 * i, bend)
-        put_ball(t, c + 3 * size + 2 * i, rounded(t[row + VELOCITY]))
+        put_ball(t, c + 3 * size + 2 * i, ball_of(t[row + VELOCITY]))
         row += width
 
 
@@ -204,8 +204,8 @@ def chained_rate(t, i, rate):
     if power == 0:
         return rate, 0
     re, im = rate
-    re = bhull(re, bsub(re, rounded(t[chain + DIFFERENCE_RE])))
-    return (re, bhull(im, bsub(im, rounded(t[chain + DIFFERENCE_IM])))), power
+    re = bhull(re, bsub(re, ball_of(t[chain + DIFFERENCE_RE])))
+    return (re, bhull(im, bsub(im, ball_of(t[chain + DIFFERENCE_IM])))), power
 
 
 @inner

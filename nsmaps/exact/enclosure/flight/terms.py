@@ -9,6 +9,7 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     Ball,
     badd,
     ball_in,
+    ball_of,
     bdot,
     bhalf,
     bmul,
@@ -16,7 +17,6 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     bplus,
     four_balls,
     put_balls,
-    rounded,
     two_balls,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bgrowth, bwave
@@ -44,7 +44,7 @@ REST = Motion(ZERO, ZERO, ZERO, ZERO)
 def rate_of(t, i):
     """Real and imaginary part of the rate i of a table."""
     re, im = pair(t, int(t[AT_RATES]), i)
-    return rounded(re), rounded(im)
+    return ball_of(re), ball_of(im)
 
 
 @inlined

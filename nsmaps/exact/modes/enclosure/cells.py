@@ -6,9 +6,19 @@ from nsmaps.exact.enclosure.subdivide import FIRST, MOST_PARTS, SLACK, SetFlight
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.modes.enclosure.events import FALLING, STARTED, first_events
 from nsmaps.exact.modes.enclosure.flow import span
-from nsmaps.exact.modes.enclosure.forms import BEYOND, CENTRE, WITHIN, apply_row, copy_set, greatest, largest, least, radius
+from nsmaps.exact.modes.enclosure.forms import (
+    BEYOND,
+    CENTRE,
+    WITHIN,
+    apply_row,
+    copy_set,
+    lower_bound,
+    magnitude,
+    radius,
+    upper_bound,
+)
 from nsmaps.exact.modes.enclosure.memory import BEHIND, KNOWN, MODE
-from nsmaps.exact.modes.enclosure.passage import after_reset, fall_at_start, may_repel, put_start, take_event
+from nsmaps.exact.modes.enclosure.passage import apply_reset, fall_at_start, may_repel, put_start, take_event
 from nsmaps.exact.modes.enclosure.tables import RATE, VALUE
 from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import AS_NEAR
@@ -28,14 +38,14 @@ def distance(p, b, w):
         apply_row(row, w.z, w.delay)
         large, small = 0.0, 0.0
         for j in range(len(row)):
-            large += abs(row[j]) * largest(w.z[j])
+            large += abs(row[j]) * magnitude(w.z[j])
             small += abs(row[j]) * max(abs(w.z[j, CENTRE]) - radius(w.z[j]), 0.0)
         own = f == p.function[k]
         apply_row(p.functions[f, RATE], w.z, rate)
-        large += STEP * largest(rate)
+        large += STEP * magnitude(rate)
         small += max(abs(rate[CENTRE]) - radius(rate), 0.0)
-        low_wrong = max(least(w.delay), -greatest(w.delay)) if own else -greatest(w.delay)
-        high_wrong = largest(w.delay) if own else -least(w.delay)
+        low_wrong = max(lower_bound(w.delay), -upper_bound(w.delay)) if own else -upper_bound(w.delay)
+        high_wrong = magnitude(w.delay) if own else -lower_bound(w.delay)
         if low_wrong > 0.0:
             nearest = max(nearest, low_wrong / large * WITHIN)
         if high_wrong > 0.0:
@@ -62,7 +72,7 @@ def most_below(p, b, w):
     count = p.below[mode]
     for f in span(p.watched, mode):
         apply_row(p.functions[f, VALUE], w.z, w.delay)
-        if f != p.function[p.starts[b]] and least(w.delay) <= AS_NEAR * largest(w.delay):
+        if f != p.function[p.starts[b]] and lower_bound(w.delay) <= AS_NEAR * magnitude(w.delay):
             count += 1
     return count
 
@@ -98,7 +108,7 @@ def start_images(p, b, number, w):
     """The images of the set of a start in the first place, beyond so many: see `follow_sets`."""
     k = p.starts[b]
     if not p.after:
-        after_reset(p, k, w.parts[FIRST], w)
+        apply_reset(p, k, w.parts[FIRST], w)
     w.kind[FIRST, MODE], w.kind[FIRST, BEHIND] = p.target[k], b
     w.kind[FIRST, KNOWN] = STARTED | (0 if p.after else FALLING)
     code, place_value = lengthened(p.base, p.digit[k], 0, 1)

@@ -9,7 +9,7 @@ from nsmaps.exact.engine.constants import LATEST, NO_SPEED
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import closes
 from nsmaps.exact.modes.enclosure.flow import clear_time, flow_to, measure, span
-from nsmaps.exact.modes.enclosure.forms import SYMBOLS, apply_row, copy_set, features, shave
+from nsmaps.exact.modes.enclosure.forms import SYMBOLS, apply_row, copy_set, put_features, shave
 from nsmaps.exact.modes.enclosure.landing import enclose_passage, land_set
 from nsmaps.exact.modes.enclosure.memory import BEHIND, EVENT_FUNCTION, EVENT_KNOWN, KNOWN, MODE
 from nsmaps.exact.modes.enclosure.tables import BEND, CELLS, JERK, RATE, VALUE
@@ -180,7 +180,7 @@ def take_step(p, flight, near, number, w):
 def first_events(p, part, w):
     """Write all possible first events of a set into `hits` and `events`: the `SetFlight`."""
     flight = flight_of(p, part, w)
-    features(w.parts[part], w.start, p.resets.shape[1])
+    put_features(w.parts[part], w.start, p.resets.shape[1])
     flow_to(p, flight.mode, 0.0, w)
     done, number = events_at_once(p, flight, w)
     if done:

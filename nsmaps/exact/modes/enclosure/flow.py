@@ -6,7 +6,7 @@ from nsmaps.exact.enclosure.arithmetic.balls import GROW, UNIT
 from nsmaps.exact.engine.constants import INWARD, OUTWARD, THREE
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.steps import first_step, safe_step
-from nsmaps.exact.modes.enclosure.forms import apply_matrix, apply_row, greatest, largest, least
+from nsmaps.exact.modes.enclosure.forms import apply_matrix, apply_row, lower_bound, magnitude, upper_bound
 from nsmaps.exact.modes.enclosure.tables import BEND, CELLS, CRACKLE, JERK, POWERS, RATE, RATES, SNAP, VALUE
 
 
@@ -68,11 +68,11 @@ def measure(p, function, span, w):
     """Write bounds on a function and its derivatives now, and on |jerk| and |snap| for a time `span` <= 1 before and after."""
     for k in range(RATES):
         apply_row(p.functions[function, k], w.z, w.rows[k])
-        w.low[function, k], w.high[function, k] = least(w.rows[k]), greatest(w.rows[k])
+        w.low[function, k], w.high[function, k] = lower_bound(w.rows[k]), upper_bound(w.rows[k])
     top = 0.0
     for j in range(len(w.z)):
-        top += p.bounds[function, j] * largest(w.z[j])
-    third, fourth, fifth = largest(w.rows[JERK]), largest(w.rows[SNAP]), largest(w.rows[CRACKLE])
+        top += p.bounds[function, j] * magnitude(w.z[j])
+    third, fourth, fifth = magnitude(w.rows[JERK]), magnitude(w.rows[SNAP]), magnitude(w.rows[CRACKLE])
     w.jerk[function] = (third + span * (fourth + span * (0.5 * fifth + span * top / (2 * THREE)))) * OUTWARD
     w.snap[function] = (fourth + span * (fifth + span * 0.5 * top)) * OUTWARD
 

@@ -31,25 +31,25 @@ def radius(form):
 
 
 @inlined
-def linear(form):
+def linear_radius(form):
     """A bound on the part of a form that is linear in the symbols."""
     return radius(form) - form[REMAINDER]
 
 
 @inlined
-def least(form):
+def lower_bound(form):
     """A lower bound on a form."""
     return low(Ball(form[CENTRE], radius(form)))
 
 
 @inlined
-def greatest(form):
+def upper_bound(form):
     """An upper bound on a form."""
     return high(Ball(form[CENTRE], radius(form)))
 
 
 @inlined
-def largest(form):
+def magnitude(form):
     """A bound on the absolute values of a form."""
     return (abs(form[CENTRE]) + radius(form)) * GROW
 
@@ -152,7 +152,7 @@ def add_waves(phase, z, n):
 
 
 @inner
-def features(a_set, z, n):
+def put_features(a_set, z, n):
     """Write the features of a set."""
     for i in range(n):
         copy_form(a_set[i], z[i])
@@ -162,7 +162,7 @@ def features(a_set, z, n):
 @inner
 def shave(a_set, form, least_wanted):
     """Narrow the symbols of a set to where a form of them may be at least a bound; returns False if it is nowhere."""
-    above = greatest(form) - least_wanted
+    above = upper_bound(form) - least_wanted
     if above < 0.0:
         return False
     for k in range(SYMBOLS, len(form) - 1):

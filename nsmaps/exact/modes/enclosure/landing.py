@@ -18,10 +18,10 @@ from nsmaps.exact.modes.enclosure.forms import (
     apply_row,
     copy_form,
     fill,
-    greatest,
-    largest,
-    least,
+    lower_bound,
+    magnitude,
     radius,
+    upper_bound,
 )
 from nsmaps.exact.modes.enclosure.tables import BEND, RATE, VALUE
 
@@ -43,8 +43,8 @@ def bend_over(p, mode, i, span, w):
     """A bound on |z_i''| for a time `span` <= 1 before and after."""
     third = 0.0
     for j in range(len(w.z)):
-        third += p.third[mode, i, j] * largest(w.z[j])
-    return (largest(w.bends[i]) + span * third) * GROW
+        third += p.third[mode, i, j] * magnitude(w.z[j])
+    return (magnitude(w.bends[i]) + span * third) * GROW
 
 
 @inlined
@@ -83,20 +83,20 @@ def put_delay(s, near, w):
     ((u - u_0) t + b t^2/2)/u_0.
     """
     y, u, q = w.rows[VALUE], w.rows[RATE], len(w.delay)
-    slope, spread, bend = abs(u[CENTRE]), radius(u), largest(w.rows[BEND])
-    reach = largest(y) / slope
+    slope, spread, bend = abs(u[CENTRE]), radius(u), magnitude(w.rows[BEND])
+    reach = magnitude(y) / slope
     guess = reach * (RESERVE + 2.0 * (spread + bend * reach) / slope)
     bend += w.jerk[near.function] * guess
     least_rate = (slope - spread - bend * guess) * WITHIN
     inside = s - guess > near.time and s + guess < near.time + LATEST * near.reach
     if not (u[CENTRE] < 0.0 and guess < 1.0 and least_rate > 0.0 and inside):
         return -1.0
-    t = largest(y) / least_rate * BEYOND
+    t = magnitude(y) / least_rate * BEYOND
     if not t < guess:
         return -1.0
     for k in range(q):
         w.delay[k] = y[k] / slope
-    size = largest(w.delay)
+    size = magnitude(w.delay)
     w.delay[REMAINDER] = ((y[REMAINDER] + spread * t + 0.5 * bend * t * t) / slope + ROUNDINGS * size) * GROW
     return t
 
@@ -114,7 +114,7 @@ def land_set(p, flight, near, w, out):
     for i in range(len(start) - 1):
         z, rate, form = w.z[i], w.rates[i], out[i]
         lost = radius(rate) * t + 0.5 * bend_over(p, mode, i, t, w) * t * t + abs(rate[CENTRE]) * delay[REMAINDER]
-        lost += ROUNDINGS * (largest(z) + abs(rate[CENTRE]) * t)
+        lost += ROUNDINGS * (magnitude(z) + abs(rate[CENTRE]) * t)
         for k in range(len(form) - 1):
             form[k] = z[k] + rate[CENTRE] * delay[k]
         form[REMAINDER] = (z[REMAINDER] + lost) * GROW
@@ -133,9 +133,9 @@ def sweep(p, mode, h, w):
     derive_features(p, mode, w)
     for i in range(len(w.z)):
         bend = 0.5 * h * h * bend_over(p, mode, i, h, w)
-        ahead, behind = max(h * greatest(w.rates[i]), 0.0), min(h * least(w.rates[i]), 0.0)
-        size = ROUNDINGS * (largest(w.z[i]) + max(ahead, -behind))
-        w.lower[i], w.upper[i] = least(w.z[i]) + behind - bend - size, greatest(w.z[i]) + ahead + bend + size
+        ahead, behind = max(h * upper_bound(w.rates[i]), 0.0), min(h * lower_bound(w.rates[i]), 0.0)
+        size = ROUNDINGS * (magnitude(w.z[i]) + max(ahead, -behind))
+        w.lower[i], w.upper[i] = lower_bound(w.z[i]) + behind - bend - size, upper_bound(w.z[i]) + ahead + bend + size
 
 
 @inlined
@@ -187,6 +187,6 @@ def enclose_passage(p, flight, near, function, h, w, out):
                 return False
     phase = out[PHASE]
     put_phase(p, mode, between(s, s + h), start[PHASE], phase)
-    w.lower[n], w.upper[n] = least(phase), greatest(phase)
+    w.lower[n], w.upper[n] = lower_bound(phase), upper_bound(phase)
     fill(out, w.lower, w.upper)
     return True

@@ -17,15 +17,15 @@ from nsmaps.exact.modes.enclosure.forms import (
     apply_row,
     copy_form,
     copy_set,
-    features,
-    greatest,
     is_finite,
-    largest,
-    least,
-    linear,
+    linear_radius,
+    lower_bound,
+    magnitude,
+    put_features,
     put_plain,
     radius,
     shave,
+    upper_bound,
 )
 from nsmaps.exact.modes.enclosure.memory import BEHIND, EVENT_FUNCTION, EVENT_KNOWN, KNOWN, MODE
 from nsmaps.exact.modes.enclosure.tables import RATE
@@ -41,8 +41,8 @@ def image_of(p, a_set, code, n, w):
     for c in range(len(p.places)):
         form = a_set[p.places[c]] if p.places[c] >= 0 else a_set[PHASE]
         known = is_finite(form)
-        w.box.side[c, LOWER], w.box.side[c, UPPER] = (least(form), greatest(form)) if known else (-math.inf, math.inf)
-        straight = linear(form) + SMALL * SMALL * largest(form)
+        w.box.side[c, LOWER], w.box.side[c, UPPER] = (lower_bound(form), upper_bound(form)) if known else (-math.inf, math.inf)
+        straight = linear_radius(form) + SMALL * SMALL * magnitude(form)
         w.excess[c] = max(w.excess[c], radius(form) / straight) if known else math.inf
     return unite_image(w.box.codes, w.box.images, n, code, w.box.side)
 
@@ -53,7 +53,7 @@ def meet_conditions(p, k, a_set, z, w):
     surely = True
     for c in span(p.conditions, k):
         apply_row(p.where[c], z, w.delay)
-        if least(w.delay) < 0.0:
+        if lower_bound(w.delay) < 0.0:
             surely = False
             put_spread(w.delay, w)
             if not shave(a_set, w.delay, 0.0):
@@ -86,11 +86,11 @@ def exclude(p, a, b, z, form):
             form[k] += h * z[j, k]
             form[REMAINDER] += ROUNDED * (abs(a[j]) + abs(share * b[j])) * abs(z[j, k])
         form[REMAINDER] += abs(h) * z[j, REMAINDER]
-    return least(form) > 0.0
+    return lower_bound(form) > 0.0
 
 
 @inner
-def exhaustive(p, f, known, z, w):
+def is_exhaustive(p, f, known, z, w):
     """Whether one of the two transitions of a function surely takes place."""
     if len(span(p.choices, f)) != 2:
         return False
@@ -100,20 +100,20 @@ def exhaustive(p, f, known, z, w):
     falls = known & FALLING != 0
     for i in span(p.conditions, one):
         apply_row(p.where[i], z, w.delay)
-        first = least(w.delay) >= 0.0 or (falls and exclude(p, p.where[i], rate, z, w.delay))
+        first = lower_bound(w.delay) >= 0.0 or (falls and exclude(p, p.where[i], rate, z, w.delay))
         for j in span(p.conditions, two):
             apply_row(p.where[j], z, w.delay)
-            second = least(w.delay) >= 0.0 or (falls and exclude(p, p.where[j], rate, z, w.delay))
+            second = lower_bound(w.delay) >= 0.0 or (falls and exclude(p, p.where[j], rate, z, w.delay))
             if not (first or second or exclude(p, p.where[i], p.where[j], z, w.delay)):
                 return False
     return True
 
 
 @inner
-def after_reset(p, k, a_set, w):
+def apply_reset(p, k, a_set, w):
     """Take a set through the reset of a transition."""
     n = p.resets.shape[1]
-    features(a_set, w.z, n)
+    put_features(a_set, w.z, n)
     for i in range(n):
         apply_row(p.resets[k, i], w.z, a_set[i])
 
@@ -121,13 +121,13 @@ def after_reset(p, k, a_set, w):
 @inner
 def may_repel(p, mode, a_set, w):
     """Whether some state of a set in a mode may lie on a surface from which both fields lead away: it has no image."""
-    features(a_set, w.z, p.resets.shape[1])
+    put_features(a_set, w.z, p.resets.shape[1])
     for s in range(len(p.surfaces)):
         apply_row(p.surfaces[s, FUNCTION], w.z, w.delay)
-        may = p.beside[s, mode] and least(w.delay) <= 0.0 and greatest(w.delay) >= 0.0
+        may = p.beside[s, mode] and lower_bound(w.delay) <= 0.0 and upper_bound(w.delay) >= 0.0
         for side in (ABOVE, BELOW):
             apply_row(p.surfaces[s, side], w.z, w.delay)
-            may = may and greatest(w.delay) > 0.0
+            may = may and upper_bound(w.delay) > 0.0
         if may:
             return True
     return False
@@ -150,7 +150,7 @@ def take_event(p, hit, word, progress, w):
         if settled:
             break
         copy_set(w.hits[hit], w.hits[last])
-        features(w.hits[hit], w.z, n)
+        put_features(w.hits[hit], w.z, n)
         may, settled = meet_conditions(p, k, w.hits[last], w.z, w)
         if not may:
             continue
@@ -160,7 +160,7 @@ def take_event(p, hit, word, progress, w):
             missing = True
             continue
         if p.after or not p.is_section[k]:
-            after_reset(p, k, w.hits[last], w)
+            apply_reset(p, k, w.hits[last], w)
         if p.is_section[k]:
             m = image_of(p, w.hits[last], code, m, w)
             continue
@@ -172,8 +172,8 @@ def take_event(p, hit, word, progress, w):
         put_word(w.box, waiting, code, place_value)
         waiting += 1
     if not settled:
-        features(w.hits[hit], w.z, n)
-        missing = missing or not exhaustive(p, f, known, w.z, w)
+        put_features(w.hits[hit], w.z, n)
+        missing = missing or not is_exhaustive(p, f, known, w.z, w)
     return Progress(waiting, m, progress.missing or missing, progress.whole and smooth and settled)
 
 
@@ -187,12 +187,12 @@ def put_start(p, b, cell, w):
         form, lower, upper = a_set[p.places[c] if p.places[c] >= 0 else n], cell[c, LOWER], cell[c, UPPER]
         form[CENTRE] = 0.5 * (lower + upper)
         form[SYMBOLS + c] = max(form[CENTRE] - lower, upper - form[CENTRE]) * GROW
-    features(a_set, w.z, n)
+    put_features(a_set, w.z, n)
     for i in range(n):
         apply_row(p.states[b, i], w.z, state[i])
     copy_form(a_set[n], state[n])
     copy_set(state, a_set)
-    features(a_set, w.z, n)
+    put_features(a_set, w.z, n)
     if not seen_before(p, p.starts[b]):
         return True, True
     return meet_conditions(p, p.starts[b], a_set, w.z, w)
@@ -205,7 +205,7 @@ def fall_at_start(p, b, w):
         return True, True
     rate = w.delay
     apply_row(p.functions[p.function[p.starts[b]], RATE], w.z, rate)
-    if greatest(rate) <= 0.0:
+    if upper_bound(rate) <= 0.0:
         return True, True
     for k in range(len(rate) - 1):
         rate[k] = -rate[k]
