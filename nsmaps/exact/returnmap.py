@@ -14,6 +14,7 @@ from nsmaps.errors import NsmapsError, StateError, check_class
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Itineraries, Returns
 
+NO_CLOSED_FORM = "is not a system with impacts, or a map by formulas"
 Method = Callable[..., Returns]
 
 
@@ -58,6 +59,10 @@ class ReturnMap(ABC):
     def on_section(self, states: ArrayLike) -> Floats:
         """States (N, n) on the section nearest to these; the same where the coordinates are all free."""
         return as_states(states, self.coordinates)
+
+    def obstacle(self) -> str:
+        """Why it is not in closed form, the end of a sentence about its class; no text if it is."""
+        return NO_CLOSED_FORM
 
     @property
     def is_affine(self) -> bool:

@@ -1,7 +1,7 @@
 """A system as a certificate states it: linear flights under a harmonic force, walls and a restitution, read from its formulas."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import sympy as sp
@@ -9,6 +9,7 @@ import sympy as sp
 from nsmaps.errors import ProofError
 from nsmaps.exact.flows.formulas import PHI, S, V, W, Z, is_linear
 from nsmaps.exact.flows.source import displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.returnmap import NO_CLOSED_FORM, ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.proof.arrivals import PAD, Flow
 
@@ -24,28 +25,17 @@ RADIUS = 2.0**-50  #: of a number relative to it: it holds the decimal, the doub
 Entry = list[Any]
 
 
-def provable(system: object) -> "ImpactSystem | PiecewiseMap":
+def provable(system: Any) -> "ImpactSystem | PiecewiseMap":
     """A system of a class whose return maps proofs follow.
 
     Raises:
         ProofError: a system with modes, one without flights in closed form, or another map.
     """
-    from nsmaps.exact.systems.hybrid import HybridSystem
-    from nsmaps.exact.systems.piecewise import PiecewiseMap
-    from nsmaps.exact.systems.system import ImpactSystem
-
-    if isinstance(system, PiecewiseMap):
-        return system
-    if isinstance(system, HybridSystem):
-        kind = "is a system with modes"
-    elif not isinstance(system, ImpactSystem):
-        kind = "is not a system with impacts, or a map by formulas"
-    elif obstacle := system.obstacle():
-        kind = obstacle
-    else:
-        return system
+    obstacle = system.obstacle() if isinstance(system, ReturnMap) else NO_CLOSED_FORM
+    if not obstacle:
+        return cast("ImpactSystem | PiecewiseMap", system)
     raise ProofError(
-        f"{type(system).__name__} {kind}, and no proofs are made of such; expected: a PiecewiseMap, or an ImpactSystem whose "
+        f"{type(system).__name__} {obstacle}, and no proofs are made of such; expected: a PiecewiseMap, or an ImpactSystem whose "
         "`displacement` solves z'' = -b z' - k z + g + F cos(w t) + S sin(w t) (where flights between impacts are of this kind, "
         "write it as one)"
     )

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 from typing import Any
 from unicodedata import normalize
 
@@ -18,7 +18,6 @@ from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.memory import Quantities, rule
 from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
-from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
@@ -106,17 +105,21 @@ def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
     return sp.parse_expr(reader.plain.strip(), local_dict=known, global_dict=dict(NUMBERS))
 
 
+@singledispatch
 def vocabulary_of(system: System) -> Vocabulary:
     """What formulas of observables of a system may contain."""
     names = System.require(system, "observables").parameter_names()
-    if not isinstance(system, FlowSystem):
-        return _of_returns(Coordinates(system.coordinates), system.letters, names)
-    if isinstance(system, HybridSystem):
-        from nsmaps.exact.modes.kernel import known_definition
+    return _of_returns(Coordinates(system.coordinates), system.letters, names)
 
-        return of_modes(known_definition(system), names)
-    assert isinstance(system, ImpactSystem)
-    return _of_walls(formulas_of(system), names, system.letters)
+
+@vocabulary_of.register
+def _(system: HybridSystem) -> Vocabulary:
+    return of_modes(system._definition(), system.parameter_names())
+
+
+@vocabulary_of.register
+def _(system: ImpactSystem) -> Vocabulary:
+    return _of_walls(formulas_of(system), system.parameter_names(), system.letters)
 
 
 @lru_cache(maxsize=64)
@@ -229,18 +232,26 @@ def known_observables(system: System) -> dict[str, Observable]:
     """
     known = System.require(system, "observables").observables
     own = {name: observable_of({"name": name, **keys}) for name, keys in known.items()}
-    if not isinstance(system, FlowSystem):
-        names = {
-            f"{x}_turns" if is_angle(x) else x: f"({x}{AFTER} - {x})/(2*pi)" if is_angle(x) else x for x in system.coordinates
-        }
-        return {**{name: Observable(name=name, formula=text, of="returns") for name, text in names.items()}, **own}
-    if isinstance(system, HybridSystem):
-        return {COUNTED.name: COUNTED, **own}
-    assert isinstance(system, ImpactSystem)
-    vocabulary, of_motion = vocabulary_of(system), dict(zip(("work", "damping"), powers(formulas_of(system)), strict=True))
-    texts = {name: vocabulary.text(power, "flights") for name, power in of_motion.items()}
-    of_flights = {name: Observable(name=name, formula=text, of="flights") for name, text in texts.items()}
-    return {**{one.name: one for one in OF_IMPACTS}, **of_flights, **own}
+    return {**{one.name: one for one in _common_observables(system)}, **own}
+
+
+@singledispatch
+def _common_observables(system: System) -> tuple[Observable, ...]:
+    """The observables that all systems of a kind have: of a map its coordinates and the turns of angles."""
+    names = {f"{x}_turns" if is_angle(x) else x: f"({x}{AFTER} - {x})/(2*pi)" if is_angle(x) else x for x in system.coordinates}
+    return tuple(Observable(name=name, formula=text, of="returns") for name, text in names.items())
+
+
+@_common_observables.register
+def _(system: HybridSystem) -> tuple[Observable, ...]:
+    return (COUNTED,)
+
+
+@_common_observables.register
+def _(system: ImpactSystem) -> tuple[Observable, ...]:
+    vocabulary, of_motion = vocabulary_of(system), zip(("work", "damping"), powers(formulas_of(system)), strict=True)
+    texts = [(name, vocabulary.text(power, "flights")) for name, power in of_motion]
+    return *OF_IMPACTS, *(Observable(name=name, formula=text, of="flights") for name, text in texts)
 
 
 @lru_cache(maxsize=64)

@@ -124,10 +124,6 @@ class System(BaseModel, Transferable, ReturnMap):
                 raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
         return np.array([float(rates.get(name, 0.0)) for name in names])
 
-    def obstacle(self) -> str:
-        """Why the map is not one by closed forms, of whose states it says so: the end of a sentence; no text if it is."""
-        return "is not a system with impacts, or a map by formulas"
-
     def check_formulas(self) -> None:
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
 
