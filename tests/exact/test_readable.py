@@ -14,8 +14,6 @@ LATER = (
     "modes/march",
     "modes/paths",
     "modes/tables/memory.py",
-    "observables/mode_slopes.py",
-    "observables/motions.py",
 )
 #: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
 LATER_NAMES = (
@@ -28,7 +26,6 @@ LATER_NAMES = (
 LATER_SHAPES = (
     "modes/march/returns.py",
     "modes/paths/path.py",
-    "observables/flights.py",
 )
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
 LONGEST, MOST = 4, 7  #: of a tuple that is returned, of arguments

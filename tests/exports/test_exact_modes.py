@@ -114,7 +114,7 @@ def test_julia_as_python(name):
     system, states = states_of(name, 20)
     names = as_python.run(nsmaps.export(system, "julia", name="exact"))
     own, m = one_by_one(system, states), len(system.coordinates)
-    entry = names.get("first_return_from_section", names["first_return"])
+    entry = names.get("first_return_from_section") or names["return_of_row"]
     for k, state in enumerate(states.tolist()):
         image, slopes = as_python.Entries([math.nan] * m), as_python.Entries([math.nan] * m**2, m, m)
         outcome, code, _, _ = entry(as_python.Entries(state), image, slopes, names["memory"](m, 1e-12))

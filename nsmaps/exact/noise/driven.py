@@ -15,6 +15,7 @@ from nsmaps.exact.modes.tables.memory import Record, memory
 from nsmaps.exact.modes.tables.tables import Tables, tables_of
 from nsmaps.exact.noise import modes
 from nsmaps.exact.observables.formulas import Plan, of_modes, plan_in, plan_of
+from nsmaps.exact.observables.motions import COUNTED, Observation
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.observables.totals import in_modes
 from nsmaps.exact.systems.guards import HybridFormulas
@@ -34,12 +35,12 @@ class DrivenKernel:
         """One realisation under noise, written into its tables: see `nsmaps.dynamics.noise.orbits`; totals last, if there are."""
         p, w = self.table, memory(self.table, 0, chatter=chatter)
         *_, h, sigma = law
-        motion = modes.Motion(np.zeros(modes.NUMBERS), np.zeros(modes.COUNTS, np.int64))
+        motion = modes.MotionRecord(np.zeros(modes.NUMBERS), np.zeros(modes.COUNTS, np.int64))
         states, turns, codes, outcome, time, eta, hits, *totals = tables
         n, m = len(codes), states.shape[1]
         rows = states[:, None], turns[:, None], codes[:, None], outcome[:, None], time[:, None]
         out = modes.Realisation(Record(*rows, np.empty((n, 1, m, 0)), np.empty((n, 1, 3))), eta, hits)
-        o = modes.Observation(self.plan.memory(self.values, np.inf), memory(self.table, 0))
+        o = Observation(self.plan.memory(self.values, np.inf), memory(self.table, 0), np.array([0, COUNTED]))
         modes.prepare(p, sigma * rng.standard_normal(), motion, out, w)
         while motion.count[modes.FATE] == modes.UNDER_WAY and motion.count[modes.MADE] < n:
             normals, motion.count[modes.DRAWN] = rng.standard_normal((STEPS, parts, 3)), 0

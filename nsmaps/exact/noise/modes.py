@@ -15,31 +15,37 @@ from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS
 from nsmaps.exact.modes.flights.motion import begin_piece, copy_features
 from nsmaps.exact.modes.flights.pieces import combine
 from nsmaps.exact.modes.flights.states import derive, dot, velocity
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
-from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
+from nsmaps.exact.modes.march.beginning import GOES_ON, begin_mode
+from nsmaps.exact.modes.march.events import Motion
+from nsmaps.exact.modes.march.returns import (
+    MOST_EVENTS,
+    PAUSE,
+    Limits,
+    begin_next_return,
+    enter_return,
+    follow_motion,
+    write_image,
+)
 from nsmaps.exact.modes.march.section import repelled
-from nsmaps.exact.modes.march.starting import starting
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.tables.memory import NO_FUNCTION, PIECES
 from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, sized, weighed
 from nsmaps.exact.noise.flight import noise_over, quintic
-from nsmaps.exact.observables.motions import SINCE as CONTACT_TIME
-from nsmaps.exact.observables.motions import before, event, over_flight, row_of
+from nsmaps.exact.observables.motions import join_event, join_flight, join_start, write_before
 from nsmaps.exact.observables.sums import begin_totals
 
 UNDER_WAY = -1  # the fate of a motion under way; others are values of Outcome
-# The record of a motion: its phase, the noise, time since the last return and the last event; and whole numbers, of which ROW is
-# that of a table by which the flight under way counts for observables, and DRAWN the number of the next step among those drawn
-PHASE, ETA, SINCE, ALOFT, NUMBERS = range(5)
-MODE, LAST, ROW, CODE, POWER, WHOLE, MADE, HITS, EVENTS, DOUBT, STEPS, DRAWN, FATE, COUNTS = range(14)
+# The record of a motion: its phase, the noise, time since the return began, when the last event took place, and its speed; and
+# whole numbers, of which DRAWN is the number of the next step among those drawn
+PHASE, ETA, SINCE, EVENT_TIME, SPEED, NUMBERS = range(6)
+MODE, LAST, CODE, POWER, WHOLE, MADE, HITS, EVENTS, DOUBT, STEPS, DRAWN, FATE, COUNTS = range(13)
 VALUE, FIRST, SECOND, THIRD = range(4)  # the noise and its derivatives, the last own states
 DERIVATIVES = 4
 CUBED, FOURTH, FIFTH = 6.0, 24.0, 120.0  # factorials of 3, 4, 5: derivatives of powers
-SPENT = 0  # the place of the number in `Memory.spent`
 START, ONE = 0, 0  # the row of the start, and the one motion of a record
 
 
-class Motion(NamedTuple):
+class MotionRecord(NamedTuple):
     """A motion under way."""
 
     run: Any  #: shape (NUMBERS,)
@@ -59,13 +65,6 @@ class Grid(NamedTuple):
 
     step: float
     law: Any  #: shape (2, 3, 3), of a part of a step: see `nsmaps.dynamics.noise.orbits.exact_step`
-
-
-class Observation(NamedTuple):
-    """What is added up along a motion."""
-
-    q: Any  #: Quantities, of no formulas where nothing is
-    x: Any  #: memory for states along flights
 
 
 @inner
@@ -105,102 +104,62 @@ def recount_zeros(p, mode, h, w):
 
 
 @inner
-def first_event(p, k):
-    """The event with which a word begins after event k: the impact, where that is a release."""
-    for j in range(len(p.contacts)):
-        if p.releases[k] and p.contacts[j] >= 0 and p.target[j] == p.mode[k]:
-            for i in range(len(p.impacts)):
-                if p.impacts[i] == p.contacts[j]:
-                    return i
-    return k
-
-
-@inner
-def begin_return(p, k, motion, out, w):
-    """Begin the record of a return at an event, with a word of its letter."""
-    run, count = motion
-    number = count[MADE]
-    after = number + 1
-    image, tangent = out.found.states[after, ONE], out.found.tangents[number, ONE]
-    count[CODE], count[POWER] = cleared(p, first_event(p, k), image, tangent, w)
-    run[SINCE], run[ALOFT], count[EVENTS], count[DOUBT] = 0.0, 0.0, 0, 0
-
-
-@inner
-def leave_section(p, k, motion, o, w):
-    """Take a motion, whose start or image is taken before the reset, through that of event k; the event counts here."""
-    run, count = motion
-    before(p, o.q, w)
-    count[MODE] = entered(p, k, not p.after, run[PHASE], w)
-    if o.q.impact != 0 and not p.after:
-        event(p, o.q, k, run[PHASE], w)
-
-
-@inner
-def begin_flight(p, motion, w):
-    """Let a motion continue in its mode, or end it there."""
-    _, count = motion
-    outcome = begins(p, count[MODE], w)
-    count[FATE] = UNDER_WAY if outcome == GOES_ON else outcome
-
-
-@inner
 def write_return(p, outcome, motion, out, w):
-    """Write a return that has just ended, whose image is written."""
+    """Write a return that has just ended, whose image is in memory."""
     run, count = motion
     i = count[MADE]
     after = i + 1
+    write_image(out.found, i, ONE, w)
     for c in range(len(p.places)):
         out.found.turns[i, ONE, c] = count[WHOLE] if p.places[c] < 0 else 0
     out.found.codes[i, ONE], out.found.time[i, ONE] = count[CODE], run[SINCE]
     out.found.outcome[i, ONE] = UNDECIDED if count[DOUBT] > 0 else outcome
     out.eta[after] = w.z[p.own - DERIVATIVES]
-    count[WHOLE], count[MADE] = 0, after
+    count[MADE] = after
 
 
 @inner
-def list_impact(p, k, speed, motion, hits):
-    """Write an event with a letter to the list of impacts: the letter, the speed and the phase."""
+def write_motion(motion, now):
+    """Write a motion of the loop of first returns to the record."""
     run, count = motion
-    if k >= 0 and p.digit[k] > 0 and count[HITS] < len(hits):
-        hits[count[HITS]] = p.digit[k] - 1.0, speed, run[PHASE]
+    count[MODE], run[PHASE], count[CODE], count[POWER] = now.mode, now.phase, now.code, now.power
+    run[SINCE], count[WHOLE], count[DOUBT] = now.time, now.turns, now.doubts
+
+
+@inner
+def observe_flight(p, now, flight, context, w):
+    """The observer of flights, to an event or to the end of a step: totals, and the speed at which the event's function falls."""
+    (run, _), _, o = context
+    join_flight(p, now, flight, o, w)
+    if flight.function != NO_FUNCTION:
+        velocity(p, now.mode, w.z, w.field, w)
+        run[SPEED] = -dot(p.functions[flight.function], w.field).value / p.steps[now.mode]
+
+
+@inner
+def observe_event(p, now, passage, context, w):
+    """The observer of events: totals, and the list of impacts: the letter, the speed and the phase of events with a letter."""
+    (run, count), out, o = context
+    k = passage.transition
+    join_event(p, now, passage, o, w)
+    count[EVENTS] += 1
+    run[EVENT_TIME] = now.time
+    if k >= 0 and p.digit[k] > 0 and count[HITS] < len(out.hits):
+        out.hits[count[HITS]] = p.digit[k] - 1.0, run[SPEED], now.phase
         count[HITS] += 1
 
 
 @inner
-def take_event(p, which, motion, out, o, w):
-    """Take the motion through an event, and to the next return if it ends one."""
+def continue_from(p, passage, motion, o, w):
+    """Begin the return after one that has ended."""
     run, count = motion
-    velocity(p, count[MODE], w.z, w.field, w)
-    rate, _ = dot(p.functions[which], w.field)
-    speed, number = -rate / p.steps[count[MODE]], count[MADE]
-    after = number + 1
-    image, tangent = out.found.states[after, ONE], out.found.tangents[number, ONE]
-    before(p, o.q, w)
-    outcome, count[MODE], count[CODE], count[POWER], unsure, k = met(
-        p, count[MODE], which, run[PHASE], count[CODE], count[POWER], image, tangent, w
-    )
-    count[EVENTS] += 1
-    count[DOUBT], w.spent[SPENT] = count[DOUBT] + (1 if unsure else 0), w.spent[SPENT] + (DOUBTED if unsure else 0)
-    run[ALOFT] = 0.0
-    list_impact(p, k, speed, motion, out.hits)
-    if o.q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
-        event(p, o.q, k, run[PHASE], w)
-    count[ROW] = row_of(p, o.q, k, count[MODE], count[ROW]) if k >= 0 else count[ROW]
-    if outcome in (RETURNED, STUCK):
-        write_return(p, outcome, motion, out, w)
-        if count[MADE] < len(out.found.codes):
-            begin_return(p, k, motion, out, w)
-            if not p.after:
-                leave_section(p, k, motion, o, w)
-                count[ROW] = row_of(p, o.q, k, count[MODE], count[ROW])
-            begin_flight(p, motion, w)
-    elif outcome != GOES_ON:
-        count[FATE] = outcome
-    elif count[DOUBT] > MOST_DOUBTS:
-        count[FATE] = UNDECIDED
-    elif count[EVENTS] > MOST_EVENTS:
-        count[FATE] = ENDLESS
+    write_before(p, o.q, w)
+    passage = begin_next_return(p, passage, w)
+    if not p.after:
+        join_start(p, passage.motion, passage.transition, o, w)
+    write_motion(motion, passage.motion)
+    run[EVENT_TIME], count[EVENTS] = 0.0, 0
+    count[FATE] = UNDER_WAY if passage.outcome == GOES_ON else passage.outcome
 
 
 @inner
@@ -212,22 +171,25 @@ def advance(p, h, motion, out, o, w):
         if repelled(p, count[MODE], w):
             count[FATE] = REPELLING
             break
-        phase = run[PHASE]
-        if o.q.flight != 0:
-            copy_features(p, w, o.x)
-        which, flight, run[PHASE], more, unsure = fly(p, count[MODE], phase, left, w)
-        if o.q.flight != 0 and flight > 0.0:
-            over_flight(p, o.q, count[MODE], count[ROW], phase, flight, o.x)
-        left, run[SINCE], run[ALOFT] = left - flight, run[SINCE] + flight, run[ALOFT] + flight
-        w.held[CONTACT_TIME] += flight
-        count[WHOLE] += more
-        count[DOUBT] += 1 if unsure else 0
-        if not bounded(w) or run[ALOFT] > p.horizon:
+        copy_features(p, w, o.x)
+        since = run[SINCE]
+        now = Motion(count[MODE], run[PHASE], count[CODE], count[POWER], since, count[WHOLE], count[DOUBT])
+        limits = Limits(since + left, MOST_EVENTS + 1 - count[EVENTS])
+        passage = follow_motion(p, now, limits, observe_flight, observe_event, (motion, out, o), w)
+        write_motion(motion, passage.motion)
+        left -= run[SINCE] - since
+        if passage.outcome in (RETURNED, STUCK):
+            write_return(p, passage.outcome, motion, out, w)
+            if count[MADE] < len(out.found.codes):
+                continue_from(p, passage, motion, o, w)
+        elif passage.outcome != GOES_ON:
+            count[FATE] = passage.outcome
+        elif count[EVENTS] > MOST_EVENTS:
+            count[FATE] = ENDLESS
+        elif run[SINCE] - run[EVENT_TIME] > p.horizon:
             count[FATE] = RESTS if p.resting[count[MODE]] else LOST
-        elif which == NO_FUNCTION:
-            break
         else:
-            take_event(p, which, motion, out, o, w)
+            break
 
 
 @long_entry
@@ -235,7 +197,7 @@ def prepare(p, first, motion, out, w):
     """Prepare a motion for its first step, with the noise at its start."""
     run, count = motion
     row = out.found.states[START, ONE]
-    count[LAST], run[PHASE] = starting(p, row, w)
+    count[LAST], run[PHASE] = find_start(p, row, w)
     run[ETA], out.eta[START], count[FATE] = first, first, INVALID if count[LAST] < 0 else UNDER_WAY
     for c in range(len(p.places)):
         if p.places[c] < 0 and count[LAST] >= 0:
@@ -244,13 +206,13 @@ def prepare(p, first, motion, out, w):
 
 @long_entry
 def noisy_motion(p, grid, normals, motion, out, o, w):
-    """Advance through as many steps as there are normals, shape (S, parts, 3), or as there is room for returns.
+    """Advance through as many steps as there are normals, shape (S, K, 3) of K parts of a step, or as there is room for returns.
 
     Step `DRAWN` is the first; it pauses after about `PAUSE` pieces of flights.
     """
     run, count = motion
-    w.spent[SPENT], o.x.spent[SPENT] = 0, 0
-    while count[DRAWN] < len(normals) and w.spent[SPENT] + o.x.spent[SPENT] <= PAUSE:
+    w.integers[PIECES], o.x.integers[PIECES] = 0, 0
+    while count[DRAWN] < len(normals) and w.integers[PIECES] + o.x.integers[PIECES] <= PAUSE:
         if count[FATE] != UNDER_WAY or count[MADE] == len(out.found.codes):
             count[DRAWN] = len(normals)
             break
@@ -258,11 +220,15 @@ def noisy_motion(p, grid, normals, motion, out, o, w):
         write_noise(p, grid.step, run[ETA], quintic(grid.step, run[ETA], a, b, last), w)
         if count[STEPS] == 0:
             begin_totals(o.q)
-            begin_return(p, count[LAST], motion, out, w)
-            leave_section(p, count[LAST], motion, o, w)
-            count[ROW] = row_of(p, o.q, count[LAST], count[MODE], count[MODE])
+            write_before(p, o.q, w)
+            whole = count[WHOLE]
+            now = enter_return(p, count[LAST], run[PHASE], w)
+            join_start(p, now, count[LAST], o, w)
+            write_motion(motion, now)
+            count[WHOLE] = whole
             if run[ETA] == 0.0:  # coordinates give a state of the system without noise
-                begin_flight(p, motion, w)
+                outcome = begin_mode(p, now.mode, w)
+                count[FATE] = UNDER_WAY if outcome == GOES_ON else outcome
         if count[STEPS] > 0 or run[ETA] != 0.0:
             recount_zeros(p, count[MODE], grid.step, w)
         advance(p, grid.step, motion, out, o, w)

@@ -8,24 +8,11 @@ from nsmaps.exact.engine.constants import MOST_IMPACTS
 from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
-from nsmaps.exact.observables.sums import (
-    BESIDE,
-    LEAST,
-    MOST_CHATTER,
-    at_impact,
-    at_rest,
-    begin_totals,
-    highest,
-    joined,
-    panels,
-    sampled,
-    write_totals,
-)
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels, panels
 
 PAUSE = 10_000  # returns, within about a second, after which Ctrl-C is heard
 V, V_AFTER, PLACE = range(3)  # the inputs of formulas of impacts
 AT_PLACE, AT_VELOCITY = range(2)  # and of those of flights
-STATE, RETURN = range(2)  # the numbers of a state and of its return, from which on totals are to be computed
 
 
 class Flown(NamedTuple):
@@ -98,19 +85,8 @@ def instant(q, s, flown):
 @inner
 def join_flight(q, row, flown):
     """Join the values of a flight or a rest."""
-    s, first = flown.time, q.at.shape[1]
-    count, h = panels(q, s)
-    q.peak[:] = -math.inf
-    sampled(q, row, instant(q, 0.0, flown), 0.0, 0.0)
-    for i in range(count):
-        for j in range(len(q.nodes)):
-            x = h * (i + q.nodes[j])
-            sampled(q, row, instant(q, x, flown), x, h * q.weights[j])
-    sampled(q, row, instant(q, s, flown), s, 0.0)
-    for c in range(q.over.shape[1]):
-        if q.over[row, c] and q.largest[first + c]:
-            low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, s)
-            joined(q, first + c, highest(q, c, low, high, instant, flown))
+    count, _ = panels(q, flown.time)
+    join_panels(q, row, count, flown.time, instant, flown)
 
 
 @inner
@@ -134,34 +110,20 @@ def nothing(p, impact, event, context, seen):
     return seen
 
 
+@inner
+def image_of(context, state, counts):
+    """Replace a state by its image: (outcome, time, one return); values join the totals if the return `counts`."""
+    p, q, chatter = context
+    impact = Impact(on_top(p), state[PHASE], state[SPEED])
+    if counts:
+        found, _ = follow(p, impact, chatter, MOST_IMPACTS, join_event, q, ())
+    else:
+        found, _ = follow(p, impact, chatter, MOST_IMPACTS, nothing, (), ())
+    state[SPEED], state[PHASE] = found.speed, found.phase
+    return found.outcome, found.time, 1
+
+
 @entry
 def observed(p, q, chatter, at, batches):
-    """Follow M states through the returns of all batches: whether all totals are known.
-
-    About `PAUSE` returns are computed, from `at` on, the number of a state and of a return.
-    """
-    states, outcome, time, length = batches.states, batches.outcome, batches.time, batches.length
-    last = PAUSE
-    while at[STATE] < len(states):
-        k = at[STATE]
-        for i in range(at[RETURN], batches.discard + len(time) * length):
-            b = (i - batches.discard) // length if i >= batches.discard else -1
-            if b >= 0 and (i - batches.discard) % length == 0:
-                begin_totals(q)
-                time[b, k] = 0.0
-            if i == 0 or not math.isnan(states[k, SPEED]):
-                impact = Impact(on_top(p), states[k, PHASE], states[k, SPEED])
-                if b >= 0:
-                    found, _ = follow(p, impact, chatter, MOST_IMPACTS, join_event, q, ())
-                    time[b, k] += found.time
-                else:
-                    found, _ = follow(p, impact, chatter, MOST_IMPACTS, nothing, (), ())
-                outcome[k], states[k, SPEED], states[k, PHASE] = found.outcome, found.speed, found.phase
-                last -= 1
-            if b >= 0 and (i - batches.discard) % length == length - 1:
-                write_totals(q, math.isnan(states[k, SPEED]), b, k, time, batches.totals)
-            at[RETURN] = i + 1
-            if last == 0:
-                return False
-        at[STATE], at[RETURN] = k + 1, 0
-    return True
+    """Follow M states through the returns of all batches: whether all totals are known, see `follow_batches`."""
+    return follow_batches(q, at, batches, PAUSE, image_of, (p, q, chatter))

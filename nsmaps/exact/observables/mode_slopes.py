@@ -1,138 +1,147 @@
 """Derivatives of observables of first returns of a system with modes, through every event, along directions of its memory."""
 
 import math
+from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
-from nsmaps.exact.modes.flights.motion import advance, begin_piece, copy_features, slopes_at, within_turn
+from nsmaps.exact.modes.flights.motion import copy_features, slopes_at
 from nsmaps.exact.modes.flights.states import dot, shift, velocity
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly, saltation
-from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met
-from nsmaps.exact.modes.march.starting import starting
-from nsmaps.exact.observables.motions import row_of
-from nsmaps.exact.observables.slopes import chained
+from nsmaps.exact.modes.march.beginning import GOES_ON
+from nsmaps.exact.modes.march.flight import saltation, time_slope
+from nsmaps.exact.modes.march.returns import MOST_EVENTS, PAUSE, Limits, begin_return, follow_motion
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, PIECES
+from nsmaps.exact.observables.memory import VALUE
+from nsmaps.exact.observables.motions import ROW, over_pieces, phase_after, row_of, write_before
+from nsmaps.exact.observables.slopes import add_slopes
 from nsmaps.exact.observables.sums import evaluated
+
+FIRST = 0  # coordinate of an image, NaN without a return
+
+
+class SlopeObservation(NamedTuple):
+    """What the observers of derivatives work in."""
+
+    q: Any  #: Quantities
+    g: Any  #: Directions
+    slopes: Any  #: shape (C, D), of the totals
+    x: Any  #: Memory with the features and their derivatives at the start of the flight under way
+    numbers: Any  #: shape (2,), the row of a table by which this flight counts
 
 
 @inlined
-def written(p, q, g, first, w):
-    """Write states and their derivatives among the inputs, from a place on."""
-    for i in range(p.own):
-        q.y[first + i] = w.z[i]
-        for j in range(len(g.phase)):
+def write_slopes(p, g, first, w):
+    """Write the derivatives of states and of the phase among those of the inputs, from a place on."""
+    for j in range(len(g.phase)):
+        g.phase[j] = w.dphi[j]
+        for i in range(p.own):
             g.d[first + i, j] = w.dz[i, j]
 
 
 @inner
-def at_event(p, q, g, k, phi, slopes, w):
-    """Add the derivatives of an event; the states before it, and the phase's derivatives, are written."""
-    written(p, q, g, p.own, w)
-    evaluated(q, q.impact, phi)
-    chained(q, g, 2 * p.own, k, False, 1.0, slopes)
+def add_impact(p, k, phase, seen, w):
+    """Add the derivatives of an event, before which states and derivatives are written."""
+    q, g = seen.q, seen.g
+    for i in range(p.own):
+        q.y[p.own + i] = w.z[i]
+        for j in range(len(g.phase)):
+            g.d[p.own + i, j] = w.dz[i, j]
+    evaluated(q, q.impact, phase)
+    add_slopes(q, g, 2 * p.own, k, False, 1.0, seen.slopes)
 
 
 @inner
-def at_instant(p, q, g, mode, phi, s, x):
-    """Write the states a time s after those of `x`, within its piece, and their derivatives; evaluate the formulas."""
-    slopes_at(p, mode, s, x, q.y, g.d)
+def evaluate_instant(piece, s, seen):
+    """Write the states a time s after the start of a piece, and their derivatives; evaluate the formulas."""
+    p, x, q, g = piece.p, piece.x, seen.q, seen.g
+    slopes_at(p, piece.mode, s, x, q.y, g.d)
     for c in range(len(g.phase)):
         g.phase[c] = x.dphi[c] + x.moved.rate * s
-    evaluated(q, q.flight, within_turn(phi + p.rate * s)[0])
+    evaluated(q, q.flight, phase_after(p, piece.phase, s))
 
 
 @inner
-def over_panel(p, q, g, mode, row, phi, h, slopes, x):
-    """Add the derivatives of a part of a flight."""
-    x.spent[0] += len(q.nodes)
+def add_piece(piece, length, seen):
+    """Add the derivatives of a piece of a flight of fixed time."""
+    q = seen.q
+    piece.x.integers[PIECES] += len(q.nodes)
     for j in range(len(q.nodes)):
-        at_instant(p, q, g, mode, phi, h * q.nodes[j], x)
-        chained(q, g, p.own, row, True, h * q.weights[j], slopes)
+        evaluate_instant(piece, length * q.nodes[j], seen)
+        add_slopes(q, seen.g, piece.p.own, seen.numbers[ROW], True, length * q.weights[j], seen.slopes)
 
 
 @inner
-def over_flight(p, q, g, mode, row, phi, s, slopes, x):
-    """Add the derivatives of a flight of fixed time s, whose states at its start `x` has; formulas of its end are written."""
-    done, unit = 0.0, begin_piece(p, mode, s, x)
-    while s - done > unit > 0.0:
-        over_panel(p, q, g, mode, row, phi, unit, slopes, x)
-        phi, _ = advance(p, mode, 1.0, unit, phi, x)
-        done += unit
-        unit = begin_piece(p, mode, s - done, x)
-    over_panel(p, q, g, mode, row, phi, s - done, slopes, x)
-    at_instant(p, q, g, mode, phi, s - done, x)
-
-
-@inner
-def at_end(p, q, mode, row, which, slopes, w):
-    """Add the derivatives by the time of a flight, whose formulas at its end are written; none of one that takes no time."""
-    if w.lapse[0] == 0.0:
+def add_time(p, mode, function, seen, w):
+    """Add the derivatives by the time of a flight to an event, whose formulas at its end are written; none of one that takes no
+    time.
+    """
+    if w.reals[FLIGHT_TIME] == 0.0:
         return
     shift(p, w)
     velocity(p, mode, w.z, w.field, w)
-    rate, _ = dot(p.functions[which], w.field)
+    rate = dot(p.functions[function], w.field).value
+    q, row, first = seen.q, seen.numbers[ROW], seen.q.at.shape[1]
     for j in range(w.dz.shape[1]):
-        gap = 0.0
-        for i in range(len(w.z)):
-            gap += p.functions[which, i] * w.dz[i, j]
-            if w.moved.here:
-                gap += w.moved.functions[which, i] * w.z[i]
+        time = time_slope(p, function, rate, j, w) * p.steps[mode]
         for c in range(q.over.shape[1]):
             if q.over[row, c]:
-                slopes[q.at.shape[1] + c, j] -= q.out[c, 0] * gap / rate * p.steps[mode]
+                seen.slopes[first + c, j] += q.out[c, VALUE] * time
 
 
 @inner
-def motion_slopes(p, q, g, k, mode, phi, image, tangent, slopes, w, x):
-    """From a state after a transition k, in a mode, to the section; whether there are derivatives."""
-    code, power, time, doubts, row = 0, 1, 0.0, 0, row_of(p, q, k, mode, mode)
-    for _ in range(MOST_EVENTS if begins(p, mode, w) == GOES_ON else 0):
-        copy_features(p, w, x)
-        under_way, from_phase = mode, phi
-        which, flight, phi, _, vague = fly(p, mode, phi, math.inf, w)
-        w.held[0], time = w.held[0] + flight, time + flight
-        if which == NO_FUNCTION or not bounded(w):
-            return False
-        if q.flight != 0:
-            over_flight(p, q, g, under_way, row, from_phase, flight, slopes, x)
-            at_end(p, q, under_way, row, which, slopes, w)
-        saltation(p, mode, which, w)
-        written(p, q, g, 0, w)
-        for c in range(len(g.phase)):
-            g.phase[c] = w.dphi[c]
-        outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubts, w.spent[0] = doubts + (1 if unsure or vague else 0), w.spent[0] + (DOUBTED if unsure else 0)
-        if q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
-            at_event(p, q, g, k, phi, slopes, w)
-        row = row_of(p, q, k, mode, row) if k >= 0 else row
-        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
-        if outcome != GOES_ON or doubts > MOST_DOUBTS:
-            return outcome != GOES_ON and not math.isnan(image[0])
-    return False
+def add_flight(p, motion, flight, seen, w):
+    """The observer of flights: add the derivatives of one, and write states and derivatives at its end."""
+    if seen.q.flight != 0 and (flight.time > 0.0 or len(p.nonlinear) == 0):
+        last, length = over_pieces(p, motion, flight.time, add_piece, seen, seen.x)
+        evaluate_instant(last, length, seen)
+        add_time(p, motion.mode, flight.function, seen, w)
+    saltation(p, motion.mode, flight.function, w)
+    write_before(p, seen.q, w)
+    write_slopes(p, seen.g, 0, w)
+
+
+@inner
+def add_event(p, motion, passage, seen, w):
+    """The observer of events: add the derivatives of one, but of that which ends a return before its reset."""
+    k, q = passage.transition, seen.q
+    if k >= 0:
+        if q.impact != 0 and (passage.outcome == GOES_ON or p.after):
+            add_impact(p, k, motion.phase, seen, w)
+        seen.numbers[ROW] = row_of(p, q, k, passage.motion.mode, seen.numbers[ROW])
+    copy_features(p, w, seen.x)
+
+
+@inner
+def slopes_of_return(p, row, seen, w):
+    """Write the derivatives of the totals of the first return of a row of coordinates; NaN without a return."""
+    q, known = seen.q, False
+    seen.slopes[:] = 0.0
+    k, phase = find_start(p, row, w)
+    if k >= 0:
+        write_before(p, q, w)
+        write_slopes(p, seen.g, 0, w)
+        passage = begin_return(p, k, phase, w)
+        if q.impact != 0 and not p.after:
+            add_impact(p, k, phase, seen, w)
+        seen.numbers[ROW] = row_of(p, q, k, passage.motion.mode, passage.motion.mode)
+        copy_features(p, w, seen.x)
+        if passage.outcome == GOES_ON:
+            passage = follow_motion(p, passage.motion, Limits(math.inf, MOST_EVENTS), add_flight, add_event, seen, w)
+        known = not math.isnan(w.image[FIRST])
+    if not known:
+        seen.slopes[:] = math.nan
 
 
 @long_entry
-def mode_slopes(p, q, g, begin, states, slopes, image, tangent, w, x):
+def mode_slopes(p, seen, begin, states, slopes, w):
     """The derivatives of the totals of first returns (N, m) along the directions of the memory, slopes (N, C, D), from one on.
 
     The number of those that are known after about `PAUSE` pieces of flights.
     """
-    w.spent[0], x.spent[0] = 0, 0
+    x = seen.x
+    w.integers[PIECES], x.integers[PIECES] = 0, 0
     for i in range(begin, len(states)):
-        if w.spent[0] + x.spent[0] > PAUSE:
+        if w.integers[PIECES] + x.integers[PIECES] > PAUSE:
             return i
-        slopes[i] = 0.0
-        k, phi = starting(p, states[i], w)
-        cleared(p, k, image, tangent, w)
-        known = k >= 0
-        if known:
-            written(p, q, g, 0, w)
-            for c in range(len(g.phase)):
-                g.phase[c] = w.dphi[c]
-            mode = entered(p, k, not p.after, phi, w)
-            if q.impact != 0 and not p.after:
-                at_event(p, q, g, k, phi, slopes[i], w)
-            known = motion_slopes(p, q, g, k, mode, phi, image, tangent, slopes[i], w, x)
-        if not known:
-            slopes[i] = math.nan
+        slopes_of_return(p, states[i], SlopeObservation(seen.q, seen.g, slopes[i], x, seen.numbers), w)
     return len(states)

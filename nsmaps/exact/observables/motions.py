@@ -1,67 +1,36 @@
-"""Observables of a system with modes, summed from event to event: `first_return` of the march with formulas on the way."""
+"""Observables of a system with modes, summed from event to event by observers of the loop of first returns."""
 
 import math
 from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.jit import inlined, inner, long_entry
-from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, RESTS, UNDECIDED
+from nsmaps.exact.engine.returns import INVALID
 from nsmaps.exact.modes.flights.motion import advance, begin_piece, copy_features, state_at, within_turn
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
-from nsmaps.exact.modes.march.resting import CHATTER, entered
-from nsmaps.exact.modes.march.returns import DOUBTED, MOST_DOUBTS, MOST_EVENTS, PAUSE, bounded, cleared, met, settled
-from nsmaps.exact.modes.march.starting import starting
-from nsmaps.exact.observables import sums
-from nsmaps.exact.observables.sums import BESIDE, LEAST, MOST_CHATTER, at_impact, at_rest, highest, joined, sampled
+from nsmaps.exact.modes.march.beginning import GOES_ON
+from nsmaps.exact.modes.march.returns import (
+    MOST_EVENTS,
+    PAUSE,
+    Limits,
+    Return,
+    begin_return,
+    end_of_return,
+    follow_motion,
+)
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.march.words import CHATTER, reset_return
+from nsmaps.exact.modes.tables.memory import ACCUMULATION_TIME, CONTACT_MARK, CONTACT_TIME, PIECES, SPEED_RATIO
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels
 
-LASTING, SHARE = 3, 4  # places in `Memory.lapse`: the time in which impacts accumulate, the share of speed that each leaves
-SINCE, HOW = 0, 1  # places in `Memory.held`: time since contact has begun, and how
-
-
-@inlined
-def before(p, q, w):
-    """Write the states just before an event among the inputs."""
-    for i in range(p.own):
-        q.y[i] = w.z[i]
-
-
-@inner
-def event(p, q, k, phi, w):
-    """Join the values of an event, whose states before it are written, and of those that follow if they accumulate."""
-    changed = 0.0
-    for i in range(p.own):
-        q.y[p.own + i] = w.z[i]
-        changed += abs(q.y[i] - w.z[i])
-    if q.departed and changed == 0.0:  # a release, with which a return ends and the next begins
-        return
-    if w.held[HOW] == CHATTER and w.held[SINCE] == 0.0:
-        chattered(p, q, k, phi, w)
-    else:
-        at_impact(q, k, phi)
+ROW, COUNTS = range(2)  # places in `Observation.numbers`
+COUNTED = 1  # the number there of returns that count
 
 
-@inner
-def chattered(p, q, k, phi, w):
-    """Join the values of impacts that accumulate, of which the states before the first, and in contact, are written.
+class Observation(NamedTuple):
+    """What the observers of totals work in."""
 
-    Where these states differ by d, those of the impact m differ from contact by r^m d before it, and by -r^(m + 1) d after it. A
-    formula that is not zero at speed zero has no finite sum.
-    """
-    n, left = p.own, 1.0
-    for i in range(n):
-        w.one[i] = q.y[i] - w.z[i]
-    for _ in range(MOST_CHATTER):
-        if not left > LEAST:
-            break
-        for i in range(n):
-            q.y[i], q.y[n + i] = w.z[i] + left * w.one[i], w.z[i] - left * w.lapse[SHARE] * w.one[i]
-        at_impact(q, k, within_turn(phi + p.rate * w.lapse[LASTING] * (1.0 - left))[0])
-        left *= w.lapse[SHARE]
-    else:
-        q.total[: q.at.shape[1]] = math.nan
-    for i in range(n):
-        q.y[i], q.y[n + i] = w.z[i], w.z[i]
-    at_rest(q, k, phi)
+    q: Any  #: Quantities
+    x: Any  #: Memory with the features at the start of the flight under way
+    numbers: Any  #: shape (2,), the row of a table by which this flight counts; whether the return counts
 
 
 class Piece(NamedTuple):
@@ -74,118 +43,155 @@ class Piece(NamedTuple):
 
 
 @inner
-def instant(q, s, piece):
-    """Write the states a time s after the start of a piece; returns the phase."""
-    state_at(piece.p, piece.mode, s, piece.x, q.y)
-    phi, _ = within_turn(piece.phase + piece.p.rate * s)
-    return phi
+def over_pieces(p, motion, time, visit, context, x):
+    """Call `visit(piece, length, context)` for each piece of a flight of this time: the last piece, and its length.
 
-
-@inner
-def over_panel(p, q, mode, row, phi, h, x):
-    """Join the values of a part of a flight, of time h from the states of `x`."""
-    first, piece = q.at.shape[1], Piece(p, mode, phi, x)
-    q.peak[:] = -math.inf
-    x.spent[0] += len(q.nodes)
-    sampled(q, row, instant(q, 0.0, piece), 0.0, 0.0)
-    for j in range(len(q.nodes)):
-        s = h * q.nodes[j]
-        sampled(q, row, instant(q, s, piece), s, h * q.weights[j])
-    sampled(q, row, instant(q, h, piece), h, 0.0)
-    for c in range(q.over.shape[1]):
-        if q.over[row, c] and q.largest[first + c]:
-            low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, h)
-            joined(q, first + c, highest(q, c, low, high, instant, piece))
-
-
-@inner
-def over_flight(p, q, mode, row, phi, s, x):
-    """Join the values of a flight of time s, whose states at its start `x` has; panels are its pieces."""
-    done, unit = 0.0, begin_piece(p, mode, s, x)
-    while s - done > unit > 0.0:
-        over_panel(p, q, mode, row, phi, unit, x)
-        phi, _ = advance(p, mode, 1.0, unit, phi, x)
-        done += unit
-        unit = begin_piece(p, mode, s - done, x)
-    over_panel(p, q, mode, row, phi, s - done, x)
+    The motion is that at its start, and `x` has the features there.
+    """
+    left, phase = time, motion.phase
+    unit = begin_piece(p, motion.mode, left, x)
+    while left > unit > 0.0:
+        visit(Piece(p, motion.mode, phase, x), unit, context)
+        phase, _ = advance(p, motion.mode, 1.0, unit, phase, x)
+        left -= unit
+        unit = begin_piece(p, motion.mode, left, x)
+    piece = Piece(p, motion.mode, phase, x)
+    visit(piece, left, context)
+    return piece, left
 
 
 @inlined
 def row_of(p, q, k, mode, row):
-    """The row of a table by which a flight in a mode counts, that begins at a transition k."""
+    """The row of a table by which a flight in a mode counts, that begins at a transition k; `row` where no letter says."""
     if not q.departed:
         return mode
     return p.digit[k] - 1 if p.digit[k] > 0 else row
 
 
-@inner
-def observed_motion(p, q, k, mode, phi, image, tangent, counts, w, x):
-    """From a state after a transition k, in a mode, to the section: (outcome, time); values join the totals if it `counts`."""
-    row = row_of(p, q, k, mode, mode)
-    time, doubts, code, power = 0.0, 0, 0, 1
-    outcome = begins(p, mode, w)
-    if outcome != GOES_ON:
-        return outcome, math.nan
-    for _ in range(MOST_EVENTS):
-        under_way, from_phase = mode, phi
-        copy_features(p, w, x)
-        which, flight, phi, _, unsure = fly(p, mode, phi, math.inf, w)
-        time, doubts = time + flight, doubts + (1 if unsure else 0)
-        w.held[0] += flight
-        if which == NO_FUNCTION or not bounded(w):
-            rests = p.resting[mode] and flight >= p.horizon
-            return (RESTS if rests else UNDECIDED if doubts > 0 and bounded(w) else LOST), math.nan
-        if counts and q.flight != 0:
-            over_flight(p, q, under_way, row, from_phase, flight, x)
-        before(p, q, w)
-        outcome, mode, code, power, unsure, k = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
-        if counts and q.impact != 0 and k >= 0 and (outcome == GOES_ON or p.after):
-            event(p, q, k, phi, w)
-        row = row_of(p, q, k, mode, row) if k >= 0 else row
-        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
-        if outcome != GOES_ON:
-            return settled(outcome, code, time, 0, doubts > 0)[0], time
-        if doubts > MOST_DOUBTS:
-            return UNDECIDED, math.nan
-    return ENDLESS, math.nan
+@inlined
+def phase_after(p, phase, time):
+    """A phase a time later, within a turn."""
+    later, _ = within_turn(phase + p.rate * time)
+    return later
+
+
+@inlined
+def write_before(p, q, w):
+    """Write the states just before an event among the inputs."""
+    for i in range(p.own):
+        q.y[i] = w.z[i]
 
 
 @inner
-def observed_return(p, q, row, image, tangent, counts, w, x):
-    """The first return of a row of coordinates: (outcome, time); of sections before the reset the event at the start counts."""
-    k, phi = starting(p, row, w)
-    cleared(p, k, image, tangent, w)
+def join_impact(p, q, k, phase, w):
+    """Join the values of an event, whose states before it are written, and of those that follow if they accumulate."""
+    changed = 0.0
+    for i in range(p.own):
+        q.y[p.own + i] = w.z[i]
+        changed += abs(q.y[i] - w.z[i])
+    if q.departed and changed == 0.0:  # a release, with which a return ends and the next begins
+        return
+    if w.integers[CONTACT_MARK] == CHATTER and w.reals[CONTACT_TIME] == 0.0:
+        join_chatter(p, q, k, phase, w)
+    else:
+        at_impact(q, k, phase)
+
+
+@inner
+def join_chatter(p, q, k, phase, w):
+    """Join the values of impacts that accumulate, of which the states before the first, and in contact, are written.
+
+    Where these states differ by d, those of the impact m differ from contact by r^m d before it, and by -r^(m + 1) d after it. A
+    formula that is not zero at speed zero has no finite sum.
+    """
+    n, left, ratio = p.own, 1.0, w.reals[SPEED_RATIO]
+    for i in range(n):
+        w.one[i] = q.y[i] - w.z[i]
+    for _ in range(MOST_CHATTER):
+        if not left > LEAST:
+            break
+        for i in range(n):
+            q.y[i], q.y[n + i] = w.z[i] + left * w.one[i], w.z[i] - left * ratio * w.one[i]
+        at_impact(q, k, phase_after(p, phase, w.reals[ACCUMULATION_TIME] * (1.0 - left)))
+        left *= ratio
+    else:
+        q.total[: q.at.shape[1]] = math.nan
+    for i in range(n):
+        q.y[i], q.y[n + i] = w.z[i], w.z[i]
+    at_rest(q, k, phase)
+
+
+@inner
+def instant(q, s, piece):
+    """Write the states a time s after the start of a piece; returns the phase."""
+    state_at(piece.p, piece.mode, s, piece.x, q.y)
+    return phase_after(piece.p, piece.phase, s)
+
+
+@inner
+def join_piece(piece, length, seen):
+    """Join the values of a piece of a flight."""
+    piece.x.integers[PIECES] += len(seen.q.nodes)
+    join_panels(seen.q, seen.numbers[ROW], 1, length, instant, piece)
+
+
+@inner
+def join_flight(p, motion, flight, seen, w):
+    """The observer of flights: join the values of one, and write the states at its end."""
+    if seen.numbers[COUNTS] == COUNTED and seen.q.flight != 0 and flight.time > 0.0:
+        over_pieces(p, motion, flight.time, join_piece, seen, seen.x)
+    write_before(p, seen.q, w)
+
+
+@inner
+def join_event(p, motion, passage, seen, w):
+    """The observer of events: join the values of one, but of that which ends a return before its reset."""
+    k, q = passage.transition, seen.q
+    if k >= 0:
+        if seen.numbers[COUNTS] == COUNTED and q.impact != 0 and (passage.outcome == GOES_ON or p.after):
+            join_impact(p, q, k, motion.phase, w)
+        seen.numbers[ROW] = row_of(p, q, k, passage.motion.mode, seen.numbers[ROW])
+    copy_features(p, w, seen.x)
+
+
+@inner
+def join_start(p, motion, k, seen, w):
+    """Join the values of the event k at the start of a return, if the section is before its reset."""
+    if seen.numbers[COUNTS] == COUNTED and seen.q.impact != 0 and not p.after:
+        join_impact(p, seen.q, k, motion.phase, w)
+    seen.numbers[ROW] = row_of(p, seen.q, k, motion.mode, motion.mode)
+    copy_features(p, w, seen.x)
+
+
+@inner
+def observed_return(p, row, seen, w):
+    """The first return of a row of coordinates; of sections before the reset the event at the start counts."""
+    k, phase = find_start(p, row, w)
     if k < 0:
-        return INVALID, math.nan
-    before(p, q, w)
-    mode = entered(p, k, not p.after, phi, w)
-    if counts and q.impact != 0 and not p.after:
-        event(p, q, k, phi, w)
-    return observed_motion(p, q, k, mode, phi, image, tangent, counts, w, x)
+        reset_return(w)
+        return Return(INVALID, 0, math.nan, 0)
+    write_before(p, seen.q, w)
+    passage = begin_return(p, k, phase, w)
+    join_start(p, passage.motion, k, seen, w)
+    if passage.outcome == GOES_ON:
+        passage = follow_motion(p, passage.motion, Limits(math.inf, MOST_EVENTS), join_flight, join_event, seen, w)
+    return end_of_return(passage)
+
+
+@inner
+def image_of(context, state, counts):
+    """Replace coordinates by their image: (outcome, time, pieces of flights); values join the totals if the return `counts`."""
+    p, seen, w = context
+    seen.numbers[COUNTS] = COUNTED if counts else 0
+    found = observed_return(p, state, seen, w)
+    for c in range(len(state)):
+        state[c] = w.image[c]
+    pieces = w.integers[PIECES] + seen.x.integers[PIECES]
+    w.integers[PIECES], seen.x.integers[PIECES] = 0, 0
+    return found.outcome, found.time, pieces
 
 
 @long_entry
-def observed_modes(p, q, discard, length, at, states, outcome, time, totals, image, tangent, w, x):
-    """As `observed` of an impact system, for states (M, m) of a system with modes, in about `PAUSE` pieces of flights."""
-    w.spent[0], x.spent[0] = 0, 0
-    while at[0] < len(states):
-        k = at[0]
-        for i in range(at[1], discard + len(time) * length):
-            b = (i - discard) // length if i >= discard else -1
-            if b >= 0 and (i - discard) % length == 0:
-                sums.begin_totals(q)
-                time[b, k] = 0.0
-            if i == 0 or not math.isnan(states[k, 0]):
-                outcome[k], s = observed_return(p, q, states[k], image, tangent, b >= 0, w, x)
-                for c in range(len(image)):
-                    states[k, c] = image[c]
-                if b >= 0:
-                    time[b, k] += s
-            if b >= 0 and (i - discard) % length == length - 1:
-                sums.write_totals(q, math.isnan(states[k, 0]), b, k, time, totals)
-            at[1] = i + 1
-            if w.spent[0] + x.spent[0] > PAUSE:
-                return False
-        at[0], at[1] = k + 1, 0
-    return True
+def observed_modes(p, seen, at, batches, w):
+    """Follow M states through the returns of all batches: whether all totals are known, see `follow_batches`."""
+    return follow_batches(seen.q, at, batches, PAUSE, image_of, (p, seen, w))

@@ -50,7 +50,7 @@ class Leg(NamedTuple):
 
 
 @inlined
-def chained(q, g, count, row, of_flights, weight, slopes):
+def add_slopes(q, g, count, row, of_flights, weight, slopes):
     """Add the derivatives of formulas, which are written, times a weight; `count` inputs have the derivatives `g.d`."""
     rows, first = (q.over, q.at.shape[1]) if of_flights else (q.at, 0)
     by_phase = BY_INPUT + count
@@ -87,7 +87,7 @@ def add_impact(sums, leg, impact, slope, speed_after):
         g.d[PLACE, j] = by * leg.place_p
         g.phase[j] = g.carried[PHASE, j]
     evaluated(q, q.impact, impact.phase)
-    chained(q, g, OF_IMPACTS, leg.row, False, 1.0, slopes)
+    add_slopes(q, g, OF_IMPACTS, leg.row, False, 1.0, slopes)
 
 
 @inner
@@ -106,7 +106,7 @@ def add_instant(p, sums, leg, x, weight):
         g.phase[j] = turned + by * leg.rate_p * x
     phi, _ = phase_and_turns(p, leg.phase, x)
     evaluated(q, q.flight, phi)
-    chained(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
+    add_slopes(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
 
 
 @inner

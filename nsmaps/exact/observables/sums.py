@@ -9,6 +9,8 @@ from nsmaps.exact.observables.memory import VALUE
 GOLDEN = 0.5 * (math.sqrt(5) - 1)
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
 MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
+STATE, RETURN = range(2)  # the numbers of a state and of its return, from which on totals are to be computed
+FIRST = 0  # coordinate of a state, NaN where an orbit has ended
 BESIDE = 0.2  # of a panel: the largest value of a flight is sought this near to the largest sample
 NARROWINGS = 40  # of the interval about the largest sample: to the root of rounding, where values agree to rounding
 
@@ -94,3 +96,52 @@ def highest(q, c, low, high, instant, flight):
         largest = max(largest, max(at_one, at_two))
         low, high = (one, high) if at_one < at_two else (low, two)
     return largest
+
+
+@inner
+def join_panels(q, row, count, time, instant, flight):
+    """Join the values of a flight, or a part of one, of this time in so many panels.
+
+    `instant(q, s, flight)` writes the inputs at a time s and returns the phase.
+    """
+    first, h = q.at.shape[1], time / count
+    q.peak[:] = -math.inf
+    sampled(q, row, instant(q, 0.0, flight), 0.0, 0.0)
+    for i in range(count):
+        for j in range(len(q.nodes)):
+            s = h * (i + q.nodes[j])
+            sampled(q, row, instant(q, s, flight), s, h * q.weights[j])
+    sampled(q, row, instant(q, time, flight), time, 0.0)
+    for c in range(q.over.shape[1]):
+        if q.over[row, c] and q.largest[first + c]:
+            low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, time)
+            joined(q, first + c, highest(q, c, low, high, instant, flight))
+
+
+@inner
+def follow_batches(q, at, batches, limit, image_of, context):
+    """Follow M states through the returns of all batches, from `at` on: whether all totals are known.
+
+    `image_of(context, state, counts)` replaces a state by its image and returns its outcome, its time and what it costs; its
+    values join the totals if it counts. The function returns as soon as costs reach the limit.
+    """
+    states, time, length, cost = batches.states, batches.time, batches.length, 0
+    while at[STATE] < len(states):
+        k = at[STATE]
+        for i in range(at[RETURN], batches.discard + len(time) * length):
+            b = (i - batches.discard) // length if i >= batches.discard else -1
+            if b >= 0 and (i - batches.discard) % length == 0:
+                begin_totals(q)
+                time[b, k] = 0.0
+            if i == 0 or not math.isnan(states[k, FIRST]):
+                batches.outcome[k], taken, more = image_of(context, states[k], b >= 0)
+                cost += more
+                if b >= 0:
+                    time[b, k] += taken
+            if b >= 0 and (i - batches.discard) % length == length - 1:
+                write_totals(q, math.isnan(states[k, FIRST]), b, k, time, batches.totals)
+            at[RETURN] = i + 1
+            if cost >= limit:
+                return False
+        at[STATE], at[RETURN] = k + 1, 0
+    return True

@@ -19,8 +19,8 @@ from nsmaps.exact.modes.tables.tables import moved_of
 from nsmaps.exact.observables.flights import Batches, observed
 from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
 from nsmaps.exact.observables.memory import PANEL
-from nsmaps.exact.observables.mode_slopes import mode_slopes
-from nsmaps.exact.observables.motions import observed_modes
+from nsmaps.exact.observables.mode_slopes import SlopeObservation, mode_slopes
+from nsmaps.exact.observables.motions import Observation, observed_modes
 from nsmaps.exact.observables.slopes import Directions, Slopes, observed_slopes
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
@@ -62,16 +62,16 @@ def totals_of(
     values, plan = list(system.parameters.values()), _of_kernel(plan, system, kernel)
 
     def run(k: slice) -> None:
-        at, rows = np.zeros(2, np.int64), (states[k], outcome[k], time[:, k], totals[:, k])
+        at, which = np.zeros(2, np.int64), Batches(discard, length, states[k], outcome[k], time[:, k], totals[:, k])
         q = plan.memory(values, panel_of(kernel))
         if isinstance(kernel, ModeKernel):
-            table, n = kernel.table, states.shape[1]
-            room = np.empty(n), np.empty((n, 0)), memory(table, 0, chatter=chatter), memory(table, 0)
-            while not observed_modes(table, q, discard, length, at, *rows, *room):
+            table = kernel.table
+            seen, w = Observation(q, memory(table, 0), np.zeros(2, np.int64)), memory(table, 0, chatter=chatter)
+            while not observed_modes(table, seen, at, which, w):
                 check_stop()
         else:
             flow = flow_of(kernel.table)
-            while not observed(flow, q, float(chatter), at, Batches(discard, length, *rows)):
+            while not observed(flow, q, float(chatter), at, which):
                 check_stop()
 
     in_chunks(m, run, CHUNK)
@@ -148,14 +148,13 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
 def _mode_slopes(kernel: ModeKernel, plan: Plan, states: Floats, directions: int, moved: Moved | None, rates: Floats) -> Floats:
     """The derivatives along the coordinates, or along the parameters where a table `moved` is given, shape (N, C, directions)."""
     slopes = np.empty((len(states), len(plan.columns), directions))
-    n = states.shape[1]
 
     def run(k: slice) -> None:
         q, g = plan.memory(kernel.values, np.inf, slopes=True), _directions(plan, rates, directions, moved is not None)
         w, x = (memory(kernel.table, directions, moved) for _ in range(2))
-        room, done = (np.empty(n), np.empty((n, directions)), w, x), 0
+        seen, done = SlopeObservation(q, g, slopes[k.start], x, np.zeros(2, np.int64)), 0
         while done < len(states[k]):
-            done = mode_slopes(kernel.table, q, g, done, states[k], slopes[k], *room)
+            done = mode_slopes(kernel.table, seen, done, states[k], slopes[k], w)
             check_stop()
 
     in_chunks(len(states), run)

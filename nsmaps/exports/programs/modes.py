@@ -7,7 +7,6 @@ import numpy as np
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.march.returns import first_return
 from nsmaps.exact.modes.paths.placing import Surfaces
 from nsmaps.exact.modes.tables.memory import memory
 from nsmaps.exact.outcome import Outcome
@@ -16,10 +15,10 @@ from nsmaps.exact.words import CHATTER, REST
 from nsmaps.exports.engine.kinds import FLOAT, OPEN, Array, Record
 from nsmaps.exports.programs.laws import reset_text
 from nsmaps.exports.programs.program import FirstReturn
-from nsmaps.exports.programs.section import first_return_from_section
+from nsmaps.exports.programs.section import first_return_from_section, return_of_row
 from nsmaps.exports.programs.templates import MODES, Entry
 
-MARGINS, PARAMETERS, TAYLOR = "near", "moved", "piece"  #: parts of memory that first returns on affine flights do not use
+MARGINS, PARAMETERS, TAYLOR = "margins", "moved", "piece"  #: parts of memory that first returns on affine flights do not use
 
 
 def modes_return(system: HybridSystem) -> FirstReturn:
@@ -44,7 +43,7 @@ def modes_return(system: HybridSystem) -> FirstReturn:
         coordinates=f"{', '.join(names)}; phases in [0, 2 pi)",
         letters=kernel.letters,
         outcomes=range(len(Outcome)),
-        entry=first_return_from_section if kernel.surfaces else first_return,
+        entry=first_return_from_section if kernel.surfaces else return_of_row,
         kinds=[*known, Array(FLOAT, (n,), fixed=True), Array(FLOAT, (n,)), Array(FLOAT, (n, OPEN)), room],
         memory=room,
         fixed=(*known, Record(PARAMETERS, room.value.moved, fixed=True)),

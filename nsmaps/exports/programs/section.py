@@ -5,7 +5,7 @@ import math
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import INVALID
 from nsmaps.exact.modes.flights.states import dot, features, velocity
-from nsmaps.exact.modes.march.returns import first_return
+from nsmaps.exact.modes.march.returns import Return, first_return
 from nsmaps.exact.modes.march.starting import phase_of, started_by_law
 from nsmaps.exact.modes.paths.placing import OFF
 
@@ -46,10 +46,21 @@ def on_section(p, surfaces, row, w):
 
 
 @inner
+def return_of_row(p, row, image, tangent, w):
+    """The first return of coordinates, which have a start; its image and the derivatives are written."""
+    found = first_return(p, row, w)
+    for c in range(len(image)):
+        image[c] = w.image[c]
+        for j in range(w.dz.shape[1]):
+            tangent[c, j] = w.tangent[c, j]
+    return found
+
+
+@inner
 def first_return_from_section(p, surfaces, row, image, tangent, w):
-    """As `first_return`; coordinates beside the section have no image."""
+    """As `return_of_row`; coordinates beside the section have no image."""
     if on_section(p, surfaces, row, w):
-        return first_return(p, row, image, tangent, w)
+        return return_of_row(p, row, image, tangent, w)
     for c in range(len(image)):
         image[c] = math.nan
-    return INVALID, 0, math.nan, 0
+    return Return(INVALID, 0, math.nan, 0)

@@ -1,8 +1,8 @@
 """Many first returns of a system with modes in parallel: motions wait in a queue for each mode, and advance in blocks.
 
 A block is taken through one longest step, or to its events; a motion that ends makes room for the next, so that blocks are full.
-All decisions at an event are those of `happens`; returns of many events, of two at once, and of an event that takes place at once
-after another are left to `first_return`.
+All decisions at an event are those of `take_event`; returns of many events, of two at once, and of an event that takes place
+at once after another are left to `first_return`.
 """
 
 import math
@@ -27,17 +27,18 @@ from nsmaps.exact.modes.blocks.workspace import (
     TIME,
     TURNS,
 )
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, brief
-from nsmaps.exact.modes.march.flight import NO_FUNCTION
-from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import PAUSE, alone, cleared, happens, lengthened, put, settled
-from nsmaps.exact.modes.march.starting import starting
+from nsmaps.exact.modes.march.beginning import GOES_ON, brief
+from nsmaps.exact.modes.march.events import Motion, Passage, take_event
+from nsmaps.exact.modes.march.returns import PAUSE, begin_return, end_of_return, write_first_return, write_image, write_return
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.march.words import append_letter
+from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, NO_FUNCTION, PIECES
 
 FEW = 16  # fewer returns than this are not computed in blocks
 MOST = 64  # events, or longest steps, of a return in a block; more are rare
 LEFT = -2  # in place of an outcome: for `first_return`
 LARGEST_EXPONENT = 700.0  # beyond, exp is infinite
-RETURN, MOTION, SPENT, LENGTH = 0, 1, 0, 0  # places in the progress of `returns` and in memory of one number
+RETURN, MOTION = 0, 1  # places in the progress of `returns`
 
 
 @inner
@@ -81,7 +82,7 @@ def pass_plain_event(p, e, k, b):
     numbers[DOUBT] |= 1 if e == NONE or b.t[AT.doubtful + k] > 0.0 else 0
     if e == NONE:
         return UNDECIDED, e
-    numbers[CODE], numbers[POWER] = lengthened(p.base, p.digit[e], numbers[CODE], numbers[POWER])
+    numbers[CODE], numbers[POWER] = append_letter(p.base, p.digit[e], numbers[CODE], numbers[POWER])
     numbers[STARTED], b.scalars[i, FLIGHT] = e, 0.0
     return RETURNED if p.is_section[e] else GOES_ON, p.target[e]
 
@@ -89,18 +90,19 @@ def pass_plain_event(p, e, k, b):
 @inner
 def pass_event(p, mode, k, found, r, b, w):
     """Take a column through an event that is not plain: the outcome, or GOES_ON, and the mode that follows."""
-    i, following = b.h[IN.motion + k], r + 1
+    i = b.h[IN.motion + k]
     numbers, row = b.numbers[i], b.numbers[i, ROW]
-    w.lapse[LENGTH] = b.scalars[i, FLIGHT]
+    w.reals[FLIGHT_TIME] = b.scalars[i, FLIGHT]
     load_column(k, b, w)
-    image, tangent = found.states[following, row], found.tangents[r, row]
-    outcome, mode, numbers[CODE], numbers[POWER], unsure, numbers[STARTED] = happens(
-        p, mode, b.h[IN.function + k], b.t[AT.phase + k], numbers[CODE], numbers[POWER], image, tangent, w
-    )
-    numbers[DOUBT] |= 1 if unsure else 0
+    passage = take_event(p, Motion(mode, b.t[AT.phase + k], numbers[CODE], numbers[POWER], 0.0, 0, 0), b.h[IN.function + k], w)
+    motion = passage.motion
+    numbers[CODE], numbers[POWER], numbers[STARTED] = motion.code, motion.power, passage.transition
+    numbers[DOUBT] |= motion.doubts
+    if passage.outcome == RETURNED:
+        write_image(found, r, row, w)
     b.scalars[i, FLIGHT] = 0.0
     store_column(k, b, w)
-    return outcome, mode
+    return passage.outcome, motion.mode
 
 
 @inner
@@ -147,18 +149,18 @@ def begin_record(row, k, code, power, phi, i, b):
 @inner
 def begin_alone(p, found, r, row, i, b, w):
     """Put a motion i at its start into the queue of its mode; whether it is to be left to `first_return`."""
-    following = r + 1
-    k, phi = starting(p, found.states[r, row], w)
+    k, phi = find_start(p, found.states[r, row], w)
     if k < 0:
         return True
-    code, power = cleared(p, k, found.states[following, row], found.tangents[r, row], w)
-    mode = entered(p, k, not p.after, phi, w)
-    if begins(p, mode, w) != GOES_ON:
+    passage = begin_return(p, k, phi, w)
+    motion = passage.motion
+    if passage.outcome != GOES_ON:
         return True
-    begin_record(row, k, code, power, phi, i, b)
+    write_image(found, r, row, w)
+    begin_record(row, k, motion.code, motion.power, phi, i, b)
     store_column(0, b, w)
     scatter(p, 0, i, b)
-    enqueue(mode, i, b)
+    enqueue(motion.mode, i, b)
     return False
 
 
@@ -173,7 +175,7 @@ def begin_in_block(p, e, found, r, row, n, b):
             continue
         b.length[free] -= 1
         i = b.queue[free, b.length[free]]
-        code, power = lengthened(p.base, p.digit[e], 0, 1)
+        code, power = append_letter(p.base, p.digit[e], 0, 1)
         begin_record(row + k, e, code, power, b.t[AT.phase + k], i, b)
         scatter(p, k, i, b)
         enqueue(p.target[e], i, b)
@@ -218,8 +220,8 @@ def advance_block(p, mode, found, r, b, w):
             found.outcome[r, row] = LEFT
         elif outcome != GOES_ON:
             turns = b.numbers[i, TURNS]
-            ended = settled(outcome, b.numbers[i, CODE], b.scalars[i, TIME], turns, b.numbers[i, DOUBT] > 0)
-            put(p, found, r, row, ended, w)
+            motion = Motion(after, 0.0, b.numbers[i, CODE], 0, b.scalars[i, TIME], turns, b.numbers[i, DOUBT])
+            write_return(p, found, r, row, end_of_return(Passage(outcome, motion, -1)))
 
 
 @inner
@@ -245,16 +247,16 @@ def returns(p, found, at, w, b):
 
     They are computed from `at` on, the number of a return and of a motion, in about `PAUSE` pieces of flights: whether all are.
     """
-    in_blocks, w.spent[SPENT] = len(b.length) > 0, 0
+    in_blocks, w.integers[PIECES] = len(b.length) > 0, 0
     while at[RETURN] < len(found.codes):
         r = at[RETURN]
         if in_blocks and at[MOTION] == 0:
             returns_in_blocks(p, found, r, b, w)
         for k in range(at[MOTION], found.states.shape[1]):
             if not in_blocks or found.outcome[r, k] == LEFT:
-                alone(p, found, r, k, w)
+                write_first_return(p, found, r, k, w)
             at[MOTION] = k + 1
-            if w.spent[SPENT] > PAUSE:
+            if w.integers[PIECES] > PAUSE:
                 return False
         at[RETURN], at[MOTION] = r + 1, 0
     return True

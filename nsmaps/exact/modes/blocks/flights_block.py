@@ -1,7 +1,7 @@
 """A block of motions in one mode, a column each: the pieces of their flights, in loops that become vector instructions.
 
 Functions watched are looked at in the basis of Bernstein; those that have one zero, or a first one far from any doubt, are
-followed to it by Newton's method, and every other one by `sought` of `flight.py`, a column by itself.
+followed to it by Newton's method, and every other one by `first_zero_of` of `flight.py`, a column by itself.
 """
 
 from nsmaps.exact.engine.jit import fused, inner
@@ -11,7 +11,8 @@ from nsmaps.exact.modes.blocks.series_block import combine, evaluate_row
 from nsmaps.exact.modes.blocks.tangents_block import write_wave_tangents
 from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS
 from nsmaps.exact.modes.flights.motion import within_turn
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, sought
+from nsmaps.exact.modes.march.flight import first_zero_of
+from nsmaps.exact.modes.tables.memory import NO_FUNCTION
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
 
 ON_SURFACE = 16.0 * ROUNDING  # of the sizes of terms: at the start of a flight this is left to `begins`
@@ -117,7 +118,7 @@ def next_events(p, mode, n, b, w):
                 load_column(k, b, w)
                 for g in range(len(w.on)):
                     w.on[g] = p.on[h[IN.start + k], g] if h[IN.start + k] >= 0 else 0
-                found, x, unsure = sought(p, f, when + near, t[AT.growth + k], w)
+                found, x, unsure = first_zero_of(p, f, when + near, t[AT.growth + k], w)
             else:
                 found, x, unsure = t[AT.guess + k] < when, t[AT.guess + k], False
             if found and h[IN.function + k] != NO_FUNCTION and abs(x - when) <= near:

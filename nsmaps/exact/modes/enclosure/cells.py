@@ -20,8 +20,8 @@ from nsmaps.exact.modes.enclosure.forms import (
 from nsmaps.exact.modes.enclosure.memory import BEHIND, KNOWN, MODE
 from nsmaps.exact.modes.enclosure.passage import apply_reset, fall_at_start, may_repel, put_start, take_event
 from nsmaps.exact.modes.enclosure.tables import RATE, VALUE
-from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import AS_NEAR
+from nsmaps.exact.modes.march.words import append_letter
 
 STEP = 4.0  # a longest step is at least a cell, and shorter than so many
 IN_FLIGHT = MOST_PARTS  # place of the set in flight, behind those that wait
@@ -111,7 +111,7 @@ def start_images(p, b, number, w):
         apply_reset(p, k, w.parts[FIRST], w)
     w.kind[FIRST, MODE], w.kind[FIRST, BEHIND] = p.target[k], b
     w.kind[FIRST, KNOWN] = STARTED | (0 if p.after else FALLING)
-    code, place_value = lengthened(p.base, p.digit[k], 0, 1)
+    code, place_value = append_letter(p.base, p.digit[k], 0, 1)
     put_word(w.box, FIRST, code, place_value)
     return follow_sets(p, number, w, first_events_of, take_event)
 

@@ -29,8 +29,8 @@ from nsmaps.exact.modes.enclosure.forms import (
 )
 from nsmaps.exact.modes.enclosure.memory import BEHIND, EVENT_FUNCTION, EVENT_KNOWN, KNOWN, MODE
 from nsmaps.exact.modes.enclosure.tables import RATE
-from nsmaps.exact.modes.march.returns import lengthened
 from nsmaps.exact.modes.march.section import seen_before
+from nsmaps.exact.modes.march.words import append_letter
 
 FUNCTION, ABOVE, BELOW = range(3)  #: rows of a surface of sliding: its function, and the rates of that on either side
 
@@ -155,7 +155,7 @@ def take_event(p, hit, word, progress, w):
         if not may:
             continue
         smooth = smooth and settled
-        code, place_value = lengthened(p.base, p.digit[k], *word)
+        code, place_value = append_letter(p.base, p.digit[k], *word)
         if p.target[k] < 0:
             missing = True
             continue

@@ -3,6 +3,8 @@
 Derived states and rates that are not affine come from compiled laws, at addresses of the table.
 """
 
+from typing import NamedTuple
+
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.laws import VALUE, parameter_column, rate_place, size_column, slope_column
@@ -10,15 +12,22 @@ from nsmaps.exact.modes.tables.memory import ONLY
 from nsmaps.exact.modes.tables.taylor import waves
 
 
+class Sum(NamedTuple):
+    """The value of a row over the features."""
+
+    value: float
+    size: float  #: sum of the sizes of its terms
+
+
 @inner
 def dot(row, z):
-    """The value of a row, and the sum of the sizes of its terms."""
+    """The value of a row, and the sum of the sizes of its terms: a `Sum`."""
     total, size = 0.0, 0.0
     for j in range(len(z)):
         term = row[j] * z[j]
         total += term
         size += abs(term)
-    return total, size
+    return Sum(total, size)
 
 
 @inner
@@ -28,7 +37,7 @@ def row_value(p, row, z, w):
     if len(p.nonlinear) > 0 and p.derived != 0:
         for r in range(len(w.piece.derived)):
             size += abs(row[p.own + r]) * w.piece.derived[r, size_column(p)]
-    return total, size
+    return Sum(total, size)
 
 
 @inner

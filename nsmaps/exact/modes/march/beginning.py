@@ -6,8 +6,22 @@ from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
 from nsmaps.exact.modes.flights.pieces import UNIT, exact_length, expand
 from nsmaps.exact.modes.flights.states import dot, velocity
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, NOW
+from nsmaps.exact.modes.march.flight import NOW
 from nsmaps.exact.modes.march.section import repelled
+from nsmaps.exact.modes.tables.memory import (
+    ACCUMULATING,
+    AFTER,
+    BEFORE,
+    FIRST_AT_ONCE,
+    FLIGHT_TIME,
+    FUNCTION_BEFORE,
+    IDLE_EVENTS,
+    LAST_FUNCTION,
+    NO_FUNCTION,
+    SECOND_AT_ONCE,
+    START_FUNCTION,
+    TIMED_EVENTS,
+)
 from nsmaps.exact.modes.tables.taylor import DEGREE, ROUNDING, TERMS, next_term, sized
 
 GOES_ON = -1  # in place of an outcome
@@ -151,14 +165,14 @@ def leading(p, f, mode, first, known, w):
 
 
 @inner
-def begins(p, mode, w):
+def begin_mode(p, mode, w):
     """Whether a motion can continue in a mode: GOES_ON, or the outcome that ends it.
 
     Writes how many of the first terms of each function are zero, or NOW where its event takes place at once: where it is zero and
     falls, or where sliding or contact begins though its own conditions do not hold, as after a jump of a force.
     """
-    if w.lapse[1] > 0.0:
-        w.lapse[1] = 0.0
+    if w.integers[ACCUMULATING] == 1:
+        w.integers[ACCUMULATING] = 0
         return ACCUMULATES
     if repelled(p, mode, w):
         return REPELLING
@@ -173,7 +187,7 @@ def begins(p, mode, w):
                 continue
             if value < -AT_ONCE * max(size, sized(p.sizes[f], w.z)):
                 if not p.leaves[f]:
-                    w.both[0], w.both[1] = f, NO_FUNCTION
+                    w.integers[FIRST_AT_ONCE], w.integers[SECOND_AT_ONCE] = f, NO_FUNCTION
                     return BLOCKED
                 w.on[f] = NOW
                 continue
@@ -183,20 +197,20 @@ def begins(p, mode, w):
 
 
 @inner
-def stalled(which, time, w):
-    """GOES_ON after an event, or the outcome of events that follow one another within rounding of the time.
+def outcome_of_idle_events(which, time, w):
+    """GOES_ON after an event of a function, or the outcome of events that follow one another within rounding of the time.
 
     Writes the functions of the last two events that differ.
     """
-    if w.lapse[0] > 4.0 * ROUNDING * time:
-        w.idle[0], w.idle[1], w.idle[2] = 0, which, NO_FUNCTION
+    if w.reals[FLIGHT_TIME] > 4.0 * ROUNDING * time:
+        w.integers[IDLE_EVENTS], w.integers[LAST_FUNCTION], w.integers[FUNCTION_BEFORE] = 0, which, NO_FUNCTION
         return GOES_ON
-    if which != w.idle[1]:
-        w.idle[1], w.idle[2] = which, w.idle[1]
-    w.idle[0] += 1
-    if w.lapse[0] > 0.0:
-        w.idle[3] = w.idle[0]
-    if w.idle[0] <= MOST_IDLE:
+    if which != w.integers[LAST_FUNCTION]:
+        w.integers[LAST_FUNCTION], w.integers[FUNCTION_BEFORE] = which, w.integers[LAST_FUNCTION]
+    w.integers[IDLE_EVENTS] += 1
+    if w.reals[FLIGHT_TIME] > 0.0:
+        w.integers[TIMED_EVENTS] = w.integers[IDLE_EVENTS]
+    if w.integers[IDLE_EVENTS] <= MOST_IDLE:
         return GOES_ON
     return without_end(w)
 
@@ -204,12 +218,12 @@ def stalled(which, time, w):
 @inner
 def without_end(w):
     """The outcome of events that follow one another at once: one only, or some that took time at first, accumulate."""
-    w.both[0], w.both[1] = w.idle[1], w.idle[2]
-    return ACCUMULATES if w.idle[2] == NO_FUNCTION or w.idle[3] > 0 else BLOCKED
+    w.integers[FIRST_AT_ONCE], w.integers[SECOND_AT_ONCE] = w.integers[LAST_FUNCTION], w.integers[FUNCTION_BEFORE]
+    return ACCUMULATES if w.integers[FUNCTION_BEFORE] == NO_FUNCTION or w.integers[TIMED_EVENTS] > 0 else BLOCKED
 
 
 @inner
-def rates(p, mode, field, w):
+def write_rates(p, mode, field, w):
     """Write dz/dt of the features in memory, in units of time."""
     velocity(p, mode, w.z, field, w)
     for j in range(len(field)):
@@ -221,15 +235,15 @@ def ever_faster(p, mode, which, time, w):
     """Whether a return within rounding of the mode's unit of time ended with less speed than it began with: so all that follow.
 
     The speed is that at which the function of the event changes, on the side of events on which states are. The return ends at
-    the event that it began with, that of the function `w.lapse[2]`, infinite where it may follow itself, or at one whose function
+    the event that it began with, that of the function `START_FUNCTION`, where it may not follow itself, or at one whose function
     rose first: one that fell from the start is met once.
     """
-    if w.lapse[2] == math.inf or not brief(p, mode, time, w):
+    if w.integers[START_FUNCTION] == NO_FUNCTION or not brief(p, mode, time, w):
         return False
-    if which != w.lapse[2] and dot(p.functions[which], w.start[1])[0] <= 0.0:
+    if which != w.integers[START_FUNCTION] and dot(p.functions[which], w.start_rates[AFTER])[0] <= 0.0:
         return False
-    rates(p, mode, w.field, w)
-    before = dot(p.functions[which], w.start[1 if p.after else 0])[0]
+    write_rates(p, mode, w.field, w)
+    before = dot(p.functions[which], w.start_rates[AFTER if p.after else BEFORE])[0]
     return abs(dot(p.functions[which], w.field)[0]) < SLOWER * abs(before)
 
 
@@ -248,17 +262,26 @@ def unit_of(p, mode, w):
 
 
 @inner
-def timely(p, outcome, mode, which, time, image, tangent, w):
-    """The outcome of a return that has ended, or GOES_ON as `stalled`; one that took no time has no image."""
-    lasting = stalled(which, time, w)
+def reset_image(w):
+    """Let the return in memory have no image."""
+    for c in range(len(w.image)):
+        w.image[c] = math.nan
+        for j in range(w.tangent.shape[1]):
+            w.tangent[c, j] = math.nan
+
+
+@inner
+def outcome_in_time(p, outcome, mode, which, time, w):
+    """The outcome of a return that has ended with the event of a function, or GOES_ON as `outcome_of_idle_events`.
+
+    One that took no time has no image.
+    """
+    lasting = outcome_of_idle_events(which, time, w)
     if outcome == GOES_ON:
         return lasting
     if outcome != RETURNED or not (time <= 0.0 or ever_faster(p, mode, which, time, w)):
         return outcome
     if time > 0.0:
-        w.idle[1], w.idle[2] = which, NO_FUNCTION
-    for c in range(len(image)):
-        image[c] = math.nan
-        for j in range(w.dz.shape[1]):
-            tangent[c, j] = math.nan
+        w.integers[LAST_FUNCTION], w.integers[FUNCTION_BEFORE] = which, NO_FUNCTION
+    reset_image(w)
     return without_end(w)

@@ -1,23 +1,31 @@
 """A flight from one event to the next, with the derivatives that are carried along and through the event."""
 
 import math
+from typing import NamedTuple
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.motion import advance, begin_piece
 from nsmaps.exact.modes.flights.pieces import bend_bound, combine, runs_away
 from nsmaps.exact.modes.flights.rounding import ERROR, begin_errors, error_at, errors_after
 from nsmaps.exact.modes.flights.states import dot, row_value, shift, velocity
-from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, narrowed, size_of, stays_positive, value, with_rates
-from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, remaining, sized, weighed
+from nsmaps.exact.modes.march.zeros import changes, first_zero, isolated, minima, narrowed, size_of, stays_positive, with_rates
+from nsmaps.exact.modes.tables.memory import (
+    CLEARANCE,
+    DOUBT_REASON,
+    DOUBTED_FUNCTION,
+    FIRST_AT_ONCE,
+    FLIGHT_TIME,
+    NO_FUNCTION,
+    PIECES,
+    SECOND_AT_ONCE,
+)
+from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, remaining, sized, weighed
 
-MOST_TURNS = 1_000  # minima and maxima within one series
 MOST_PIECES = 1_000_000  # Taylor series of one flight
 MOST_STEPS = 100_000  # of heyoka, of one flight
 CLOUDED_SHARE = 1e-10  # of the states: a flight whose rounding errors may have grown to more before its event is in doubt
 FAINT_SHARE = 3e-5  # of the rate of an event's function, which rounding errors of the place may change by more
 STEEP, STIFF, CLOUDED, FAINT = 1, 2, 3, 4  # why a Taylor flight is in doubt
-WHY = 2  # place of that in `Memory.doubt`
-NO_FUNCTION = -1
 NOW = -1  # in place of a number of terms that are zero: the event takes place at once
 
 
@@ -51,7 +59,7 @@ def divided(a, first):
 
 
 @inner
-def sought(p, f, when, grown, w):
+def first_zero_of(p, f, when, grown, w):
     """The first zero of a function up to a time: (is there one, where, is that doubtful).
 
     Where the basis of Bernstein shows that there is no zero, or one alone, far from any doubt, that is enough.
@@ -62,7 +70,7 @@ def sought(p, f, when, grown, w):
     if w.on[f] == TERMS:
         return False, when, False
     if len(p.nonlinear) > 0:
-        return sought_ahead(p, f, when, grown, w)
+        return first_zero_ahead(p, f, when, grown, w)
     size = sized(p.sizes[f], z)
     error = ROUNDING * size * (1.0 + grown) + sized(p.left[f], z)
     weighed(p.points[f], z, w.b)
@@ -78,8 +86,8 @@ def sought(p, f, when, grown, w):
 
 
 @inner
-def sought_ahead(p, f, when, grown, w):
-    """As `sought`, over a piece of a Taylor flight."""
+def first_zero_ahead(p, f, when, grown, w):
+    """As `first_zero_of`, over a piece of a Taylor flight."""
     on = w.on[f] > 0
     size, left = combine(p, f, w)
     start_at_zero(f, w)
@@ -141,82 +149,56 @@ def separated(a, number, guess, on, when, error, bend, w):
 def next_event(p, mode, grown, end, w):
     """The first function of a mode that is zero by `end`, a piece at most: (which, -1 for none, when, whether doubtful).
 
-    Of a second one at the same time, within rounding, `w.both` takes note. `grown` is what rounding at the start of the flight
+    Of a second one at the same time, within rounding, memory takes note. `grown` is what rounding at the start of the flight
     has grown to, in units of rounding.
     """
     which, when, doubtful = NO_FUNCTION, end, False
-    w.both[0] = NO_FUNCTION
+    w.integers[FIRST_AT_ONCE] = NO_FUNCTION
     for f in range(p.watched[mode], p.watched[mode + 1]):
         near = 0.0 if which == NO_FUNCTION else 4.0 * ROUNDING * when
-        found, x, unsure = sought(p, f, when + near, grown, w)
-        w.doubt[0] = f if unsure and w.doubt[0] < 0.0 else w.doubt[0]
+        found, x, unsure = first_zero_of(p, f, when + near, grown, w)
+        w.integers[DOUBTED_FUNCTION] = f if unsure and w.integers[DOUBTED_FUNCTION] < 0 else w.integers[DOUBTED_FUNCTION]
         if not found:
             doubtful = doubtful or unsure
         elif which != NO_FUNCTION and abs(x - when) <= near:
-            w.both[0], w.both[1], which = which, f, f if x < when else which
+            w.integers[FIRST_AT_ONCE], w.integers[SECOND_AT_ONCE], which = which, f, f if x < when else which
             when, doubtful = min(x, when), doubtful or unsure
         else:
             again = doubtful
-            w.both[0], which, when, doubtful = NO_FUNCTION, f, x, unsure
+            w.integers[FIRST_AT_ONCE], which, when, doubtful = NO_FUNCTION, f, x, unsure
             for g in range(p.watched[mode], f if again else p.watched[mode]):
-                doubtful = doubtful or sought(p, g, when, grown, w)[2]  # a doubt before this event remains
+                doubtful = doubtful or first_zero_of(p, g, when, grown, w)[2]  # a doubt before this event remains
     return which, when, doubtful
+
+
+@inner
+def time_slope(p, function, rate, c, w):
+    """How the time of the event of a function, of this rate there, changes along direction c, by derivatives at a fixed time.
+
+    Both times are in the unit of the mode.
+    """
+    moved = 0.0
+    for j in range(len(w.z)):
+        moved += p.functions[function, j] * w.dz[j, c]
+        if w.moved.here:
+            moved += w.moved.functions[function, j] * w.z[j]
+    return -moved / rate
 
 
 @inner
 def saltation(p, mode, function, w):
     """Take derivatives at a fixed time to derivatives at the event; one that takes place at once is at that time."""
     shift(p, w)
-    if w.lapse[0] == 0.0:
+    if w.reals[FLIGHT_TIME] == 0.0:
         return
     velocity(p, mode, w.z, w.field, w)
-    slope, _ = dot(p.functions[function], w.field)
+    rate = dot(p.functions[function], w.field).value
     turn = p.rate * p.steps[mode]
     for c in range(w.dz.shape[1]):
-        moved = 0.0
-        for j in range(len(w.z)):
-            moved += p.functions[function, j] * w.dz[j, c]
-            if w.moved.here:
-                moved += w.moved.functions[function, j] * w.z[j]
-        dt = -moved / slope
+        dt = time_slope(p, function, rate, c, w)
         for j in range(len(w.z)):
             w.dz[j, c] += w.field[j] * dt
         w.dphi[c] += turn * dt
-
-
-@inner
-def minima(a, end, b):
-    """The least value of a polynomial at its minima in (0, end], inf without one, and their number; b is memory.
-
-    A rate that is zero at either end but for rounding is zero: a minimum that is met at an event counts before it, once.
-    """
-    for k in range(ORDER):
-        b[k] = (k + 1) * a[k + 1]
-    b[ORDER] = 0.0
-    x, least, number, blur = 0.0, math.inf, 0, 4.0 * ROUNDING * size_of(b, end)
-    if abs(b[0]) <= blur:
-        b[0] = 0.0
-    for _ in range(MOST_TURNS):
-        falls = b[0] < 0.0 or (b[0] == 0.0 and b[1] < 0.0)
-        if falls:
-            for k in range(ORDER):
-                b[k] = -b[k]
-        found, step, _ = first_zero(b, end - x, 0.0, b[0] == 0.0)
-        if not found:
-            rate, bend = value(b, end - x)
-            if falls and end > x and rate <= blur and bend < 0.0:
-                least, number = min(least, value(a, end)[0]), number + 1
-            break
-        x += step
-        for i in range(ORDER):
-            for k in range(ORDER - 1, i - 1, -1):
-                b[k] += step * b[k + 1]
-        b[0] = 0.0
-        if falls:
-            for k in range(ORDER):
-                b[k] = -b[k]
-            least, number = min(least, value(a, x)[0]), number + 1
-    return least, number
 
 
 @inner
@@ -229,16 +211,23 @@ def look_around(p, mode, tau, w):
             weighed(p.series[f], w.z, w.a)
         start_at_zero(f, w)
         least, number = minima(w.a, tau, w.b)
-        w.near[0] = min(w.near[0], least / w.units[f])
+        w.margins[CLEARANCE] = min(w.margins[CLEARANCE], least / w.units[f])
         w.minima[f] += number
+
+
+class Flight(NamedTuple):
+    """A flight to an event, or without one to a time or to the horizon."""
+
+    function: int  #: of the event, NO_FUNCTION without
+    time: float
+    phase: float  #: at its end, within a turn
+    turns: int  #: whole turns of the phase
+    doubtful: bool
 
 
 @inner
 def fly(p, mode, phi, until, w):
-    """To the next event: (its function, -1 for none until a time or within the horizon; time; phase; whole turns; doubtful).
-
-    The features are those of the phase.
-    """
+    """The `Flight` to the next event within a time, from the features in memory, which are those of the phase."""
     flight, turns, doubtful, taylor, grown = 0.0, 0, False, len(p.nonlinear) > 0, 0.0
     if taylor:
         begin_errors(p, w)
@@ -247,7 +236,7 @@ def fly(p, mode, phi, until, w):
             grown = math.expm1(min(p.abscissa[mode] * flight, 700.0))
         unit = begin_piece(p, mode, until - flight, w)
         if taylor and unit <= ERROR * flight:  # within rounding of the time
-            return NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w))
+            return Flight(NO_FUNCTION, flight, phi, turns, doubtful or not (runs_away(p, w) or in_doubt(STEEP, w)))
         left = (until - flight) / unit
         which, tau, unsure = next_event(p, mode, grown, min(left, 1.0), w)
         if taylor and which != NO_FUNCTION and grown * ROUNDING > CLOUDED_SHARE:
@@ -256,22 +245,22 @@ def fly(p, mode, phi, until, w):
         if taylor and not last:
             grown = errors_after(p, mode, unit, w)
         doubtful = doubtful or unsure
-        if not math.isnan(w.near[0]):
+        if not math.isnan(w.margins[CLEARANCE]):
             look_around(p, mode, tau, w)
         phi, more = advance(p, mode, tau, unit, phi, w)
         flight, turns = flight + tau * unit, turns + more
-        w.lapse[0] = flight
-        w.spent[0] += 1
+        w.reals[FLIGHT_TIME] = flight
+        w.integers[PIECES] += 1
         if last or flight >= p.horizon:
-            return which, flight, phi, turns, doubtful
+            return Flight(which, flight, phi, turns, doubtful)
         for f in range(p.watched[mode], p.watched[mode + 1]):
             w.on[f] = w.on[f] if w.on[f] == TERMS else 0
     in_doubt(STIFF, w)
-    return NO_FUNCTION, flight, phi, turns, True
+    return Flight(NO_FUNCTION, flight, phi, turns, True)
 
 
 @inner
 def in_doubt(why, w):
     """Take note of why a flight is in doubt, if it is the first reason; always False."""
-    w.doubt[WHY] = why if w.doubt[WHY] == 0.0 else w.doubt[WHY]
+    w.integers[DOUBT_REASON] = why if w.integers[DOUBT_REASON] == 0 else w.integers[DOUBT_REASON]
     return False

@@ -4,20 +4,26 @@ import math
 
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
-from nsmaps.exact.engine.constants import TWO_PI
 from nsmaps.exact.engine.jit import inner
-from nsmaps.exact.engine.returns import append_symbol
 from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
 from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
-from nsmaps.exact.modes.march.flight import NO_FUNCTION
-from nsmaps.exact.modes.march.section import allowed, enter
+from nsmaps.exact.modes.march.section import allowed, apply_transition
+from nsmaps.exact.modes.march.words import CHATTER, REST
+from nsmaps.exact.modes.tables.memory import (
+    ACCUMULATING,
+    ACCUMULATION_TIME,
+    CONTACT_MARK,
+    CONTACT_TIME,
+    FIRST_AT_ONCE,
+    NO_FUNCTION,
+    SECOND_AT_ONCE,
+    SPEED_RATIO,
+)
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
 BRIEF = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 STEADY = 1e-5  # relative change of the pressure within impacts that accumulate: its cube is rounding
 LONGEST = 0.125  # of a unit of time: impacts accumulate within it, so that two terms of a series bound how functions change
-INSTANT = 1e-13  # of a turn of the forcing: a shorter contact is a release
-CHATTER, REST = 1, 2
 
 
 @inner
@@ -57,7 +63,7 @@ def mark_of(p, k, j, mode, before, w):
     """
     after, size = row_value(p, p.begins[j, 0], w.z, w)
     press, sizes = row_value(p, p.begins[j, 1], w.z, w)
-    w.lapse[3] = 0.0
+    w.reals[ACCUMULATION_TIME] = 0.0
     if after <= ROUNDING * size:
         return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
     unit = unit_of(p, mode, w)
@@ -74,7 +80,7 @@ def mark_of(p, k, j, mode, before, w):
     contact_state(p, j, w.z, w.other, w)
     velocity(p, p.target[j], w.other, w.field, w)
     held_jerk = dot(p.begins[j, 1], w.field)[0] / p.steps[p.target[j]]
-    w.lapse[3], w.lapse[4] = corrected_time(x, after / before, press, jerk, held_jerk), after / before
+    w.reals[ACCUMULATION_TIME], w.reals[SPEED_RATIO] = corrected_time(x, after / before, press, jerk, held_jerk), after / before
     return CHATTER
 
 
@@ -154,45 +160,17 @@ def accumulate(p, k, before, mode, w):
 
 
 @inner
-def entered(p, k, with_reset, phi, w):
-    """As `enter`, into lasting contact where it begins; `w.lapse` takes note of impacts that accumulate without it."""
+def enter_mode(p, k, with_reset, phi, w):
+    """As `apply_transition`, into lasting contact where it begins; memory takes note of impacts that accumulate without it."""
     before = approach(p, k, w) if with_reset else 0.0
     fall = falling(p, k, w) if with_reset else math.nan
-    mode = enter(p, k, with_reset, phi, w)
-    w.lapse[1] = 0.0
+    mode = apply_transition(p, k, with_reset, phi, w)
+    w.integers[ACCUMULATING] = 0
     if not math.isnan(fall) and accumulate(p, k, fall, mode, w):
-        w.lapse[1], w.both[0], w.both[1] = 1.0, p.function[k], NO_FUNCTION
+        w.integers[ACCUMULATING], w.integers[FIRST_AT_ONCE], w.integers[SECOND_AT_ONCE] = 1, p.function[k], NO_FUNCTION
     j = contact_after(p, k, mode, w) if p.impacts[k] >= 0 else -1
     mark = mark_of(p, k, j, mode, before, w) if j >= 0 else 0
     if mark > 0:
-        w.held[0], w.held[1] = 0.0, mark
-        return enter(p, j, True, phi, w)
+        w.reals[CONTACT_TIME], w.integers[CONTACT_MARK] = 0.0, mark
+        return apply_transition(p, j, True, phi, w)
     return mode
-
-
-@inner
-def shortened(code, power, w):
-    """The word with the row of impacts before a contact that has just begun as one."""
-    if w.held[1] == CHATTER and w.held[0] == 0.0 and math.isnan(w.near[0]) and w.row[0] > 0:
-        return w.row[1], w.row[2]
-    return code, power
-
-
-@inner
-def marked(p, code, power, w):
-    """The word with the mark of a contact that ends; whether the contact had a duration."""
-    unit = TWO_PI / p.rate if p.rate > 0.0 else unit_of(p, 0, w)
-    if w.held[1] == 0.0 or w.held[0] <= INSTANT * unit:
-        w.held[1] = 0.0
-        return code, power, False
-    margins, mark = not math.isnan(w.near[0]), p.base - 3 + int(w.held[1])
-    w.held[1], w.row[0] = 0.0, 0
-    code, power = append_symbol(code, power, p.base + 2 if margins else p.base, mark, 1)
-    return code, power, True
-
-
-@inner
-def in_a_row(digit, code, power, w):
-    """Take note of a letter that was written."""
-    if digit > 0 and digit != w.row[0]:
-        w.row[0], w.row[1], w.row[2] = digit, code, power

@@ -1,9 +1,10 @@
-"""First returns of a system with modes: from event to event until the section is met again."""
+"""The loop of systems with modes, from event to event, which calls observers; first returns, and arrivals at the section."""
 
 import math
+from typing import NamedTuple
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import inner, long_entry
+from nsmaps.exact.engine.jit import inlined, inner, long_entry
 from nsmaps.exact.engine.returns import (
     ACCUMULATES,
     BLOCKED,
@@ -16,76 +17,88 @@ from nsmaps.exact.engine.returns import (
     SIMULTANEOUS,
     STUCK,
     UNDECIDED,
-    append_symbol,
 )
 from nsmaps.exact.modes.flights.motion import within_turn
-from nsmaps.exact.modes.flights.states import dot, features, shift, velocity
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins, rates, timely
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, WHY, fly, saltation
-from nsmaps.exact.modes.march.resting import entered, in_a_row, marked, shortened
-from nsmaps.exact.modes.march.section import picked
-from nsmaps.exact.modes.march.starting import starting
-from nsmaps.exact.modes.march.together import due, order_matters
+from nsmaps.exact.modes.flights.states import features, shift
+from nsmaps.exact.modes.march.beginning import GOES_ON, begin_mode, outcome_in_time, write_rates
+from nsmaps.exact.modes.march.events import Motion, Passage, take_events
+from nsmaps.exact.modes.march.flight import fly
+from nsmaps.exact.modes.march.resting import enter_mode
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.march.words import REST, append_contact, first_event_of_word, first_letter, reset_return
+from nsmaps.exact.modes.tables.memory import (
+    ACCUMULATION_TIME,
+    AFTER,
+    BEFORE,
+    CONTACT_MARK,
+    CONTACT_TIME,
+    DOUBT_TIME,
+    NO_FUNCTION,
+    PIECES,
+    START_FUNCTION,
+)
 
 MOST_EVENTS = 100_000  # of one return
-MOST_DOUBTS = 200  # doubtful events of one return
+MOST_DOUBTS = 200  # doubtful flights and events of one return
 PAUSE = 500_000  # pieces of flights, within about a second, after which Ctrl-C is heard
 DOUBTED = 1_000  # pieces of flights that take as long as one doubtful event
 
 
-@inner
-def lengthened(base, digit, code, power):
-    """A word with the letter of an event behind it, if it has one, and the place of the next letter."""
-    return append_symbol(code, power, base, digit, 1 if digit else 0)
+class Limits(NamedTuple):
+    """At which a motion stops before the section."""
+
+    time: float  #: since the return began
+    events: int  #: number of events
+
+
+class Return(NamedTuple):
+    """How a return ended; its image is in memory."""
+
+    outcome: int  #: a value of Outcome
+    code: int  #: of its word
+    time: float  #: on the way, or to where it ended; NaN where that is not known
+    turns: int  #: whole turns of the phase on the way
 
 
 @inner
-def noted(p, which, mode, k, code, power, w):
-    """The itinerary with the minima of a flight and the letter of the event behind it; margins are written."""
-    velocity(p, mode, w.z, w.field, w)
-    w.near[1] = min(w.near[1], abs(dot(p.functions[which], w.field)[0]) / (p.steps[mode] * w.units[which]))
-    for f in range(p.watched[mode], p.watched[mode + 1]):
-        for _ in range(w.minima[f]):
-            code, power = lengthened(p.base + 2, p.base + 1, code, power)
-        w.near[2] += w.minima[f]
-        w.minima[f] = 0
-    return lengthened(p.base + 2, p.digit[k], code, power)
+def enter_return(p, k, phase, w):
+    """Begin a return with a transition, whose state just before it, or of sections `after` their events just after it, is in
+    memory: a `Motion`, whose mode is still to begin.
+    """
+    reset_return(w)
+    code, power = first_letter(p, k, w)
+    once = p.bounces[k] < 0 and p.impacts[k] < 0  # the event may not follow itself
+    if once:
+        w.integers[START_FUNCTION] = p.function[k]
+        write_rates(p, p.mode[k], w.start_rates[BEFORE], w)
+    mode = enter_mode(p, k, not p.after, phase, w)
+    if once:
+        write_rates(p, mode, w.start_rates[AFTER], w)
+    return Motion(mode, phase, code, power, 0.0, 0, 0)
 
 
 @inner
-def cleared(p, k, image, tangent, w):
-    """Nothing is known yet: (code of the first letter, place of the next)."""
-    for c in range(len(image)):
-        image[c] = math.nan
-        for j in range(w.dz.shape[1]):
-            tangent[c, j] = math.nan
-    margins = not math.isnan(w.near[0])
-    w.held[1], w.row[0] = 0.0, 0
-    w.lapse[1], w.lapse[2], w.lapse[3], w.both[0] = 0.0, math.inf, 0.0, NO_FUNCTION
-    w.doubt[0], w.doubt[WHY] = -1.0, 0.0
-    w.scales[:] = 0.0
-    w.idle[0], w.idle[1], w.idle[2], w.idle[3] = 0, NO_FUNCTION, NO_FUNCTION, 0
-    if margins:
-        w.near[0], w.near[1], w.near[2] = math.inf, math.inf, 0.0
-        w.minima[:] = 0
-    if k < 0:
-        return 0, 1
-    code, power = lengthened(p.base + 2 if margins else p.base, p.digit[k], 0, 1)
-    in_a_row(p.digit[k], code, power, w)
-    return code, power
+def begin_return(p, k, phase, w):
+    """As `enter_return`; the `Passage` through the transition."""
+    motion = enter_return(p, k, phase, w)
+    return Passage(begin_mode(p, motion.mode, w), motion, k)
 
 
 @inner
-def arrived(p, phi, image, tangent, w):
-    """Write the image and its derivatives."""
-    for c in range(len(p.places)):
-        image[c] = phi if p.places[c] < 0 else w.z[p.places[c]]
-        for j in range(w.dz.shape[1]):
-            tangent[c, j] = w.dphi[j] if p.places[c] < 0 else w.dz[p.places[c], j]
+def begin_next_return(p, passage, w):
+    """Begin the return after one that has ended on the section, from its state in memory: the `Passage` through the event."""
+    motion, k = passage.motion, passage.transition
+    rests = p.after and w.integers[CONTACT_MARK] > 0
+    reset_return(w)
+    code, power = first_letter(p, first_event_of_word(p, k), w)
+    mode = motion.mode if p.after else enter_mode(p, k, True, motion.phase, w)
+    if rests:
+        w.integers[CONTACT_MARK] = REST
+    return Passage(begin_mode(p, mode, w), Motion(mode, motion.phase, code, power, 0.0, 0, 0), k)
 
 
 @inner
-def bounded(w):
+def is_finite(w):
     """Whether a state has not grown beyond the range of floats."""
     total = 0.0
     for j in range(len(w.z)):
@@ -93,157 +106,149 @@ def bounded(w):
     return total < math.inf
 
 
-@inner
-def met(p, mode, which, phi, code, power, image, tangent, w):
-    """Take the state through an event, as `happens`, or through two."""
-    if w.both[0] == NO_FUNCTION:
-        return happens(p, mode, which, phi, code, power, image, tangent, w)
-    return both_met(p, mode, which, phi, code, power, image, tangent, w)
+@inlined
+def after_flight(motion, flight):
+    """A motion at the end of a flight."""
+    time, turns = motion.time + flight.time, motion.turns + flight.turns
+    doubts = motion.doubts + (1 if flight.doubtful else 0)
+    return Motion(motion.mode, flight.phase, motion.code, motion.power, time, turns, doubts)
 
 
 @inner
-def both_met(p, mode, which, phi, code, power, image, tangent, w):
-    """Take the state through two events that are met at once, if their order does not matter; as `happens`."""
-    one, two = w.both[0], w.both[1]
-    if order_matters(p, one, two, phi, w):
-        return SIMULTANEOUS, mode, code, power, True, which
-    outcome, mode, code, power, doubtful, k = one_met(p, mode, which, phi, code, power, image, tangent, w)
-    second = due(p, two if which == one else one, mode, w.z, True, w) if outcome == GOES_ON else -1
-    if second >= 0:
-        outcome, mode, code, power, unsure, k = one_met(p, mode, second, phi, code, power, image, tangent, w)
-        doubtful = doubtful or unsure
-        first = due(p, which, mode, w.z, False, w) if outcome == GOES_ON else -1
-        if first >= 0:
-            w.on[first] = max(w.on[first], 1)
-    return outcome, mode, code, power, doubtful, k
+def end_without_event(p, motion, flight, w):
+    """How a return ended with a flight on which no event takes place: a `Passage`."""
+    code, power, _ = append_contact(p, motion.code, motion.power, w)
+    if p.resting[motion.mode] and flight.time >= p.horizon:
+        time = motion.time + w.reals[ACCUMULATION_TIME]
+        return Passage(RESTS, Motion(motion.mode, flight.phase, code, power, time, 0, motion.doubts), -1)
+    known = not (is_finite(w) and motion.doubts + (1 if flight.doubtful else 0) > 0)
+    return Passage(LOST if known else UNDECIDED, Motion(motion.mode, flight.phase, code, power, math.nan, 0, 0), -1)
+
+
+@inlined
+def observe_nothing(p, motion, last, context, w):
+    """The observer that sees nothing."""
 
 
 @inner
-def one_met(p, mode, which, phi, code, power, image, tangent, w):
-    """As `happens`, compiled once."""
-    return happens(p, mode, which, phi, code, power, image, tangent, w)
+def follow_motion(p, motion, limits, on_flight, on_event, context, w):
+    """From event to event to the section, or to limits: a `Passage`.
 
-
-@inner
-def happens(p, mode, which, phi, code, power, image, tangent, w):
-    """Take the state through an event.
-
-    (outcome, or GOES_ON; mode that follows; word; place of its next letter; whether doubtful; transition).
+    The mode of the motion has begun. After each flight to an event, before it, or to the limit of time, the loop calls
+    `on_flight(p, motion, flight, context, w)`, with the motion at the start of the flight; after the event
+    `on_event(p, motion, passage, context, w)`, with the motion before it. Between two events at once there is a flight of no
+    time. Both may write to arrays of the context; numba compiles the loop once for each pair of them. At a limit the outcome is
+    GOES_ON: the loop can be called again with the motion of the passage.
     """
-    k, doubtful = picked(p, which, w.z, w)
-    w.doubt[0] = which if (doubtful or k < 0) and w.doubt[0] < 0.0 else w.doubt[0]
-    if k < 0:
-        return UNDECIDED, mode, code, power, True, k
-    if w.dz.shape[1] > 0:
-        saltation(p, mode, which, w)
-    held = False
-    if p.target[k] < 0 or p.is_section[k] or not p.resting[p.target[k]]:
-        code, power, held = marked(p, code, power, w)
-    if math.isnan(w.near[0]):
-        code, power = lengthened(p.base, p.digit[k], code, power)
-    else:
-        code, power = noted(p, which, mode, k, code, power, w)
-    in_a_row(p.digit[k], code, power, w)
-    if p.target[k] < 0:
-        return LOST, mode, code, power, doubtful, k
-    returned, outcome = p.is_section[k] and (held or not p.releases[k]), STUCK if p.releases[k] else RETURNED
-    if returned and not p.after:
-        arrived(p, phi, image, tangent, w)
-        return outcome, mode, code, power, doubtful, k
-    mode = entered(p, k, True, phi, w)
-    code, power = shortened(code, power, w)
-    if returned and w.lapse[1] == 0.0:
-        arrived(p, phi, image, tangent, w)
-        return outcome, mode, code, power, doubtful, k
-    return begins(p, mode, w), mode, code, power, doubtful, k
-
-
-@inner
-def settled(outcome, code, time, turns, doubtful):
-    """A return that has ended, in the form of `first_return`."""
-    if outcome in (RETURNED, STUCK, LOST):
-        return UNDECIDED if doubtful else outcome, code, time, turns if outcome != LOST else 0
-    return outcome, code, time if outcome in (SIMULTANEOUS, REPELLING, ACCUMULATES, BLOCKED) else math.nan, 0
-
-
-@inner
-def onward(p, mode, phi, code, power, image, tangent, w):
-    """From a state in a mode to the section: (outcome, code of its word, time, whole turns of the phase)."""
-    time, turns, doubts = 0.0, 0, 0
-    outcome = begins(p, mode, w)
-    if outcome != GOES_ON:
-        return settled(outcome, code, time, turns, False)
-    for _ in range(MOST_EVENTS):
-        which, flight, phi, more, unsure = fly(p, mode, phi, math.inf, w)
-        since, time, turns, doubts = time, time + flight, turns + more, doubts + (1 if unsure else 0)
-        w.held[0] += flight
-        if which == NO_FUNCTION or not bounded(w):
-            ended = RESTS if p.resting[mode] and flight >= p.horizon else UNDECIDED if doubts > 0 and bounded(w) else LOST
-            return ended, marked(p, code, power, w)[0], since + w.lapse[3] if ended == RESTS else math.nan, 0
-        outcome, mode, code, power, unsure, _ = met(p, mode, which, phi, code, power, image, tangent, w)
-        doubts, w.spent[0] = doubts + (1 if unsure else 0), w.spent[0] + (DOUBTED if unsure else 0)
-        w.doubt[1] = time if doubts == 1 and unsure else w.doubt[1]
-        outcome = timely(p, outcome, mode, which, time, image, tangent, w)
+    transition = -1
+    for _ in range(limits.events):
+        flight = fly(p, motion.mode, motion.phase, limits.time - motion.time, w)
+        w.reals[CONTACT_TIME] += flight.time
+        if flight.function == NO_FUNCTION and limits.time < math.inf and flight.time < p.horizon and is_finite(w):
+            on_flight(p, motion, flight, context, w)
+            return Passage(GOES_ON, after_flight(motion, flight), transition)
+        if flight.function == NO_FUNCTION or not is_finite(w):
+            return end_without_event(p, motion, flight, w)
+        on_flight(p, motion, flight, context, w)
+        before = after_flight(motion, flight)
+        passage = take_events(p, before, flight.function, on_flight, on_event, context, w)
+        motion, transition = passage.motion, passage.transition
+        w.integers[PIECES] += DOUBTED if motion.doubts > before.doubts else 0
+        if motion.doubts == 1 and before.doubts == 0:
+            w.reals[DOUBT_TIME] = motion.time
+        outcome = outcome_in_time(p, passage.outcome, motion.mode, flight.function, motion.time, w)
         if outcome != GOES_ON:
-            return settled(outcome, code, time, turns, doubts > 0)
-        if doubts > MOST_DOUBTS:
-            return UNDECIDED, code, math.nan, 0
-    return ENDLESS, code, math.nan, 0
+            return Passage(outcome, motion, transition)
+        if motion.doubts > MOST_DOUBTS:
+            return Passage(UNDECIDED, motion, transition)
+    return Passage(GOES_ON, motion, transition)
 
 
 @inner
-def first_return(p, row, image, tangent, w):
-    """The first return of a row of coordinates: (outcome, code of its word, time, whole turns of the phase)."""
-    k, phi = starting(p, row, w)
-    code, power = cleared(p, k, image, tangent, w)
+def end_of_return(passage):
+    """A return that has ended."""
+    outcome, motion = passage.outcome, passage.motion
+    if outcome in (RETURNED, STUCK, LOST):
+        turns = motion.turns if outcome != LOST else 0
+        return Return(UNDECIDED if motion.doubts > 0 else outcome, motion.code, motion.time, turns)
+    timed = outcome in (RESTS, SIMULTANEOUS, REPELLING, ACCUMULATES, BLOCKED)
+    return Return(ENDLESS if outcome == GOES_ON else outcome, motion.code, motion.time if timed else math.nan, 0)
+
+
+@inner
+def follow_return(p, passage, w):
+    """The return that has begun with a passage."""
+    if passage.outcome == GOES_ON:
+        passage = follow_motion(p, passage.motion, Limits(math.inf, MOST_EVENTS), observe_nothing, observe_nothing, (), w)
+    return end_of_return(passage)
+
+
+@inner
+def first_return(p, row, w):
+    """The first return of a row of coordinates."""
+    k, phase = find_start(p, row, w)
     if k < 0:
-        return INVALID, 0, math.nan, 0
-    if p.bounces[k] < 0 and p.impacts[k] < 0:  # no event that may follow itself
-        w.lapse[2] = p.function[k]
-        rates(p, p.mode[k], w.start[0], w)
-    mode = entered(p, k, not p.after, phi, w)
-    if w.lapse[2] < math.inf:
-        rates(p, mode, w.start[1], w)
-    return onward(p, mode, phi, code, power, image, tangent, w)
+        reset_return(w)
+        return Return(INVALID, 0, math.nan, 0)
+    return follow_return(p, begin_return(p, k, phase, w), w)
 
 
 @inner
-def first_arrival(p, mode, state, phase, image, tangent, w):
-    """The first arrival at the section of a state in a mode, -1 for none, as `first_return`; directions are states and phase."""
-    code, power = cleared(p, -1, image, tangent, w)
+def begin_in_mode(p, mode, phase, w):
+    """Begin a motion in a mode at own states in memory: a `Passage`."""
+    reset_return(w)
+    features(p, phase, w)
+    shift(p, w)
+    w.reals[CONTACT_TIME], w.on[:] = 0.0, 0
+    return Passage(begin_mode(p, mode, w), Motion(mode, phase, 0, 1, 0.0, 0, 0), -1)
+
+
+@inner
+def first_arrival(p, mode, state, phase, w):
+    """The first arrival at the section of a state in a mode, -1 for none; directions are states and phase."""
     if mode < 0:
-        return INVALID, 0, math.nan, 0
+        reset_return(w)
+        return Return(INVALID, 0, math.nan, 0)
     n, turns = len(state), math.floor(phase / TWO_PI)
-    phi, _ = within_turn(phase - turns * TWO_PI)
+    initial, _ = within_turn(phase - turns * TWO_PI)
     for i in range(n):
         w.z[i] = state[i]
-    features(p, phi, w)
     for c in range(w.dz.shape[1]):
         for i in range(n + 1):
             w.dz[i, c] = 1.0 if i == c and c < n else 0.0
         w.dphi[c] = 1.0 if c == n else 0.0
-    shift(p, w)
-    w.held[0], w.on[:] = 0.0, 0
-    outcome, code, time, more = onward(p, mode, phi, code, power, image, tangent, w)
-    return outcome, code, time, more + turns
+    found = follow_return(p, begin_in_mode(p, mode, initial, w), w)
+    return Return(found.outcome, found.code, found.time, found.turns + turns)
 
 
 @inner
-def put(p, found, r, k, ended, w):
+def write_return(p, found, r, k, ended):
     """Write how return number r of a motion ended, in a record that has its image."""
-    outcome, found.codes[r, k], found.time[r, k], whole = ended
-    found.outcome[r, k] = found.outcome[r - 1, k] if r > 0 and math.isnan(found.states[r, k, 0]) else outcome
+    found.outcome[r, k], found.codes[r, k], found.time[r, k] = ended.outcome, ended.code, ended.time
+    if r > 0 and math.isnan(found.states[r, k, 0]):
+        found.outcome[r, k] = found.outcome[r - 1, k]
     for c in range(len(p.places)):
-        before = math.floor(found.states[r, k, c] / TWO_PI) if outcome != INVALID else 0
-        found.turns[r, k, c] = whole + before if p.places[c] < 0 else 0
-    for c in range(3):
-        found.near[r, k, c] = w.near[c]
+        before = math.floor(found.states[r, k, c] / TWO_PI) if ended.outcome != INVALID else 0
+        found.turns[r, k, c] = ended.turns + before if p.places[c] < 0 else 0
 
 
 @inner
-def alone(p, found, r, k, w):
-    """Return number r of a motion by itself, written to a record."""
-    put(p, found, r, k, first_return(p, found.states[r, k], found.states[r + 1, k], found.tangents[r, k], w), w)
+def write_image(found, r, k, w):
+    """Write the image in memory of return number r of a motion, its derivatives and margins to a record."""
+    for c in range(len(w.image)):
+        found.states[r + 1, k, c] = w.image[c]
+        for j in range(w.tangent.shape[1]):
+            found.tangents[r, k, c, j] = w.tangent[c, j]
+    for c in range(len(w.margins)):
+        found.margins[r, k, c] = w.margins[c]
+
+
+@inner
+def write_first_return(p, found, r, k, w):
+    """Compute return number r of a motion by itself, and write it to a record."""
+    ended = first_return(p, found.states[r, k], w)
+    write_image(found, r, k, w)
+    write_return(p, found, r, k, ended)
 
 
 @long_entry
@@ -252,13 +257,14 @@ def arrivals(p, modes, states, phases, found, begin, w):
 
     The number of those that are known after about `PAUSE` pieces of flights.
     """
-    w.spent[0] = 0
-    for r in range(begin, len(modes)):
-        if w.spent[0] > PAUSE:
-            return r
-        found.outcome[0, r], found.codes[0, r], found.time[0, r], turns = first_arrival(
-            p, modes[r], states[r], phases[r], found.states[1, r], found.tangents[0, r], w
-        )
+    first = 0
+    w.integers[PIECES] = 0
+    for k in range(begin, len(modes)):
+        if w.integers[PIECES] > PAUSE:
+            return k
+        ended = first_arrival(p, modes[k], states[k], phases[k], w)
+        write_image(found, first, k, w)
+        found.outcome[first, k], found.codes[first, k], found.time[first, k] = ended.outcome, ended.code, ended.time
         for c in range(len(p.places)):
-            found.turns[0, r, c] = turns if p.places[c] < 0 else 0
+            found.turns[first, k, c] = ended.turns if p.places[c] < 0 else 0
     return len(modes)

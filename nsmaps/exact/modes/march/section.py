@@ -20,7 +20,7 @@ def allowed(p, k, z, w):
 
 
 @inner
-def picked(p, function, z, w):
+def transition_at(p, function, z, w):
     """The transition that takes place where a function is zero, -1 for none, and whether that is doubtful."""
     unsure = False
     for c in range(p.choices[function], p.choices[function + 1]):
@@ -111,7 +111,7 @@ def repelled(p, mode, w):
 
 
 @inner
-def enter(p, k, with_reset, phi, w):
+def apply_transition(p, k, with_reset, phi, w):
     """Take the state through a transition, whose reset may lie behind it: the mode that follows."""
     if with_reset:
         reset(p, k, phi, w)

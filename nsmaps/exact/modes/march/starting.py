@@ -132,7 +132,7 @@ def launch_moved(p, start, row, phi, w):
 
 
 @inner
-def starting(p, row, w):
+def find_start(p, row, w):
     """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
     phi = phase_of(p, row)
     start = -1 if math.isnan(phi) else begun(p, row, phi, w)

@@ -4,7 +4,7 @@ from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
 from nsmaps.exact.modes.march.beginning import AT_ONCE
-from nsmaps.exact.modes.march.section import picked
+from nsmaps.exact.modes.march.section import transition_at
 
 NOWHERE = -2  # in place of a mode: no event takes place
 
@@ -39,7 +39,7 @@ def same_function(p, function, mode):
 
 
 @inner
-def due(p, function, mode, z, falling, w):
+def function_due(p, function, mode, z, falling, w):
     """The function in a mode that is the same as one of another mode, if it is zero and falls, or else rises; -1 for none."""
     f = same_function(p, function, mode) if mode >= 0 else -1
     if f < 0:
@@ -53,13 +53,13 @@ def due(p, function, mode, z, falling, w):
 @inner
 def in_order(p, first, second, phi, after, w):
     """Write the features after the event of one function and, if it is then due, that of another; the mode that follows."""
-    k, _ = picked(p, first, w.z, w)
+    k, _ = transition_at(p, first, w.z, w)
     if k < 0:
         return NOWHERE
     just_after(p, k, phi, w.z, after, w)
     mode = p.target[k]
-    f = due(p, second, mode, after, True, w)
-    k = picked(p, f, after, w)[0] if f >= 0 else -1
+    f = function_due(p, second, mode, after, True, w)
+    k = transition_at(p, f, after, w)[0] if f >= 0 else -1
     if k < 0:
         return mode
     for j in range(len(after)):
@@ -71,10 +71,10 @@ def in_order(p, first, second, phi, after, w):
 @inner
 def same_image(p, function, other, phi, w):
     """Whether the section, met where a function is zero, has the same image before and after the event of another one."""
-    k, m, n = picked(p, function, w.z, w)[0], picked(p, other, w.z, w)[0], p.first.shape[1] - 1
+    k, m, n = transition_at(p, function, w.z, w)[0], transition_at(p, other, w.z, w)[0], p.first.shape[1] - 1
     just_after(p, m, phi, w.z, w.one, w)
-    f = due(p, function, p.target[m], w.one, True, w)
-    j = picked(p, f, w.one, w)[0] if f >= 0 else -1
+    f = function_due(p, function, p.target[m], w.one, True, w)
+    j = transition_at(p, f, w.one, w)[0] if f >= 0 else -1
     if j < 0 or not p.is_section[j]:
         return False
     for i in range(n):
@@ -92,7 +92,7 @@ def same_image(p, function, other, phi, w):
 @inner
 def order_matters(p, one, two, phi, w):
     """Whether two functions that are zero at once lead to different images, states or modes, by which event is first."""
-    k, m = picked(p, one, w.z, w)[0], picked(p, two, w.z, w)[0]
+    k, m = transition_at(p, one, w.z, w)[0], transition_at(p, two, w.z, w)[0]
     if k >= 0 and m >= 0 and p.is_section[k] != p.is_section[m]:
         return not (same_image(p, one, two, phi, w) if p.is_section[k] else same_image(p, two, one, phi, w))
     if in_order(p, one, two, phi, w.one, w) != in_order(p, two, one, phi, w.two, w):

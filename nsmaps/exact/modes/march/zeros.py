@@ -12,6 +12,7 @@ from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
 from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS, raised
 
 MOST_STEPS = 10_000
+MOST_TURNS = 1_000  # minima and maxima within one series
 CLOSE = 2e-16  # of a zero: rounding
 FAINT = 1e-300  # a rate that is not zero
 
@@ -217,3 +218,38 @@ def first_zero(a, end, left, on):
             return False, end, doubtful
         surely, h = seen(with_rates(a, s), s, end, left + ROUNDING * size_of(a, s), jerk, snap)
     return True, s, True
+
+
+@inner
+def minima(a, end, b):
+    """The least value of a polynomial at its minima in (0, end], inf without one, and their number; b is memory.
+
+    A rate that is zero at either end but for rounding is zero: a minimum that is met at an event counts before it, once.
+    """
+    for k in range(ORDER):
+        b[k] = (k + 1) * a[k + 1]
+    b[ORDER] = 0.0
+    x, least, number, blur = 0.0, math.inf, 0, 4.0 * ROUNDING * size_of(b, end)
+    if abs(b[0]) <= blur:
+        b[0] = 0.0
+    for _ in range(MOST_TURNS):
+        falls = b[0] < 0.0 or (b[0] == 0.0 and b[1] < 0.0)
+        if falls:
+            for k in range(ORDER):
+                b[k] = -b[k]
+        found, step, _ = first_zero(b, end - x, 0.0, b[0] == 0.0)
+        if not found:
+            rate, bend = value(b, end - x)
+            if falls and end > x and rate <= blur and bend < 0.0:
+                least, number = min(least, value(a, end)[0]), number + 1
+            break
+        x += step
+        for i in range(ORDER):
+            for k in range(ORDER - 1, i - 1, -1):
+                b[k] += step * b[k + 1]
+        b[0] = 0.0
+        if falls:
+            for k in range(ORDER):
+                b[k] = -b[k]
+            least, number = min(least, value(a, x)[0]), number + 1
+    return least, number

@@ -1,58 +1,108 @@
-"""The motion of a system with modes to its next event, and its states between events: compiled."""
+"""The events of a motion of a system with modes, and its states between events: compiled."""
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from nsmaps.exact.engine.jit import inner, long_entry
+from nsmaps.exact.engine.returns import INVALID, RETURNED, STUCK
 from nsmaps.exact.modes.flights.motion import advance, begin_piece, state_at
 from nsmaps.exact.modes.flights.states import features
-from nsmaps.exact.modes.march.beginning import GOES_ON, begins
-from nsmaps.exact.modes.march.flight import NO_FUNCTION, fly
-from nsmaps.exact.modes.march.resting import entered
-from nsmaps.exact.modes.march.returns import bounded
-from nsmaps.exact.modes.march.section import picked
-from nsmaps.exact.modes.march.starting import starting
+from nsmaps.exact.modes.march.beginning import GOES_ON
+from nsmaps.exact.modes.march.events import Motion, Passage
+from nsmaps.exact.modes.march.returns import Limits, begin_in_mode, begin_next_return, begin_return, follow_motion
+from nsmaps.exact.modes.march.starting import find_start
+from nsmaps.exact.modes.tables.memory import CONTACT_MARK
 
-NONE, LEFT = -1, -1  # no transition; the mode of a motion that has ended
+LEFT = -1  # the mode of a motion that has ended
+SPARE = 1  # rows more than events: of two events at once both are written
+FILLED, ORIGIN = 0, 0  # places in `EventRows.numbers` and `.times`
+
+
+class EventRows(NamedTuple):
+    """Events of a motion, K at most."""
+
+    numbers: Any  #: shape (1,), rows that are written
+    times: Any  #: shape (1,), the time at which the return under way began
+    transition: Any  #: shape (K + SPARE,)
+    mode: Any  #: the same, that follows, LEFT where the motion ends
+    contact: Any  #: the same, how contact begins at it: `CHATTER` or `REST` of the march, 0 without
+    time: Any  #: the same, since the start
+    phase: Any  #: the same
+    before: Any  #: shape (K + SPARE, n), states just before
+    after: Any  #: the same, just after
+
+
+def event_rows(events: int, n: int) -> EventRows:
+    """Room for so many events of a motion with n states."""
+    count = events + SPARE
+    transition, mode, contact = np.zeros((3, count), np.int64)
+    time, phase = np.zeros((2, count))
+    before, after = np.zeros((2, count, n))
+    return EventRows(np.zeros(1, np.int64), np.zeros(1), transition, mode, contact, time, phase, before, after)
 
 
 @inner
-def followed_by(p, k, with_reset, phi, w):
-    """As `entered`; no mode where the motion does not continue."""
-    mode = entered(p, k, with_reset, phi, w)
-    return mode if begins(p, mode, w) == GOES_ON else LEFT
+def write_before(p, motion, flight, rows, w):
+    """The observer of flights: write the states at the end, just before an event."""
+    row = rows.before[rows.numbers[FILLED]]
+    for i in range(len(row)):
+        row[i] = w.z[i]
+
+
+@inner
+def write_row(p, passage, time, rows, w):
+    """Write an event, before which the states are written, at a time since the return began."""
+    k, motion = rows.numbers[FILLED], passage.motion
+    mode = motion.mode if passage.outcome == GOES_ON else LEFT
+    rows.transition[k], rows.mode[k] = passage.transition, mode
+    rows.time[k], rows.phase[k] = rows.times[ORIGIN] + time, motion.phase
+    rows.contact[k] = w.integers[CONTACT_MARK] if mode != LEFT and p.resting[mode] else 0
+    for i in range(rows.after.shape[1]):
+        rows.after[k, i] = w.z[i]
+    rows.numbers[FILLED] = k + 1
+
+
+@inner
+def write_event(p, motion, passage, rows, w):
+    """The observer of events: write one that takes place and does not end a return."""
+    if passage.transition >= 0 and passage.outcome not in (RETURNED, STUCK):
+        write_row(p, passage, motion.time, rows, w)
 
 
 @long_entry
-def begin(p, row, before, w):
-    """The event at which coordinates of the section start, -1 for none, the mode that follows, and the phase; states in `w.z`."""
-    k, phi = starting(p, row, w)
+def begin_track(p, start, rows, w):
+    """Begin a motion at coordinates of the section, and write the event there: a `Passage`, INVALID of no start."""
+    k, phase = find_start(p, start, w)
     if k < 0:
-        return NONE, LEFT, 0.0
-    for i in range(len(before)):
-        before[i] = w.z[i]
-    return k, followed_by(p, k, not p.after, phi, w), phi
+        return Passage(INVALID, Motion(LEFT, 0.0, 0, 0, 0.0, 0, 0), k)
+    for i in range(rows.before.shape[1]):
+        rows.before[FILLED, i] = w.z[i]
+    passage = begin_return(p, k, phase, w)
+    write_row(p, passage, 0.0, rows, w)
+    return passage
 
 
 @long_entry
-def begin_in(p, mode, phi, w):
-    """Prepare a motion that begins in a mode at states in `w.z` and a phase: the mode, `LEFT` where it cannot continue."""
-    features(p, phi, w)
-    return mode if begins(p, mode, w) == GOES_ON else LEFT
+def begin_track_in(p, mode, phase, w):
+    """Begin a motion in a mode at own states in memory: a `Passage`."""
+    return begin_in_mode(p, mode, phase, w)
 
 
 @long_entry
-def follow(p, mode, phi, before, w):
-    """To the next event: (its transition, -1 for none; the mode that follows; time of the flight; phase; whether doubtful)."""
-    which, flight, phi, _, doubtful = fly(p, mode, phi, math.inf, w)
-    doubtful = doubtful or w.both[0] != NO_FUNCTION
-    for i in range(len(before)):
-        before[i] = w.z[i]
-    if which == NO_FUNCTION or not bounded(w):
-        return NONE, LEFT, flight, phi, doubtful
-    k, unsure = picked(p, which, w.z, w)
-    if k < 0 or p.target[k] < 0:
-        return k, LEFT, flight, phi, doubtful or unsure
-    return k, followed_by(p, k, True, phi, w), flight, phi, doubtful or unsure
+def continue_track(p, passage, rows, w):
+    """Write the events that follow on a motion while there is room: the `Passage` through the last."""
+    while passage.outcome in (GOES_ON, RETURNED, STUCK) and rows.numbers[FILLED] < len(rows.time) - SPARE:
+        if passage.outcome == GOES_ON:
+            left = len(rows.time) - SPARE - rows.numbers[FILLED]
+            limits = Limits(math.inf, max(left // 2, 1))
+            passage = follow_motion(p, passage.motion, limits, write_before, write_event, rows, w)
+        else:
+            rows.times[ORIGIN] += passage.motion.time
+            passage = begin_next_return(p, passage, w)
+            write_row(p, passage, 0.0, rows, w)
+    return passage
 
 
 @long_entry

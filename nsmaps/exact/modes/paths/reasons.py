@@ -9,13 +9,22 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.modes.blocks.batch_scheduler import returns
 from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, NO_FUNCTION, STEEP, STIFF
-from nsmaps.exact.modes.march.flight import WHY as WHY_DOUBTED
+from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, STEEP, STIFF
 from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone
 from nsmaps.exact.modes.paths.ends import ENDS, end_of
 from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
 from nsmaps.exact.modes.paths.tracks import events_from, events_of
-from nsmaps.exact.modes.tables.memory import Memory, memory, record
+from nsmaps.exact.modes.tables.memory import (
+    DOUBT_REASON,
+    DOUBT_TIME,
+    DOUBTED_FUNCTION,
+    FIRST_AT_ONCE,
+    NO_FUNCTION,
+    SECOND_AT_ONCE,
+    Memory,
+    memory,
+    record,
+)
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.outcome import Outcome
 
@@ -63,7 +72,7 @@ def _sentence(definition: Definition, table: Tables, outcome: Outcome, time: flo
 
 def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guards are met at once, in which mode, when and where."""
-    first, second = (_guards(definition, table, f) for f in w.both.tolist())
+    first, second = (_guards(definition, table, f) for f in _functions(w))
     return (
         f"The guards {first} and {second} are met at once in the mode {_mode(definition, table, w)!r}, "
         f"{time:.10g} after the start, at {_states(definition, w)}; the image depends on which event is first."
@@ -92,7 +101,7 @@ def accumulation_of(definition: Definition, table: Tables, time: float, w: Memor
 
 def block_of_motion(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guard is negative where its mode begins, or which events follow one another at once, when and where."""
-    one, other = w.both.tolist()
+    one, other = _functions(w)
     where = f"{time:.10g} after the start, at {_states(definition, w)}"
     if other == NO_FUNCTION:
         return (
@@ -109,25 +118,30 @@ def block_of_motion(definition: Definition, table: Tables, time: float, w: Memor
 
 def doubt_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guard it cannot be decided of, in which mode, and when."""
-    function, why = int(w.doubt[0]), int(w.doubt[WHY_DOUBTED])
+    function, why = int(w.integers[DOUBTED_FUNCTION]), int(w.integers[DOUBT_REASON])
     if why:
         return DOUBTS[why]
     if function < 0:
         return Outcome.undecided.advice
     return (
         f"{Outcome.undecided.advice} The guard is {_guards(definition, table, function)} in the mode "
-        f"{_mode_of(definition, table, function)!r}, {w.doubt[1]:.10g} after the start."
+        f"{_mode_of(definition, table, function)!r}, {w.reals[DOUBT_TIME]:.10g} after the start."
     )
+
+
+def _functions(w: Memory) -> tuple[int, int]:
+    """The functions that are zero at once, or those of the last two events; NO_FUNCTION for none."""
+    return int(w.integers[FIRST_AT_ONCE]), int(w.integers[SECOND_AT_ONCE])
 
 
 def _both(definition: Definition, table: Tables, w: Memory) -> str:
     """The guards of one or two functions."""
-    return " and ".join(_guards(definition, table, f) for f in w.both.tolist()[::-1] if f != NO_FUNCTION)
+    return " and ".join(_guards(definition, table, f) for f in reversed(_functions(w)) if f != NO_FUNCTION)
 
 
 def _mode(definition: Definition, table: Tables, w: Memory) -> str:
     """The mode of the first of two functions."""
-    return _mode_of(definition, table, int(w.both[0]))
+    return _mode_of(definition, table, int(w.integers[FIRST_AT_ONCE]))
 
 
 def _mode_of(definition: Definition, table: Tables, function: int) -> str:

@@ -11,12 +11,13 @@ from nsmaps.errors import StateError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.march.resting import INSTANT
-from nsmaps.exact.modes.paths.path import begin, begin_in, follow, sample
+from nsmaps.exact.modes.march.events import Passage
+from nsmaps.exact.modes.march.words import INSTANT
+from nsmaps.exact.modes.paths.path import FILLED, EventRows, begin_track, begin_track_in, continue_track, event_rows, sample
 from nsmaps.exact.modes.tables.memory import Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
 
-HOW = 1  #: place in `Memory.held` of how contact has begun
+EVENTS = 32  #: that are computed at a time
 
 
 class Event(NamedTuple):
@@ -37,14 +38,11 @@ def events_of(definition: Definition, table: Tables, start: Floats, chatter: flo
     Raises:
         StateError: the row is not a start.
     """
-    n, w = len(definition.states), memory(table, 0, chatter=chatter)
-    before, time = np.empty(n), 0.0
-    k, mode, phi = begin(table, start, before, w)
-    if k < 0:
+    rows, w = event_rows(EVENTS, len(definition.states)), memory(table, 0, chatter=chatter)
+    passage = begin_track(table, start, rows, w)
+    if passage.transition < 0:
         raise StateError(f"the state {start} is not a start; expected: a finite state just before or after the section's event")
-    yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy(), _contact(table, mode, w))
-    if mode >= 0:
-        yield from _following(definition, table, mode, phi, w)
+    yield from _following(definition, table, passage, rows, w)
 
 
 def events_from(definition: Definition, table: Tables, state: Floats, mode: int) -> Iterator[Event]:
@@ -52,25 +50,21 @@ def events_from(definition: Definition, table: Tables, state: Floats, mode: int)
     n, w = len(definition.states), memory(table, 0)
     phi = float(state[n]) % (2 * np.pi) if table.rate > 0 else 0.0
     w.z[:n] = state[:n]
-    yield from _following(definition, table, begin_in(table, mode, phi, w), phi, w)
+    yield from _following(definition, table, begin_track_in(table, mode, phi, w), event_rows(EVENTS, n), w)
 
 
-def _following(definition: Definition, table: Tables, mode: int, phi: float, w: Memory) -> Iterator[Event]:
-    """The events that follow on a motion that has begun in a mode, its features in memory."""
-    n, time = len(definition.states), 0.0
-    before = np.empty(n)
-    while mode >= 0:
-        k, mode, flight, phi, _ = follow(table, mode, phi, before, w)
-        time += flight
-        if k < 0:
+def _following(definition: Definition, table: Tables, passage: Passage, rows: EventRows, w: Memory) -> Iterator[Event]:
+    """The events of a motion that has begun, those that are written first, until none follows."""
+    while True:
+        passage = continue_track(table, passage, rows, w)
+        written = int(rows.numbers[FILLED])
+        for k in range(written):
+            if definition.transitions[rows.transition[k]].name:
+                numbers = int(rows.transition[k]), int(rows.mode[k]), float(rows.time[k]), float(rows.phase[k])
+                yield Event(*numbers, rows.before[k].copy(), rows.after[k].copy(), int(rows.contact[k]))
+        if written == 0:
             return
-        if definition.transitions[k].name:
-            yield Event(k, mode, time, phi, before.copy(), w.z[:n].copy(), _contact(table, mode, w))
-
-
-def _contact(table: Tables, mode: int, w: Memory) -> int:
-    """How contact that lasts begins, where the mode that follows an event is one."""
-    return int(w.held[HOW]) if mode >= 0 and table.resting[mode] else 0
+        rows.before[0], rows.numbers[FILLED] = rows.before[written % len(rows.before)], 0
 
 
 def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int, chatter: float) -> ModeTrack:

@@ -9,7 +9,36 @@ from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
 ONLY = 0  #: place in an array of one number
+NO_FUNCTION = -1
+END = 1  #: behind a place in an array of first places: where its range ends
+CLEARANCE, SLOWEST, MINIMA = range(3)  #: places in `Memory.margins`: least value at a minimum, least rate at an event, minima
+BEFORE, AFTER = range(2)  #: rows of `Memory.start_rates`, just before and after the event at the start
 INTERVALS = 8  #: of a step of a Taylor flight, between the instants at which its series is compared with the rates
+
+
+# Places in `Memory.reals`
+FLIGHT_TIME = 0  #: length of the last flight
+ACCUMULATION_TIME = 1  #: time until impacts that were summed accumulate
+SPEED_RATIO = 2  #: share of the speed that each of them leaves
+DOUBT_TIME = 3  #: time of the return until its first doubtful event
+CONTACT_TIME = 4  #: time since contact began
+REALS = 5
+# Places in `Memory.integers`
+ACCUMULATING = 0  #: whether impacts that follow accumulate below rounding
+START_FUNCTION = 1  #: of the event at the start, NO_FUNCTION where it may follow itself
+IDLE_EVENTS = 2  #: events in a row that take no time
+LAST_FUNCTION = 3  #: of the last event
+FUNCTION_BEFORE = 4  #: of the last event with another function
+TIMED_EVENTS = 5  #: number, among events in a row that take no time but for rounding, of the last that took any
+DOUBTED_FUNCTION = 6  #: of the first doubtful event, NO_FUNCTION without one
+DOUBT_REASON = 7  #: why a flight is in doubt: see `nsmaps.exact.modes.march.flight`
+PIECES = 8  #: of flights so far
+CONTACT_MARK = 9  #: of the contact under way in words: 1 after chatter, 2 from rest, 0 without contact
+ROW_LETTER = 10  #: of the last events in a row
+ROW_CODE = 11  #: of the word with the first of them
+ROW_POWER = 12  #: place value of the next letter behind it
+FIRST_AT_ONCE, SECOND_AT_ONCE = 13, 14  #: functions that are zero at once, NO_FUNCTION for none
+INTEGERS = 15
 
 
 @by_address
@@ -73,22 +102,18 @@ class Memory(NamedTuple):
     other: Any  #: shape (N,)
     one: Any  #: the same, after two events in one order
     two: Any  #: and in the other
-    both: Any  #: shape (2,), functions that are zero at once, -1 for none
-    lapse: Any  #: shape (5,): length of the last flight, whether impacts that follow accumulate below rounding, first function,
-    #: time until impacts that were summed accumulate, share of the speed that each of them leaves
-    start: Any  #: shape (2, N), rates of change of the features before and after the event at the start
-    idle: Any  #: shape (4,), events in a row that take no time, functions of the last two that differ, the last that took time
-    doubt: Any  #: shape (3,), function of the first doubtful event, -1 without one, time until then, and why a flight is in doubt
+    reals: Any  #: shape (REALS,), at the places above
+    integers: Any  #: shape (INTEGERS,), at the places above
+    start_rates: Any  #: shape (2, N), rates of change of the features before and after the event at the start
     scales: Any  #: shape (n,), the largest sizes of the states at events of the return so far
-    spent: Any  #: shape (1,), pieces of flights so far
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
     curved: Any  #: shape (n, 1 + own + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
     moved: Moved
-    near: Any  #: shape (3,), least value at a minimum (NaN if not asked for), least rate at an event, number of minima
+    margins: Any  #: shape (3,), at the places above; the first is NaN if they are not asked for
     units: Any  #: shape (S,), of values and rates of each function there
-    held: Any  #: shape (2,), time since contact began, and its mark in words (1 after chatter, 2 from rest, 0 without contact)
-    row: Any  #: shape (3,), letter of the last events in a row, word and place of the next letter behind the first of them
+    image: Any  #: shape (m,), coordinates of the section at the end of the return, NaN without
+    tangent: Any  #: shape (m, D), their derivatives
     minima: Any  #: shape (S,), of the flight under way
     chatter: float  #: see `nsmaps.exact.chatter`
     piece: Piece
@@ -104,7 +129,7 @@ class Record(NamedTuple):
     outcome: Any  #: shape (n, M)
     time: Any  #: shape (n, M)
     tangents: Any  #: shape (n, M, m, D)
-    near: Any  #: shape (n, M, 3), as of `Memory`
+    margins: Any  #: shape (n, M, 3), as of `Memory`
 
 
 def record(start: Any, n: int, directions: int) -> Record:
@@ -113,8 +138,8 @@ def record(start: Any, n: int, directions: int) -> Record:
     states = np.empty((n + 1, count, m))
     states[0] = start
     codes, outcome, time = np.zeros((n, count), np.int64), np.zeros((n, count), np.int8), np.zeros((n, count))
-    tangents, near = np.empty((n, count, m, directions)), np.zeros((n, count, 3))
-    return Record(states, np.zeros((n, count, m), np.int32), codes, outcome, time, tangents, near)
+    tangents, margins = np.empty((n, count, m, directions)), np.zeros((n, count, 3))
+    return Record(states, np.zeros((n, count, m), np.int32), codes, outcome, time, tangents, margins)
 
 
 def still(p: Any) -> Moved:
@@ -178,21 +203,18 @@ def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = Non
         other=np.zeros(width),
         one=np.zeros(width),
         two=np.zeros(width),
-        both=np.full(2, -1),
-        lapse=np.zeros(5),
-        start=np.zeros((2, width)),
-        idle=np.zeros(4, np.int64),
-        doubt=np.array([-1.0, 0.0, 0.0]),
+        reals=np.zeros(REALS),
+        integers=np.zeros(INTEGERS, np.int64),
+        start_rates=np.zeros((2, width)),
         scales=np.zeros(n),
-        spent=np.zeros(1, np.int64),
         new=np.zeros(n),
         slopes=np.zeros((n, directions)),
         curved=np.zeros((n, 2 + p.own + len(p.parameters))),
         moved=moved,
-        near=np.array([np.nan if units is None else np.inf, np.inf, 0.0]),
+        margins=np.array([np.nan if units is None else np.inf, np.inf, 0.0]),
         units=np.ones(functions) if units is None else units,
-        held=np.zeros(2),
-        row=np.zeros(3, np.int64),
+        image=np.zeros(len(p.places)),
+        tangent=np.zeros((len(p.places), directions)),
         minima=np.zeros(functions, np.int64),
         chatter=float(chatter),
         piece=piece(p, directions, moved),
