@@ -64,8 +64,10 @@ def _directions(derivative: "Floats", speed: float) -> "Floats":
     scale = np.array([1.0, speed])
     values, vectors = np.linalg.eig(derivative[::-1, ::-1] * scale / scale[:, None])
     vectors = vectors[:, np.argsort(-np.abs(values), kind="stable")]
-    if np.iscomplexobj(vectors):
-        vectors = np.stack([vectors[:, 0].real, vectors[:, 0].imag], axis=1)
+    first = vectors[:, 0]
+    vectors = (
+        np.stack([first.real, first.imag], axis=1) if first.imag.any() else vectors.real.copy()
+    )  # NumPy 2.5 has only complex ones
     if abs(np.linalg.det(vectors / np.linalg.norm(vectors, axis=0))) < PARALLEL:  # nearly a double multiplier
         vectors[:, 1] = [-vectors[1, 0], vectors[0, 0]]
     return np.asarray(vectors / np.abs(vectors).max(axis=0) * scale[:, None])
