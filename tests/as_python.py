@@ -107,7 +107,7 @@ def expression(text: str) -> str:
 
     def kept(match: re.Match) -> str:
         inside = choices(match[1] if match[1] is not None else match[2])
-        indexed = match[2] is not None and re.match(r"[\w@]", match.string[match.start() - 1 : match.start()])
+        indexed = match[2] is not None and re.match(r"[\w@)]", match.string[match.start() - 1 : match.start()])
         groups.append(f"({inside})" if match[1] is not None else f"[from_one({inside})]" if indexed else f"[{inside}]")
         return f"@{len(groups) - 1}@"
 
