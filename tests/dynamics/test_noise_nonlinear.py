@@ -97,7 +97,7 @@ class TableWithPendulum(Table):
     ("plain", "bent", "start", "n"),
     [
         (Straight(), Bent(), [0.9, 1.0], 12),
-        (Straight(shake=0.01), Bent(shake=0.01), [0.9, 1.0], 12),
+        (Straight(shake=0.01), Bent(shake=0.01), [0.9, 1.0], 8),
         (Table(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25),
     ],
     ids=["coordinates", "guard", "contact"],
