@@ -142,7 +142,7 @@ class ExactSystem(System, ExactMap):
     __slots__ = ("_results",)  # what was made from the system, by name
 
     if TYPE_CHECKING:
-        _results: dict[str, Any]
+        _results: ClassVar[dict[str, Any]]  # of an object; fields of a model would be arguments
 
     @abstractmethod
     def _compile(self) -> Kernel:
