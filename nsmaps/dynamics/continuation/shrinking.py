@@ -42,15 +42,15 @@ def becomes_equilibrium(grown: GrowingBranch, _: float) -> Event | None:
         return None
     points = grown.points[: -POINTS - 1 : -1]
     squares, values = np.array([_extent(grown, point) ** 2 for point in points]), np.array([point.value for point in points])
-    rows = doubling_rows(squares)
+    large = squares > (CLOSE * _extent(grown, grown.points[0])) ** 2  # of smaller orbits rounding changes the extent
+    rows = doubling_rows(squares[large])
     if len(rows) < 3:
         return None
-    value, precision = at_zero(squares[rows].tolist(), values[rows])
-    large = rows[len(rows) // 2 :]  # those that rounding does not change
-    shares = squares[large] / np.abs(values[large] - value)
+    value, precision = at_zero(squares[large][rows].tolist(), values[large][rows])
+    shares = squares[large][rows] / np.abs(values[large][rows] - value)
     if not (precision <= WORST * unit and shares.min() > ALIKE * shares.max()):
         return None
-    small = float(np.abs(values[squares <= (CLOSE * _extent(grown, grown.points[0])) ** 2] - value).max())
+    small = float(np.abs(values[~large] - value).max())
     grown.events[:] = [event for event in grown.events if abs(event.parameter - value) > small]
     return Event(HOPF, value, precision + SMALLEST * unit, last.orbit, "the orbit shrinks to an equilibrium")
 
