@@ -13,7 +13,6 @@ EXACT = Path(__file__).parents[2] / "nsmaps" / "exact"
 LATER = (
     "modes/march",
     "modes/paths",
-    "modes/tables/memory.py",
 )
 #: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
 LATER_NAMES = (

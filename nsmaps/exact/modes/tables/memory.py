@@ -8,6 +8,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
+FIRST = 0  #: row of the starts in `Record.states`
 ONLY = 0  #: place in an array of one number
 NO_FUNCTION = -1
 END = 1  #: behind a place in an array of first places: where its range ends
@@ -136,7 +137,7 @@ def record(start: Any, n: int, directions: int) -> Record:
     """Room for the first n returns of states (M, m)."""
     count, m = start.shape
     states = np.empty((n + 1, count, m))
-    states[0] = start
+    states[FIRST] = start
     codes, outcome, time = np.zeros((n, count), np.int64), np.zeros((n, count), np.int8), np.zeros((n, count))
     tangents, margins = np.empty((n, count, m, directions)), np.zeros((n, count, 3))
     return Record(states, np.zeros((n, count, m), np.int32), codes, outcome, time, tangents, margins)
