@@ -30,7 +30,8 @@ for module in sys.argv[1:]:
     for name in [name for name in sys.modules if name.startswith("nsmaps")]:
         del sys.modules[name]
     from nsmaps.exact.compiling import internals
-    from nsmaps.exact.compiling.compiled import code_of, njit
+    from nsmaps.exact.compiling.compiled import njit
+    from nsmaps.exact.compiling.digest import code_of
     assert internals.absent and all(name.startswith("numba.core." + module) for name in internals.absent)
     half = njit(part=True, nogil=True, no_cpython_wrapper=True, _nrt=False)(lambda x: x / 2)
     whole = njit(part=False, cache=True, long=True)(lambda x: half(x) + half(3 * x))

@@ -16,8 +16,9 @@ import pytest
 import sympy as sp
 from numba.core.registry import CPUDispatcher
 
-from nsmaps.exact.compiling import compiled, kept, libraries
-from nsmaps.exact.compiling.compiled import code_of, njit
+from nsmaps.exact.compiling import compiled, digest, kept, libraries
+from nsmaps.exact.compiling.compiled import njit
+from nsmaps.exact.compiling.digest import code_of
 from nsmaps.exact.engine import march, returns
 from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import flow, layout
@@ -57,7 +58,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def named() -> str:
     """What the kernel of `Dropped` is called now."""
     flows._kernel.cache_clear()
-    compiled._description.cache_clear()
+    digest._description.cache_clear()
     return Dropped()._kernel().name
 
 
@@ -95,7 +96,7 @@ def test_another_engine_has_another_key(module: Any, what: str, monkeypatch: pyt
             monkeypatch.setattr(where, what, changed)
     assert named() != before
     assert code_of(orbits) != code
-    compiled._description.cache_clear()
+    digest._description.cache_clear()
 
 
 def compilers_changed(monkeypatch: pytest.MonkeyPatch, what: str) -> None:
@@ -149,22 +150,36 @@ def test_the_code_of_a_function_is_that_of_all_that_it_calls_with_their_constant
     told = [code_of(outer)]
     changes = {"ONE": 2.0, "TABLE": np.array([1.0, 3.0]), "inner": njit(cache=True)(lambda x: x * ONE)}
     for name, value in changes.items():
-        compiled._description.cache_clear()
+        digest._description.cache_clear()
         monkeypatch.setitem(globals(), name, value)
         told.append(code_of(outer))
-    compiled._description.cache_clear()
+    digest._description.cache_clear()
     assert len(set(told)) == 4
     assert code_of(divided) != code_of(outer)
 
 
-def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path, tmp_path: Path) -> None:
+ADDS = "@njit(cache=True)\ndef f(x):\n    return {} + 10"
+GIVES = "@njit(cache=True)\ndef one(x):\n    return {}"
+CHANGES = {
+    "function": ("from called import one\n" + ADDS.format("one(x)"), GIVES),
+    "function of a module": ("import called\n" + ADDS.format("called.one(x)"), GIVES),
+    "constant of a module": ("import called\n" + ADDS.format("called.ONE"), "ONE = {}"),
+    "enumeration": (
+        "from called import One\n" + ADDS.format("One.one"),
+        "from enum import IntEnum\nclass One(IntEnum):\n    one = {}",
+    ),
+}
+
+
+@pytest.mark.parametrize(("caller", "called"), CHANGES.values(), ids=CHANGES)
+def test_a_changed_constant_is_met_by_new_code(folder: Path, tmp_path: Path, caller: str, called: str) -> None:
     """Numba's own cache answers 11 twice: the text of the file that calls is the same."""
     source = tmp_path / "source"
     source.mkdir()
     head = "from nsmaps.exact.compiling.compiled import njit\n"
-    (source / "caller.py").write_text(f"{head}from called import one\n@njit(cache=True)\ndef f(x):\n    return one(x) + 10\n")
+    (source / "caller.py").write_text(f"{head}{caller}\n")
     for value in (1, 2):
-        (source / "called.py").write_text(f"{head}@njit(cache=True)\ndef one(x):\n    return {value}\n")
+        (source / "called.py").write_text(f"{head}{called.format(value)}\n")
         paths = os.pathsep.join([str(source), *sys.path])
         environment = {**os.environ, "PYTHONPATH": paths, "NSMAPS_CACHE_DIR": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
         program = [sys.executable, "-c", "import caller; print(caller.f(0))"]
@@ -172,7 +187,7 @@ def test_a_changed_constant_of_a_called_function_is_met_by_new_code(folder: Path
 
 
 def test_the_key_is_the_same_in_every_process() -> None:
-    lines = "from nsmaps.reduced.composite.kernel import orbits", "from nsmaps.exact.compiling.compiled import code_of"
+    lines = "from nsmaps.reduced.composite.kernel import orbits", "from nsmaps.exact.compiling.digest import code_of"
     program = "; ".join([*lines, "print(code_of(orbits))"])
     told = set()
     for seed in ("1", "2"):
@@ -218,8 +233,8 @@ def pipeline(folder: Path, text: str) -> str:
     spec = spec_from_file_location("pipeline", folder / "pipeline.py")
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
-    compiled.code_of_module.cache_clear()
-    return compiled.code_of_module(module)
+    digest.code_of_module.cache_clear()
+    return digest.code_of_module(module)
 
 
 @pytest.mark.parametrize(
@@ -241,7 +256,7 @@ def test_an_edited_pipeline_is_part_of_the_key(old: str, new: str, tmp_path: Pat
     assert before in compiled.compilers()
     assert pipeline(tmp_path, f"# a comment\n{text}") == before
     assert pipeline(tmp_path, text.replace(old, new)) != before
-    compiled.code_of_module.cache_clear()
+    digest.code_of_module.cache_clear()
 
 
 def test_stored_code_is_read_after_the_wait(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,12 +12,10 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from functools import lru_cache, wraps
+from functools import wraps
 from hashlib import sha256
-from inspect import get_annotations
 from pathlib import Path
 from time import perf_counter
-from types import CodeType, FunctionType, ModuleType
 from typing import Any
 from warnings import warn
 
@@ -26,6 +24,7 @@ import numba
 import numpy as np
 
 from nsmaps.exact.compiling import addresses, internals, libraries, linked
+from nsmaps.exact.compiling.digest import Dispatcher, code_of, code_of_module
 from nsmaps.exact.compiling.internals import Cache, CompileResult, dumps, rtsys
 from nsmaps.exact.compiling.kept import cache_folder, claim, read, release, store
 from nsmaps.exact.compiling.libraries import (
@@ -40,7 +39,6 @@ from nsmaps.exact.compiling.linked import versions
 SETTINGS = ("OPT", "BOUNDSCHECK", "LOOP_VECTORIZE", "SLP_VECTORIZE", "DEBUGINFO_DEFAULT")  #: of numba; they change the code
 OBJECTS = 100_000  #: made by the compiler from one search for unused ones to the next; Python itself takes some hundreds
 PUBLIC = ("nogil", "error_model", "fastmath", "forceinline")  #: options of `numba.njit` that functions of the engine have
-Dispatcher = type(numba.njit(lambda: None)) if internals.absent else internals.Dispatcher  #: of compiled functions
 if internals.absent:
     warn(
         f"numba {numba.__version__} lacks {', '.join(internals.absent)}; functions are compiled by it alone, which takes longer",
@@ -48,7 +46,6 @@ if internals.absent:
         stacklevel=2,
     )
 missing: list[Callable[[], None]] = []  #: called when code is to be compiled
-FOREIGN = ("numpy", "numba", "llvmlite", "sympy", "mpmath", "scipy", "pydantic")  #: packages that their versions identify
 
 
 def njit(**options: Any) -> Any:
@@ -110,25 +107,6 @@ def _or_released(compile: Callable[..., Any]) -> Callable[..., Any]:
     return compile_or_release
 
 
-def code_of(*functions: Any) -> str:
-    """A digest of functions and of all functions that they call, with the values of the constants to which their code refers."""
-    texts: dict[int, str] = {}
-    waiting = list(functions)
-    while waiting:
-        function = waiting.pop()
-        if id(function) not in texts:
-            texts[id(function)], called = _description(function)
-            waiting += called
-    return sha256("\0".join(texts.values()).encode()).hexdigest()
-
-
-@lru_cache(maxsize=4)
-def code_of_module(module: ModuleType) -> str:
-    """A digest of all code in the file of a module: functions, classes and constants, but no comments."""
-    code = module.__spec__.loader.get_code(module.__name__)  # type: ignore[union-attr]
-    return sha256("\0".join(_texts(code)).encode()).hexdigest()
-
-
 def compilers() -> tuple[str, ...]:
     """The versions and settings of the compiler, except for the processor, which numba identifies."""
     versions = numba.__version__, llvmlite.__version__, np.__version__, sys.version
@@ -138,62 +116,6 @@ def compilers() -> tuple[str, ...]:
 def settings() -> tuple[str, ...]:
     """The settings of numba that change the code, and how functions are put together."""
     return (*(f"{name}={vars(numba.config)[name]}" for name in SETTINGS), *map(code_of_module, (addresses, libraries, internals)))
-
-
-@lru_cache(maxsize=4096)
-def _description(function: Any) -> tuple[str, tuple[Any, ...]]:
-    """The text of one function's code, options and constants, and the functions to which it refers."""
-    plain, options = (function.py_func, function.targetoptions) if isinstance(function, Dispatcher) else (function, {})
-    cells = [cell.cell_contents for cell in plain.__closure__ or ()]
-    referred = {name: plain.__globals__[name] for name in _names(plain.__code__) if name in plain.__globals__}
-    values = [*referred.values(), *cells, *(plain.__defaults__ or ())]
-    kind = "" if internals.absent or not isinstance(function, Dispatcher) else function._compiler.pipeline_class.__name__
-    options = [kind, *sorted(options.items())]
-    texts = [plain.__qualname__, repr(options), *_texts(plain.__code__), *referred, *map(_text_of, values)]
-    return "\1".join(texts), tuple(value for value in values if _is_ours(value))
-
-
-def _names(code: CodeType) -> Iterator[str]:
-    """The names that code and the code nested in it look up, in order."""
-    yield from code.co_names
-    for value in code.co_consts:
-        if isinstance(value, CodeType):
-            yield from _names(value)
-
-
-def _texts(code: CodeType) -> Iterator[str]:
-    """The texts that identify code: instructions, names and constants."""
-    yield repr((code.co_code, code.co_names, code.co_varnames, code.co_freevars))
-    for value in code.co_consts:
-        yield from _texts(value) if isinstance(value, CodeType) else (_text_of(value),)
-
-
-def _is_ours(value: Any) -> bool:
-    """True if a value is a function whose code enters the digest too."""
-    if isinstance(value, FunctionType):
-        package, *_ = (value.__module__ or "").split(".")
-        return package not in {*FOREIGN, *sys.stdlib_module_names} - {"__main__"}
-    return isinstance(value, Dispatcher)
-
-
-def _text_of(value: Any) -> str:
-    """A text of a value that is the same in every process and differs between constants."""
-    match value:
-        case None | bool() | int() | float() | complex() | str() | bytes():
-            return repr(value)
-        case tuple() | list():
-            return f"{type(value).__name__}{getattr(value, '_fields', '')}({', '.join(map(_text_of, value))})"
-        case frozenset() | set():
-            return f"set({', '.join(sorted(map(_text_of, value)))})"
-        case np.ndarray():
-            return f"array({value.dtype}, {value.shape}, {sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
-        case np.generic():
-            return f"{value.dtype}({value.item()!r})"
-        case ModuleType():
-            return value.__name__
-        case type():
-            return f"{value.__module__}.{value.__qualname__}({list(get_annotations(value))})"
-    return f"{type(value).__module__}.{type(value).__qualname__}"
 
 
 class _Kept(Cache):  # type: ignore[misc]

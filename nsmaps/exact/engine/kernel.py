@@ -10,7 +10,8 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.compiling.compiled import code_of, compilers
+from nsmaps.exact.compiling.compiled import compilers
+from nsmaps.exact.compiling.digest import code_of
 from nsmaps.exact.engine.blocks.batch import orbits
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.flight.flow import Flow

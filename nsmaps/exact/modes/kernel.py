@@ -12,7 +12,8 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact.chatter import SUMMED_SPEED
-from nsmaps.exact.compiling.compiled import code_of, compilers
+from nsmaps.exact.compiling.compiled import compilers
+from nsmaps.exact.compiling.digest import code_of
 from nsmaps.exact.events import Arrivals, ModeTrack
 from nsmaps.exact.kernel import START, MotionKernel, ReturnRows, in_chunks, return_rows
 from nsmaps.exact.modes.blocks.batch_scheduler import FEW, returns
