@@ -19,7 +19,7 @@ from nsmaps.exact.taylor import linking, programs
 from nsmaps.exact.taylor.expressions import expression, heyoka
 from nsmaps.exact.taylor.laws import EXP, ORIGIN, TANH, derived_law, flat_kinds, rate_law
 from nsmaps.exact.taylor.linking import SIGNATURE, called, linked, step_of
-from nsmaps.exact.taylor.programs import Formulas, program_of, steps_of
+from nsmaps.exact.taylor.programs import ALONG, FLIGHT, Formulas, program_of, steps_of
 
 pytest.importorskip("heyoka")
 
@@ -56,7 +56,7 @@ def near(found, known):
 
 def test_series_of_own_and_derived_states_are_those_of_the_motion():
     definition = tangent()
-    (address,) = steps_of(definition, variations=False)
+    (address,) = steps_of(definition, FLIGHT)
     begin = [START, float(np.arctan(START) + np.sin(PHASE))]
     own, derived = expand(address, begin, [PHASE, RATE, TURN], 2)
     near(own, coefficients(lambda t: mp.tan(RATE * t + mp.atan(START))))
@@ -64,7 +64,7 @@ def test_series_of_own_and_derived_states_are_those_of_the_motion():
 
 
 def test_series_of_derivatives_are_those_by_state_phase_and_direction():
-    (address,) = steps_of(tangent(), variations=True)
+    (address,) = steps_of(tangent(), ALONG)
     own, by_state, by_phase, along = expand(address, [START, 1, 0, 0], [PHASE, RATE, TURN, 0.5, 2.0, 0.0], 4)
     near(own, coefficients(lambda t: mp.tan(RATE * t + mp.atan(START))))
     near(by_state, coefficients(lambda t: mp.sec(RATE * t + mp.atan(START)) ** 2 / (1 + START**2)))
@@ -73,12 +73,12 @@ def test_series_of_derivatives_are_those_by_state_phase_and_direction():
 
 
 def test_steps_of_equal_formulas_are_one_program():
-    assert steps_of(tangent(), variations=False) == steps_of(tangent(), variations=False)
+    assert steps_of(tangent(), FLIGHT) == steps_of(tangent(), FLIGHT)
 
 
 def test_a_step_that_cannot_be_linked_is_made_through_python(monkeypatch):
     made = tangent()
-    program = program_of(Formulas(made.smooth[0], made.derived, made.variables, made.symbols, W), False)
+    program = program_of(Formulas(made.smooth[0], made.derived, made.variables, made.symbols, W), FLIGHT)
     given = [START, 0.7], [PHASE, RATE, TURN], 2
     steps = linked(program), called(program)
     machine, python = (expand(step.address, *given) for step in steps)
@@ -123,7 +123,7 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
 @pytest.mark.parametrize("way", [linked, called])
 def test_threads_do_not_disturb_one_another(way):
     made = tangent()
-    step = way(program_of(Formulas(made.smooth[0], (), made.variables, made.symbols, W), False))
+    step = way(program_of(Formulas(made.smooth[0], (), made.variables, made.symbols, W), FLIGHT))
     starts = np.linspace(-1, 1, 40)
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda x: expand(step.address, [x], [PHASE, RATE, TURN], 1), starts.tolist()))

@@ -109,7 +109,7 @@ class ModeKernel(MotionKernel):
         """Compute returns, and their margins if asked for; many in blocks."""
         p, directions = self.table, rows.tangents.shape[-1]
         if directions:
-            write_variations(self.definition, p.variations)
+            write_variations(self.definition, p.variations, w.moved.here)
         margins = np.zeros((*rows.codes.shape, NEAR)) if near is None else near
         found = Record(*map(np.ascontiguousarray, (*rows, margins)))
         given = rows.start.copy()

@@ -15,6 +15,7 @@ from nsmaps.exact.engine.kernel import SpectralKernel, flow_of
 from nsmaps.exact.kernel import in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
+from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import moved_of
 from nsmaps.exact.observables.flights import Batches, observed
 from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
@@ -148,6 +149,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
 def _mode_slopes(kernel: ModeKernel, plan: Plan, states: Floats, directions: int, moved: Moved | None, rates: Floats) -> Floats:
     """The derivatives along the coordinates, or along the parameters where a table `moved` is given, shape (N, C, directions)."""
     slopes = np.empty((len(states), len(plan.columns), directions))
+    write_variations(kernel.definition, kernel.table.variations, moved is not None)
 
     def run(k: slice) -> None:
         q, g = plan.memory(kernel.values, np.inf, slopes=True), _directions(plan, rates, directions, moved is not None)

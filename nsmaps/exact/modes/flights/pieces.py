@@ -36,12 +36,12 @@ def expand(p, mode, w):
 @inner
 def vary(p, mode, w):
     """Write the series of the derivatives of own states by their start, the phase and the parameters along a direction."""
-    q = w.piece
+    q, program = w.piece, 1 if w.moved.here else 0
     for j in range(p.own):
         q.varied[j] = w.z[j]
     q.settings[PHASE], q.time[ONLY], q.halt[ONLY] = q.phase[ONLY], 0.0, 0.0
     call_step(
-        p.variations[mode],
+        p.variations[program, mode],
         q.varied.ctypes.data,
         q.settings.ctypes.data,
         q.time.ctypes.data,
@@ -80,13 +80,11 @@ def row_length(series, i, share, max_length):
 @inner
 def length_by(row, m, tail, share):
     """The longest step at which the term m of a series, of this size, is a share of the largest of its first terms."""
-    best = 0.0
-    for j in range(LEADING):
-        best = max(best, (share * abs(row[j]) / tail) ** (1.0 / (m - j)))
-    if best == 0.0:
-        for j in range(LEADING, DEGREE - 1):
-            best = max(best, (share * abs(row[j]) / tail) ** (1.0 / (m - j)))
-    return best
+    part, longest = math.log(share / tail), -math.inf
+    for j in range(DEGREE - 1):
+        if abs(row[j]) > 0.0 and (j < LEADING or longest == -math.inf):
+            longest = max(longest, (part + math.log(abs(row[j]))) / (m - j))
+    return math.exp(longest)
 
 
 @inner
@@ -116,15 +114,22 @@ def localize(p, h, w):
 @inner
 def take_step(p, mode, max_length, w):
     """Begin a piece of a Taylor flight at the features in memory: its length; zero where no Taylor series is the flight."""
-    expand(p, mode, w)
+    derivatives = w.dz.shape[1] > 0
+    if derivatives:
+        vary(p, mode, w)
+    if derivatives and len(w.piece.derived) == 0:
+        for i in range(p.own):
+            for k in range(DEGREE + 1):
+                w.piece.series[i, k] = w.piece.variations[i, k]
+    else:
+        expand(p, mode, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2
     h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
     h = min(h, TWO_PI / p.rate) if p.rate > 0.0 else h
     for i in range(len(w.piece.series)):
         if i < p.own or is_watched(p, mode, i):
             h = row_length(w.piece.series, i, UNIT, h)
-    if w.dz.shape[1] > 0:
-        vary(p, mode, w)
+    if derivatives:
         h = exact_length(w.piece.variations, p.own, FAINT, h)
     for _ in range(MOST_HALVINGS):
         if not h > 0.0:
@@ -160,7 +165,7 @@ def value_at(row, tau):
 @inner
 def expand_slopes(p, s, w):
     """Write how own states a time s after the start of the piece change with the start."""
-    q, width = w.piece, p.own + 2
+    q, width = w.piece, w.piece.flow.shape[1]
     for i in range(p.own):
         for c in range(width):
             q.flow[i, c] = value_at(q.variations[p.own + i * width + c], s)
@@ -169,8 +174,8 @@ def expand_slopes(p, s, w):
 @inner
 def slope(p, i, c, w):
     """The derivative of an own state along a direction, where `expand_slopes` has written those by the start of the piece."""
-    q, own, along = w.piece, p.own, p.own + 1
-    total = q.flow[i, own] * w.dphi[c] + (q.flow[i, along] if w.moved.here else 0.0)
+    q, own, along = w.piece, p.own, w.piece.flow.shape[1] - 1
+    total = (q.flow[i, own] * w.dphi[c] if p.rate > 0.0 else 0.0) + (q.flow[i, along] if w.moved.here else 0.0)
     for j in range(own):
         total += q.flow[i, j] * w.dz[j, c]
     return total

@@ -2,7 +2,7 @@
 
 They are compared at the end of the step. A series at one place shows all of a polynomial, a sine or a cosine, but nothing of a
 steep part that is flat there, as tanh(v/eps), sqrt(v**2 + eps**2) or the well exp(-(x/eps)**2). With such functions the
-comparison is made at instants of the step, and between them the arguments may change by no more than the length over which a
+comparison is made at instants of the step too, and between them the arguments may change by no more than the length over which a
 function changes.
 """
 
@@ -30,6 +30,8 @@ TRUNCATION = 1e-13  # of a state, a step
 ROUNDING = 32 * 2.0**-53  # of states and phase, by which a rate may change
 LEAST = 1e-290  # of a value, with a margin: smaller ones have fewer digits, as tails of exp
 BEND = 8.0  # divisor of the second difference of three instants: how far a parabola is from its chord
+HALF = INTERVALS // 2  # number of the instant in the middle of a step
+NEAR = 1.0  # radians of phase, in which half a step shows what depends on it
 NEGLIGIBLE = 1e-15  # of the terms of a rate or of a function that is watched
 
 
@@ -107,13 +109,13 @@ def fits_derived_states(p, mode, h, w):
 
 
 @inner
-def fits_rate(p, a, first, h, w):
-    """Whether the rate of an own state is that of its series, at the instants of the step from a number on."""
+def fits_rate(p, a, instants, h, w):
+    """Whether the rate of an own state is that of its series, at some instants of the step."""
     q, own = w.piece, p.own
     size, truncation = 0.0, TRUNCATION * q.spans[a] / h
-    for i in range(first, INTERVALS + 1):
+    for i in instants:
         size = max(size, q.inside[i, size_place(p, a)])
-    for i in range(first, INTERVALS + 1):
+    for i in instants:
         noise = abs(q.inside[i, slope_place(p, a, own)]) * (abs(q.phase[ONLY]) + p.rate * h)
         for j in range(own):
             noise += abs(q.inside[i, slope_place(p, a, j)]) * q.spans[j]
@@ -123,20 +125,20 @@ def fits_rate(p, a, first, h, w):
 
 
 @inner
-def second_difference(u, first, c):
-    """The size of the second difference of a column at three rows, from a first on."""
-    middle, last = first + 1, first + 2
+def second_difference(u, first, pitch, c):
+    """The size of the second difference of a column at three rows with a pitch, from a first on."""
+    middle, last = first + pitch, first + 2 * pitch
     return abs(u[first, c] - 2.0 * u[middle, c] + u[last, c])
 
 
 @inner
-def shows_part(p, k, kind, h, w):
-    """Whether a function with flat parts, number k, changes between instants of the step by no more than it shows there."""
+def shows_part(p, k, kind, pitch, h, w):
+    """Whether a function with flat parts, number k, changes between instants with a pitch by no more than it shows there."""
     q, own = w.piece, p.own
     u, c, weights = q.inside, part_place(p, k) + ARGUMENT, part_place(p, k) + WEIGHTS
-    for i in range(INTERVALS):
-        end = i + 1
-        bend = max(second_difference(u, max(i - 1, 0), c), second_difference(u, min(i, INTERVALS - 2), c)) / BEND
+    for i in range(0, INTERVALS, pitch):
+        end, last = i + pitch, INTERVALS - 2 * pitch
+        bend = max(second_difference(u, max(i - pitch, 0), pitch, c), second_difference(u, min(i, last), pitch, c)) / BEND
         low, high = min(u[i, c], u[end, c]) - bend, max(u[i, c], u[end, c]) + bend
         if not high - low <= scale_between(kind, low, high):
             change = change_of(kind, low, high)
@@ -152,20 +154,41 @@ def shows_part(p, k, kind, h, w):
 
 
 @inner
-def is_resolved(p, mode, h, w):
-    """Whether the series of a piece is the flight over its step h."""
-    own, steep = p.own, 0
-    while steep < p.kinds.shape[1] and p.kinds[mode, steep] != NO_KIND:
-        steep += 1
-    first = 0 if steep > 0 else INTERVALS
-    for i in range(first, INTERVALS + 1):
+def flat_parts(p, mode):
+    """The number of functions with flat parts in a mode."""
+    count = 0
+    while count < p.kinds.shape[1] and p.kinds[mode, count] != NO_KIND:
+        count += 1
+    return count
+
+
+@inner
+def fits(p, mode, h, instants, w):
+    """Whether rates of own states and derived states are those of their series, at some instants up to the end of the step."""
+    for i in instants:
         compare_rates(p, mode, h, i, w)
-    if not fits_derived_states(p, mode, h, w):
-        return False
-    for a in range(own):
-        if not fits_rate(p, a, first, h, w):
-            return False
-    shown = True
-    for k in range(steep):
-        shown = shown and shows_part(p, k, p.kinds[mode, k], h, w)
-    return shown
+    fit = fits_derived_states(p, mode, h, w)
+    for a in range(p.own):
+        fit = fit and fits_rate(p, a, instants, h, w)
+    return fit
+
+
+@inner
+def is_resolved(p, mode, h, w):
+    """Whether the series of a piece is the flight over its step h.
+
+    With functions that may be flat, the middle and the ends are looked at first, if they are near enough to show what depends on
+    the phase, and all instants where these do not show the functions.
+    """
+    parts = flat_parts(p, mode)
+    if parts == 0:
+        return fits(p, mode, h, range(INTERVALS, INTERVALS + 1, 1), w)
+    pitch = HALF if p.rate * h <= NEAR else 1
+    while fits(p, mode, h, range(0, INTERVALS + 1, pitch), w):
+        shown = True
+        for k in range(parts):
+            shown = shown and shows_part(p, k, p.kinds[mode, k], pitch, h, w)
+        if shown or pitch == 1:
+            return shown
+        pitch = 1
+    return False

@@ -2,10 +2,10 @@
 
 The errors of the states at the start of a flight are those of rounding, independent of each other, and each piece adds as much.
 So their covariance S, in squares of units of rounding, becomes F S F' + D over a piece, where F is the derivative of the flow
-and D has the squares of the sizes of the states. F is a product of two exponentials, each of Magnus' expansion to its second term
-with Simpson's rule for J, the derivatives of the rates (Blanes, Casas, Oteo & Ros 2009, section 5.4):
+and D has the squares of the sizes of the states. F is the exponential of Magnus' expansion to its second term, with Simpson's
+rule for J, the derivatives of the rates (Blanes, Casas, Oteo & Ros 2009, section 5.4):
 
-    F = exp(h (J0 + 4 Jm + J1)/6 - h**2 [J0, J1]/12), over half a piece, of length h.
+    F = exp(h (J0 + 4 Jm + J1)/6 - h**2 [J0, J1]/12), over a piece of length h.
 
 Where rates do not depend on the phase, an error along the velocity f is a shift of time: it stays one, and moves neither an event
 from its place nor its state (Guckenheimer & Holmes 1983, section 1.5). So after each piece the part of the errors along f is left
@@ -18,18 +18,17 @@ import math
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.laws import rate_place, slope_place
-from nsmaps.exact.modes.flights.resolution import compare_rates
+from nsmaps.exact.modes.flights.resolution import HALF, compare_rates, flat_parts
 from nsmaps.exact.modes.tables.memory import INTERVALS
 from nsmaps.exact.modes.tables.taylor import DEGREE, ROUNDING
 
 UNIT = 2.0**-53
 ERROR = 4.0 * UNIT  # of the states, four standard deviations of rounding
 SHIFTED = 0.01  # of the velocity, which errors that are shifts of time may change
-SPREAD, EXPONENT, FACTOR, ROOM = range(4)  # matrices in `Piece.growth`: S, of a half piece the exponent, F, memory
-EXPONENTIAL_TERMS = 7  # of exp(A), where A is divided by a power of two until its size is at most one: to 3e-5
+SPREAD, EXPONENT, FACTOR, ROOM = range(4)  # matrices in `Piece.growth`: S, the exponent of F, F, memory
+EXPONENTIAL_TERMS = 4  # of exp(A), where A is divided by a power of two until its size is at most one: to 1/100
 MOST_SQUARES = 60
 SIMPSON, COMMUTATOR = 6.0, 12.0  # divisors of the rule and of Magnus' second term
-HALF, QUARTER = INTERVALS // 2, INTERVALS // 4  # instants of a piece
 
 
 @inner
@@ -67,17 +66,17 @@ def slope_at(p, instant, i, j, w):
 
 
 @inner
-def exponent(p, instant, h, w):
-    """Write the exponent of F over the half piece of length h from an instant on; the largest sum of the sizes in a row."""
-    middle, end, size = instant + QUARTER, instant + HALF, 0.0
+def exponent(p, h, w):
+    """Write the exponent of F over a piece of length h; the largest sum of the sizes in a row."""
+    size = 0.0
     for i in range(p.own):
         total = 0.0
         for j in range(p.own):
-            mean = slope_at(p, instant, i, j, w) + 4 * slope_at(p, middle, i, j, w) + slope_at(p, end, i, j, w)
+            mean = slope_at(p, 0, i, j, w) + 4 * slope_at(p, HALF, i, j, w) + slope_at(p, INTERVALS, i, j, w)
             twist = 0.0
             for k in range(p.own):
-                twist += slope_at(p, instant, i, k, w) * slope_at(p, end, k, j, w)
-                twist -= slope_at(p, end, i, k, w) * slope_at(p, instant, k, j, w)
+                twist += slope_at(p, 0, i, k, w) * slope_at(p, INTERVALS, k, j, w)
+                twist -= slope_at(p, INTERVALS, i, k, w) * slope_at(p, 0, k, j, w)
             w.piece.growth[EXPONENT, i, j] = h * (mean / SIMPSON - h * twist / COMMUTATOR)
             total += abs(w.piece.growth[EXPONENT, i, j])
         size = max(size, total)
@@ -181,11 +180,10 @@ def errors_after(p, mode, h, w):
     q, largest = w.piece, 0.0
     for i in range(p.own):
         q.extent[i] = max(q.extent[i], abs(q.state[i]))
-    for i in range(0, INTERVALS, QUARTER):
+    for i in range(0, INTERVALS if flat_parts(p, mode) == 0 else 0, HALF):
         compare_rates(p, mode, h, i, w)
-    for i in range(0, INTERVALS, HALF):
-        exponential(p, exponent(p, i, 0.5 * h, w), w)
-        transform(p, w)
+    exponential(p, exponent(p, h, w), w)
+    transform(p, w)
     if p.rate == 0.0:
         leave_out_shifts(p, w)
     for i in range(p.own):

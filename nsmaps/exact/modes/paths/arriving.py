@@ -42,7 +42,7 @@ def arrivals_of(
     chosen = modes_of(definition, table, features, phase, given)
     found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
     if derivative:
-        write_variations(definition, table.variations)
+        write_variations(definition, table.variations, along=False)
     begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
     while begin < len(start):
         begin = arrivals(table, chosen, place, phase, found, begin, room)

@@ -75,7 +75,7 @@ class Piece(NamedTuple):
     local: Any  #: shape (N, TERMS), of the features, in units of the step
     spans: Any  #: shape (N,), sums of the sizes of these terms
     tails: Any  #: shape (N,), of the last two of them
-    flow: Any  #: shape (own, own + 2), how states at a time of the step change with the start, the phase and along the direction
+    flow: Any  #: shape (own, own to own + 2), how states change with the start, the phase and along the direction, if any
     rates: Any  #: shape (L,), what the law of the rates writes: see `nsmaps.exact.modes.flights.states`
     inside: Any  #: shape (INTERVALS + 1, L), the same at instants of the step
     misfits: Any  #: shape (INTERVALS + 1, own), how far the rates there are from those of the series
@@ -158,10 +158,11 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
     if not p.nonlinear:
         return NO_PIECE
     n, own, width, count = p.first.shape[1] - 1, p.own, p.resets.shape[2], len(p.parameters)
-    rows = own * (own + 3) if directions else 0
+    columns = own + int(p.rate > 0) + int(moved.here)
+    rows = own * (1 + columns) if directions else 0
     law = own * (own + 3) + p.kinds.shape[1] * (own + 2)
     varied = np.zeros(rows)
-    varied[own:].reshape(-1, own + 2)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
+    varied[own:].reshape(-1, columns)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
     return Piece(
         phase=np.zeros(1),
         length=np.zeros(1),
@@ -175,7 +176,7 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
         local=np.zeros((width, TERMS)),
         spans=np.zeros(width),
         tails=np.zeros(width),
-        flow=np.zeros((own, own + 2)),
+        flow=np.zeros((own, columns)),
         rates=np.zeros(law),
         inside=np.zeros((INTERVALS + 1, law)),
         misfits=np.zeros((INTERVALS + 1, own)),

@@ -17,10 +17,11 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
     """The fields of a table, zero of a system whose modes are all affine. Raises as `nsmaps.exact.taylor.programs.steps_of`."""
     modes, own = len(definition.modes), len(definition.states)
     if not definition.smooth:
-        none = {name: np.zeros(modes, np.int64) for name in ("taylor", "variations", "rates")}
-        return {**none, "nonlinear": (), "derived": 0, "own": own, "kinds": np.empty((modes, 0), np.int64)}
+        none = {name: np.zeros(modes, np.int64) for name in ("taylor", "rates")}
+        sizes = {"variations": np.zeros((2, modes), np.int64), "kinds": np.empty((modes, 0), np.int64)}
+        return {**none, **sizes, "nonlinear": (), "derived": 0, "own": own}
     from nsmaps.exact.taylor.laws import derived_law, flat_kinds, rate_law
-    from nsmaps.exact.taylor.programs import steps_of
+    from nsmaps.exact.taylor.programs import FLIGHT, steps_of
 
     kinds = flat_kinds(definition)
     table = np.full((modes, max(map(len, kinds))), NO_KIND)
@@ -28,8 +29,8 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
         row[: len(given)] = given
     return {
         "nonlinear": (1,),
-        "taylor": np.array(steps_of(definition, False)),
-        "variations": np.zeros(modes, np.int64),
+        "taylor": np.array(steps_of(definition, FLIGHT)),
+        "variations": np.zeros((2, modes), np.int64),
         "rates": np.array(rate_law(definition)),
         "derived": derived_law(definition),
         "own": own,
@@ -37,12 +38,12 @@ def taylor_of(definition: Definition) -> dict[str, Any]:
     }
 
 
-def write_variations(definition: Definition, variations: Ints) -> None:
-    """Write the programs of derivatives of flights, which are made when they are first asked for."""
-    if definition.smooth and not variations.any():
-        from nsmaps.exact.taylor.programs import steps_of
+def write_variations(definition: Definition, variations: Ints, along: bool) -> None:
+    """Write the programs of derivatives of flights, `along` a direction of the parameters too, when they are first asked for."""
+    if definition.smooth and not variations[int(along)].any():
+        from nsmaps.exact.taylor.programs import ALONG, BY_START, steps_of
 
-        variations[:] = steps_of(definition, True)
+        variations[int(along)] = steps_of(definition, ALONG if along else BY_START)
 
 
 def derived_at(table: Any, states: Floats, phase: Floats) -> Floats:

@@ -38,7 +38,7 @@ class Tables(NamedTuple):
     horizon: float  #: longest flight
     nonlinear: Any  #: (1,) of a system all of whose modes have Taylor flights, else (): code is compiled for either by itself
     taylor: Any  #: shape (M,), address of heyoka's step for a mode with Taylor flights, 0 for one with affine rates
-    variations: Any  #: shape (M,), the same for derivatives, 0 until they are asked for
+    variations: Any  #: shape (2, M), for derivatives by the start, and along a direction too; 0 until they are asked for
     rates: Any  #: shape (M,), address of the law of the rates of a mode with Taylor flights
     derived: int  #: address of the law of the derived states, 0 if there are none
     own: int  #: states that are not derived; they come first
