@@ -20,7 +20,6 @@ LATER_NAMES = (
     "modes/march",
     "modes/tables",
     "observables",
-    "taylor",
 )
 LATER_SHAPES = (
     "modes/march/returns.py",
@@ -47,6 +46,9 @@ SOURCES = (
     ("engine/returns.py", "Taylor's theorem"),
     ("engine/steps.py", "Taylor's theorem"),
     ("modes/definitions/events/contact.py", "Nordmark and P. Piiroinen"),
+    ("modes/flights/pieces.py", "Jorba"),
+    ("modes/flights/pieces.py", "Biscani and D. Izzo"),
+    ("modes/flights/rounding.py", "Blanes"),
     ("modes/definitions/events/sliding.py", "Filippov"),
     ("modes/enclosure/forms.py", "de Figueiredo, J. Stolfi"),
     ("noise/flight.py", "Gillespie"),

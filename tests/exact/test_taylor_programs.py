@@ -18,7 +18,7 @@ from nsmaps.exact.systems.flow import _kernel
 from nsmaps.exact.taylor import linking, programs
 from nsmaps.exact.taylor.expressions import expression, heyoka
 from nsmaps.exact.taylor.laws import EXP, ORIGIN, TANH, derived_law, flat_kinds, rate_law
-from nsmaps.exact.taylor.linking import SIGNATURE, called, linked, step_of
+from nsmaps.exact.taylor.linking import SIGNATURE, link_step, python_step, step_of
 from nsmaps.exact.taylor.programs import ALONG, FLIGHT, Formulas, program_of, steps_of
 
 pytest.importorskip("heyoka")
@@ -80,7 +80,7 @@ def test_a_step_that_cannot_be_linked_is_made_through_python(monkeypatch):
     made = tangent()
     program = program_of(Formulas(made.smooth[0], made.derived, made.variables, made.symbols, W), FLIGHT)
     given = [START, 0.7], [PHASE, RATE, TURN], 2
-    steps = linked(program), called(program)
+    steps = link_step(program), python_step(program)
     machine, python = (expand(step.address, *given) for step in steps)
     assert np.array_equal(machine, python)
 
@@ -111,7 +111,7 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
 
     starts = np.linspace(0.2, 3, 50)[:, None]
     machine = Swing(a=0.5).first_return(starts)
-    monkeypatch.setattr(linking, "linked", None)
+    monkeypatch.setattr(linking, "link_step", None)
     monkeypatch.setattr(programs, "_step", cache(programs._step.__wrapped__))
     _kernel.cache_clear()
     python = Swing(a=0.5).first_return(starts)
@@ -120,7 +120,7 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
     assert np.array_equal(machine.image, python.image)
 
 
-@pytest.mark.parametrize("way", [linked, called])
+@pytest.mark.parametrize("way", [link_step, python_step])
 def test_threads_do_not_disturb_one_another(way):
     made = tangent()
     step = way(program_of(Formulas(made.smooth[0], (), made.variables, made.symbols, W), FLIGHT))

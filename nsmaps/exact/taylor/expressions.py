@@ -34,28 +34,28 @@ def expression(formula: sp.Expr, known: Mapping[sp.Symbol, Any]) -> Any:
         NsmapsError: heyoka is not installed.
         SystemDefinitionError: a part of the formula has no Taylor series, or heyoka knows none.
     """
-    return _translated(formula, dict(known), heyoka())
+    return _translate(formula, dict(known), heyoka())
 
 
-def _translated(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
+def _translate(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     """The expression of a formula, kept in `known` for where the formula is met again."""
     if formula not in known:
-        known[formula] = _built(formula, known, hy)
+        known[formula] = _build(formula, known, hy)
     return known[formula]
 
 
-def _built(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
+def _build(formula: sp.Expr, known: dict[sp.Expr, Any], hy: Any) -> Any:
     if formula.is_number:
         return hy.expression(float(formula))
     if isinstance(formula, STEPPED):
-        return _translated(formula.rewrite(sp.Piecewise), known, hy)
+        return _translate(formula.rewrite(sp.Piecewise), known, hy)
     if isinstance(formula, sp.Piecewise):
         return _choice(formula.args, known, hy)
     if formula.is_Pow and formula.exp.is_Integer:
-        product = reduce(mul, [_translated(formula.base, known, hy)] * abs(int(formula.exp)))
+        product = reduce(mul, [_translate(formula.base, known, hy)] * abs(int(formula.exp)))
         return product if formula.exp > 0 else hy.expression(1.0) / product
     arguments = [sp.Dummy() for _ in formula.args]
-    parts = [_translated(part, known, hy) for part in formula.args]
+    parts = [_translate(part, known, hy) for part in formula.args]
     try:
         return hy.from_sympy(formula.func(*arguments), dict(zip(arguments, parts, strict=True)))
     except (TypeError, ValueError) as error:
@@ -70,7 +70,7 @@ def _choice(pieces: Sequence[tuple[sp.Expr, sp.Basic]], known: dict[sp.Expr, Any
     """The first of the pieces whose condition holds; NaN where there is none."""
     found = hy.expression(math.nan)
     for formula, condition in reversed(pieces):
-        value = _translated(formula, known, hy)
+        value = _translate(formula, known, hy)
         found = value if condition == sp.true else hy.select(_condition(condition, known, hy), value, found)
     return found
 
@@ -78,7 +78,7 @@ def _choice(pieces: Sequence[tuple[sp.Expr, sp.Basic]], known: dict[sp.Expr, Any
 def _condition(condition: sp.Basic, known: dict[sp.Expr, Any], hy: Any) -> Any:
     """A condition on parameters as an expression that is zero where it does not hold."""
     if (name := RELATIONS.get(condition.func)) is not None:
-        return getattr(hy, name)(*(_translated(side, known, hy) for side in condition.args))
+        return getattr(hy, name)(*(_translate(side, known, hy) for side in condition.args))
     parts = [_condition(part, known, hy) for part in condition.args]
     if (name := JUNCTIONS.get(condition.func)) is not None:
         return getattr(hy, name)(parts)

@@ -35,12 +35,12 @@ class Step:
 def step_of(program: Any) -> Step:
     """The step of heyoka's `taylor_adaptive`: its own machine code, or where that cannot be linked a call of Python."""
     try:
-        return linked(program)
+        return link_step(program)
     except Exception:  # whatever the versions of heyoka and llvmlite differ in
-        return called(program)
+        return python_step(program)
 
 
-def linked(program: Any) -> Step:
+def link_step(program: Any) -> Step:
     """The machine code of a program that is not compact, linked by llvmlite. Raises an error of any kind where it cannot be."""
     from llvmlite import binding as llvm
 
@@ -63,18 +63,18 @@ def _load_libraries() -> None:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    for path in sorted(set(_loaded())):
+    for path in sorted(set(_library_files())):
         llvm.load_library_permanently(path)
 
 
-def _loaded() -> Iterator[str]:
+def _library_files() -> Iterator[str]:
     for line in MAPPED.read_text().splitlines():
         *_, path = line.split(maxsplit=FIELDS)
         if Path(path).name.startswith(LIBRARIES):
             yield path
 
 
-def called(program: Any) -> Step:
+def python_step(program: Any) -> Step:
     """A function of C that calls Python to make the step of a program, one thread at a time."""
     lock = Lock()
 

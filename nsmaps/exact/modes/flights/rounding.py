@@ -3,7 +3,7 @@
 The errors of the states at the start of a flight are those of rounding, independent of each other, and each piece adds as much.
 So their covariance S, in squares of units of rounding, becomes F S F' + D over a piece, where F is the derivative of the flow
 and D has the squares of the sizes of the states. F is the exponential of Magnus' expansion to its second term, with Simpson's
-rule for J, the derivatives of the rates (Blanes, Casas, Oteo & Ros 2009, section 5.4):
+rule for J, the derivatives of the rates (S. Blanes, F. Casas, J. A. Oteo and J. Ros, Physics Reports 470 (2009) 151):
 
     F = exp(h (J0 + 4 Jm + J1)/6 - h**2 [J0, J1]/12), over a piece of length h.
 
