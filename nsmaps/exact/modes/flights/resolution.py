@@ -141,6 +141,8 @@ def shows_part(p, k, kind, pitch, h, w):
         bend = max(second_difference(u, max(i - pitch, 0), pitch, c), second_difference(u, min(i, last), pitch, c)) / BEND
         low, high = min(u[i, c], u[end, c]) - bend, max(u[i, c], u[end, c]) + bend
         if not high - low <= scale_between(kind, low, high):
+            if pitch > 1:
+                return False
             change = change_of(kind, low, high)
             for a in range(own):
                 weight = max(abs(u[i, weights + a]), abs(u[end, weights + a]))
@@ -178,7 +180,7 @@ def is_resolved(p, mode, h, w):
     """Whether the series of a piece is the flight over its step h.
 
     With functions that may be flat, the middle and the ends are looked at first, if they are near enough to show what depends on
-    the phase, and all instants where these do not show the functions.
+    the phase, and all instants where an argument changes between these by more than the function shows.
     """
     parts = flat_parts(p, mode)
     if parts == 0:
