@@ -84,11 +84,11 @@ def row_length(series, i, share, max_length):
 @inner
 def length_by(row, m, tail, share):
     """The longest step at which the term m of a series, of this size, is a share of the largest of its first terms."""
-    part, longest = math.log(share / tail), -math.inf
+    part, log_length = math.log(share / tail), -math.inf
     for j in range(DEGREE - 1):
-        if abs(row[j]) > 0.0 and (j < LEADING or longest == -math.inf):
-            longest = max(longest, (part + math.log(abs(row[j]))) / (m - j))
-    return math.exp(longest)
+        if abs(row[j]) > 0.0 and (j < LEADING or log_length == -math.inf):
+            log_length = max(log_length, (part + math.log(abs(row[j]))) / (m - j))
+    return math.exp(log_length)
 
 
 @inner
