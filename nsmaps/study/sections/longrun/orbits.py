@@ -199,8 +199,7 @@ ORBITS = Section[Orbits](
     default=(),
     stored=OrbitsFields,
     holds={
-        "exact.events": ("Events", "ModeTrack"),
-        "exact.trajectory": ("Track",),
+        "exact.events": ("Events", "ModeTrack", "Track"),
         "reduced.validation.words": ("Misleads",),
         "study.sections.fields": ("OrbitPair",),
     },
