@@ -148,8 +148,9 @@ _ROWS = (
         "longrun.bifurcation",
         "The states of the attractors against the parameter, coloured by word.",
         "The attractors over the parameter by word; the darker a place, the more states lie there. Lines are "
-        "the computed borders of the widest windows of the first orbit (of two, of the one followed through growing values), and "
-        "motions are named above where there is room; C is chaos, between windows at most of the values. A motion of the "
+        "the computed borders of the widest windows of the first orbit (of two, of the one followed through growing "
+        "values), where they are known to the distance of neighbouring values, and motions are named above where there is "
+        "room; C is chaos, between windows at most of the values. A motion of the "
         "composite map has the name of the exact one with the same words and period in returns. Grey: no attractor.",
         (data.BIFURCATION,),
     ),

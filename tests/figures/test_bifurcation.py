@@ -142,6 +142,14 @@ def test_a_narrow_window_is_named_upwards(result, ax):
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
 
 
+def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(result, ax):
+    ends = [Border(0.0, 0.0, "end of the range"), Border(0.4, 0.3, "change of motion"), Border(0.8, 0.01, "fold")]
+    found = [Window("1:1/T", "", *ends[:2], (0.0, 0.25)), Window("1:1/2T", "", *ends[1:], (0.3, 0.8))]
+    bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 21)}, windows={"exact": tuple(found)}), ax)
+    assert {float(line.get_xdata()[0]) for line in ax.lines} == {0.0, 0.8}
+    assert ax.texts[0].get_position()[0] == pytest.approx(0.125)
+
+
 def test_a_diagram_without_an_attractor_says_so(result, ax):
     made = diagram(["1:1/T"] * 5, np.nan)
     none = replace(made, codes=np.zeros_like(made.codes))

@@ -47,8 +47,9 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     """One coordinate of the attractors over the parameter: a colour for the word of the return to each state, further words grey.
 
     The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
-    between lines at their computed borders, where these were located; grey bands: values without an attractor. All maps have the
-    same limits, and a motion of the composite map has the name of the exact one with the same impacts and period in returns.
+    between lines at their computed borders, where these are known to the distance of neighbouring values; grey bands: values
+    without an attractor. All maps have the same limits, and a motion of the composite map has the name of the exact one with the
+    same impacts and period in returns.
     """
     diagrams = BIFURCATION.of(result, "bifurcation")
     diagram, ends = diagrams[of], _range(diagrams, coordinate)
@@ -68,7 +69,8 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     ax.set_title(result.map_title(of), loc="right")
     dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
     if ends is not None:
-        for border in dict.fromkeys(end.value for window in result.windows.get(of, ()) for end in (window.low, window.high)):
+        borders = [end for each in result.windows.get(of, ()) for end in (each.low, each.high)]
+        for border in dict.fromkeys(end.value for end in borders if is_sharp(end, diagram)):
             ax.axvline(border, color="0.6", lw=0.4)
         named = {each: _motions(result, each) for each in diagrams}
         tall = max(_height(ax, each) for each in named.values())  # the same for all maps, so that their states are comparable
@@ -87,15 +89,20 @@ def _motions(result: "StudyResult", of: str) -> list[Named]:
 
 
 def _named(result: "StudyResult", of: str) -> list[Named]:
-    """The windows of a map, each to its borders or, where these were not located, to the values at which it was seen."""
-    own, exact = result.windows.get(of, ()), result.windows.get("exact", ())
-    names = {} if of == "exact" else {window.by_returns: window.label for window in exact}
-    return [(names.get(w.by_returns, w.label), _end(w.low, w.seen[0]), _end(w.high, w.seen[1])) for w in own]
+    """The windows of a map, each to its borders or, where these are not sharp, to the values at which it was seen."""
+    own, exact, diagram = result.windows.get(of, ()), result.windows.get("exact", ()), result.bifurcation[of]
+    names = {} if of == "exact" else {each.by_returns: each.label for each in exact}
+    found = []
+    for each in own:
+        borders = zip((each.low, each.high), each.seen, strict=True)
+        low, high = (border.value if is_sharp(border, diagram) else seen for border, seen in borders)
+        found.append((names.get(each.by_returns, each.label), low, high))
+    return found
 
 
-def _end(border: "Border", seen: float) -> float:
-    """Where a window is drawn to end."""
-    return seen if np.isnan(border.value) else border.value
+def is_sharp(border: "Border", diagram: "Bifurcation") -> bool:
+    """True if a border is known to the mean distance of neighbouring values; others say less than the states that are drawn."""
+    return bool(border.precision <= np.ptp(diagram.values) / (len(diagram.values) - 1))
 
 
 def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
