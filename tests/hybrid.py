@@ -96,3 +96,24 @@ class StrobedFriction(Friction):
 
     def section(self, t, y):
         return Section("O", ("x", "u"))
+
+
+class BallUnderNoise(HybridSystem):
+    """A ball over a table that moves as Gamma sin t, at the place x relative to it."""
+
+    Gamma: float = 1.2
+    r: float = 0.4
+
+    states, noise = ("x", "v"), "noise"
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": self.Gamma * sp.sin(t) - 1 + y.noise}}
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
+
+    def section(self, t, y):
+        return Section("B", ("v", "phi"))

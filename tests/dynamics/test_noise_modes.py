@@ -6,6 +6,7 @@ from itertools import accumulate
 import numpy as np
 import pytest
 import sympy as sp
+from hybrid import BallUnderNoise
 from nsmaps_belt import Belt
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_recoil_pair import RecoilPair
@@ -30,27 +31,6 @@ PAIR = RecoilPair(eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113)
 STARTS = {SOFT: [1.0, 1.0], BELT: [0.6 - 0.02 + 0.3 * np.cos(1.0), 1.0], PAIR: [0.84, 0.19, -0.67, 0.32]}
 SYSTEMS = pytest.mark.parametrize("system", STARTS, ids=["soft", "belt", "pair"])
 LOUD, QUIET = Noise(sigma=0.05, tau=0.5), Noise(sigma=0, tau=0.5)
-
-
-class Shaft(HybridSystem):
-    """Ball over a table that moves as Gamma sin t; the place x is relative to it."""
-
-    Gamma: float
-    r: float
-
-    states, noise = ("x", "v"), "noise"
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        return {"flight": {"x": y.v, "v": self.Gamma * sp.sin(t) - 1 + y.noise}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return Section("B", ("v", "phi"))
 
 
 class Coulomb(HybridSystem):
@@ -114,7 +94,7 @@ def test_without_strength_every_return_is_that_of_the_map(system, step):
 
 
 def test_without_strength_contact_lasts_as_without_noise():
-    system = Shaft(Gamma=1.2, r=0.4)
+    system = BallUnderNoise()
     made = noisy_orbits(system, [-0.6, 1.0], 40, QUIET)
     alone = system.first_return(made.states[:-1, 0], chatter=1e-6)
     assert (made.outcome == Outcome.stuck).any()
@@ -142,7 +122,7 @@ def test_a_light_ball_moves_as_in_the_pair_of_one_displacement():
 
 def test_chatter_and_rest_are_those_of_the_bouncing_ball():
     """Releases are zeros of the same force, so that paths agree through them; impacts that are summed up differ a little."""
-    ball, same = BouncingBall(Gamma=1.2, r=0.4), Shaft(Gamma=1.2, r=0.4)
+    ball, same = BouncingBall(Gamma=1.2, r=0.4), BallUnderNoise()
     made = noisy_orbits(same, [-0.6, 1.0], 60, LOUD, 8, seed=2)
     known = noisy_orbits(ball, [0.6, 1.0], 60, LOUD, 8, seed=2)
     assert made.held.all()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from hybrid import BallUnderNoise
 from nsmaps_duffing import DuffingStop
 from nsmaps_pendulum import PendulumStop
 from scipy.integrate import solve_ivp
@@ -60,28 +61,7 @@ class Bent(Straight):
         return Section("R", ("v", "phi"), states={"q": sp.asinh(self.d)})
 
 
-class Table(HybridSystem):
-    """A ball over a table that moves as Gamma sin t, at the place x relative to it."""
-
-    Gamma: float = 1.2
-    r: float = 0.4
-
-    states, noise = ("x", "v"), "noise"
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        return {"flight": {"x": y.v, "v": self.Gamma * sp.sin(t) - 1 + y.noise}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return Section("B", ("v", "phi"))
-
-
-class TableWithPendulum(Table):
+class TableWithPendulum(BallUnderNoise):
     """The same, beside an overdamped pendulum, for which all flights are integrated."""
 
     states = ("x", "v", "a")
@@ -98,7 +78,7 @@ class TableWithPendulum(Table):
     [
         (Straight(), Bent(), [0.9, 1.0], 12),
         (Straight(shake=0.01), Bent(shake=0.01), [0.9, 1.0], 8),
-        (Table(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25),
+        (BallUnderNoise(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25),
     ],
     ids=["coordinates", "guard", "contact"],
 )
@@ -111,7 +91,7 @@ def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_orbits(plain, b
     np.testing.assert_allclose(made.eta, known.eta, atol=1e-10)
     np.testing.assert_allclose(made.impacts, known.impacts, atol=1e-10)
     assert (made.turns[..., :2] == known.turns).all()
-    assert (known.outcome == Outcome.stuck).any() == isinstance(plain, Table)
+    assert (known.outcome == Outcome.stuck).any() == isinstance(plain, BallUnderNoise)
 
 
 class Falling(ImpactSystem):
@@ -269,7 +249,7 @@ OF_TABLE = [
     ("system", "start", "n", "asked"),
     [
         (Bent(), [0.9, 1.0], 12, OF_STOPS),
-        (Table(), [-0.6, 1.0], 40, OF_TABLE),
+        (BallUnderNoise(), [-0.6, 1.0], 40, OF_TABLE),
         (TableWithPendulum(), [-0.6, 1.0, 0.5], 40, OF_TABLE),
     ],
     ids=["coordinates", "contact", "contact, integrated"],

@@ -30,9 +30,9 @@ from nsmaps.exact.enclosure.taylor_set import (
     Bends,
     MotionSlopes,
     Slopes,
-    TaylorSet,
     by_start,
     get_set,
+    impact_set,
     launch_velocity,
     narrow_motion,
     narrow_slopes,
@@ -236,14 +236,6 @@ def bends_over(p, launch, upper, a_set, passage, times):
 
 
 @inlined
-def reach_of(d_1, d_2, h, r):
-    """The radius of d x + h x x/2."""
-    (h_11, h_12, h_22), (r_1, r_2) = h, r
-    bend = size(h_11) * r_1 * r_1 + 2.0 * size(h_12) * r_1 * r_2 + size(h_22) * r_2 * r_2
-    return (spread(d_1, d_2, r) + 0.5 * bend) * GROW
-
-
-@inlined
 def impact_derivative(upper, v_x, d, omega, s_x):
     """The derivatives of speed and phase of impacts by x, from those of velocity and time."""
     (s_1, s_2), (v_1, v_2) = s_x, v_x
@@ -265,17 +257,6 @@ def centre_at_impact(centre, late, passage):
     v_phi, v_w = widen(here.v_phi, size(bends.a_phi) * t), widen(here.v_w, size(bends.a_w) * t)
     u, a = widen(centre.u, size(passage.motion.a) * t), widen(centre.a, size(passage.motion.j) * t)
     return Centre(centre.y, u, a, Tangent(d_phi, d_w, v_phi, v_w, here.a_phi, here.a_w))
-
-
-@inlined
-def impact_set(a_set, speed, phase, d, over, box):
-    """A Taylor set of impacts: speed, phase and derivatives of its centre, derivatives over the set, and the box of a flight."""
-    (all_d, h), r, (box_v, box_phi) = over, a_set.r, box
-    v = bmeet(box_v, widen(speed, spread(all_d.v_1, all_d.v_2, r)))
-    v = bmeet(v, widen(speed, reach_of(d.v_1, d.v_2, (h.v_11, h.v_12, h.v_22), r)))
-    phi = bmeet(box_phi, widen(phase, spread(all_d.phi_1, all_d.phi_2, r)))
-    phi = bmeet(phi, widen(phase, reach_of(d.phi_1, d.phi_2, (h.phi_11, h.phi_12, h.phi_22), r)))
-    return TaylorSet(speed, phase, d, all_d, h, r, v, phi)
 
 
 @inner

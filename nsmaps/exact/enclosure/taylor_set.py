@@ -226,3 +226,22 @@ def narrow_motion(p, launch, s):
     x, r = by_start(ball_tangent(p, p.whole, 1), launch.y), launch.r
     d, v = bmeet(all_d, widen(d, spread(x.d_1, x.d_2, r))), bmeet(all_v, widen(v, spread(x.v_1, x.v_2, r)))
     return Motion(d, v, a, j), spreads(x.d_1, x.d_2, r)
+
+
+@inlined
+def reach_of(d_1, d_2, h, r):
+    """The radius of d x + h x x/2."""
+    (h_11, h_12, h_22), (r_1, r_2) = h, r
+    bend = size(h_11) * r_1 * r_1 + 2.0 * size(h_12) * r_1 * r_2 + size(h_22) * r_2 * r_2
+    return (spread(d_1, d_2, r) + 0.5 * bend) * GROW
+
+
+@inlined
+def impact_set(a_set, speed, phase, d, over, box):
+    """A Taylor set of impacts: speed, phase and derivatives of its centre, derivatives over the set, and the box of a flight."""
+    (all_d, h), r, (box_v, box_phi) = over, a_set.r, box
+    v = bmeet(box_v, widen(speed, spread(all_d.v_1, all_d.v_2, r)))
+    v = bmeet(v, widen(speed, reach_of(d.v_1, d.v_2, (h.v_11, h.v_12, h.v_22), r)))
+    phi = bmeet(box_phi, widen(phase, spread(all_d.phi_1, all_d.phi_2, r)))
+    phi = bmeet(phi, widen(phase, reach_of(d.phi_1, d.phi_2, (h.phi_11, h.phi_12, h.phi_22), r)))
+    return TaylorSet(speed, phase, d, all_d, h, r, v, phi)

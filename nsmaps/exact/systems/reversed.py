@@ -193,6 +193,19 @@ def signs_of(system: HybridFormulas, definition: "Definition") -> Signs:
     return tuple(signs.items())
 
 
+def _affine_reset(what: str, definition: "Definition", one: "Transition") -> Any:
+    """The own states after an event, a column of formulas. NsmapsError where they are not affine in those before it."""
+    import sympy as sp
+
+    from nsmaps.exact.flows.formulas import PHI
+
+    y = definition.variables
+    reset = sp.Matrix([row.of(definition.columns) for row in one.reset[: len(y)]])
+    if one.curved or reset.jacobian(y).has(*y, PHI):
+        raise NsmapsError(f"{what}: the reset of the guard {one.name!r} is not affine in the states; expected: one that is")
+    return reset
+
+
 def _after_event(what: str, definition: "Definition", one: "Transition", known: tuple[float, ...]) -> tuple[int, Floats]:
     """The sign of a function just after its event, and that function times it at states after the event, shape (SAMPLES,).
 
@@ -219,9 +232,7 @@ def _after_event(what: str, definition: "Definition", one: "Transition", known: 
     def rates(mode: int) -> "Sequence[sp.Expr]":
         return definition.smooth[mode] if definition.smooth else [row.of(y) for row in definition.rates[mode]]
 
-    reset = sp.Matrix([row.of(definition.columns) for row in one.reset[: len(y)]])
-    if one.curved or reset.jacobian(y).has(*y, PHI):
-        raise NsmapsError(f"{what}: the reset of the guard {one.name!r} is not affine in the states; expected: one that is")
+    reset = _affine_reset(what, definition, one)
     slopes = at(list(reset.jacobian(y)), after).mean(axis=1).reshape(len(y), len(y))
     if np.linalg.matrix_rank(slopes) < len(y):
         raise NsmapsError(

@@ -65,9 +65,8 @@ def _build_definition(
     """The definition from the rates of the modes that are given, the events, and the section."""
     forced, names = reader.phase_rate != 0, tuple(reader.states)
     events = with_kink_crossings(reader, _events(reader, guards, rates), tuple(rates.values()))
-    transitions, parts = divide_modes(
-        reader.name, events, len(rates), {sign: later(sign) for sign in reader.kinks.signs.values()}
-    )
+    later_signs = {sign: later(sign) for sign in reader.kinks.signs.values()}
+    transitions, parts = divide_modes(reader.name, events, len(rates), later_signs)
     signs = [signs_of(reader, events, tuple(rates.values()), *part) for part in parts]
     transitions = tuple(in_part(one, signs[one.mode], signs[one.target] if one.target >= 0 else {}) for one in transitions)
     named = [tuple(rates.items())[mode] for mode, _ in parts]
