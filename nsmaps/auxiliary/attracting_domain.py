@@ -153,7 +153,7 @@ def attracting_domain(
         converged=invariant and moved <= (tolerance if len(done) == updates else REST),
         status=maps.status,
         reason=reason if invariant else _why_not(map, reason, start, error),
-        **_limits(done[-1], _drawn(map, maps, done[-1].box, samples), _accuracy(maps, start, done[-1]), invariant),
+        **_limits(done[-1], maps, _accuracy(maps, start, done[-1]), invariant),
     )
 
 
@@ -206,11 +206,6 @@ def _moved(boxes: list[Floats]) -> float:
     if len(boxes) < 2:
         return np.inf
     return float(np.max(np.abs(boxes[-1] - boxes[-2]) / np.ptp(boxes[0], axis=1)[:, None]))
-
-
-def _drawn(map: AnyMap, maps: AuxiliaryMaps, box: Floats, samples: int) -> AuxiliaryMaps:
-    """The auxiliary maps whose curves are smooth enough for finding roots: for an enclosure, those of samples."""
-    return auxiliary_maps(map, "sampled", None, samples)(box) if maps.status == "enclosed" else maps
 
 
 def _accuracy(maps: AuxiliaryMaps, start: Floats, last: Update) -> Floats:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache, partial
 from typing import Self, cast
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats, Ints
-from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family
+from nsmaps.auxiliary.envelope import AnyMap, Envelope, Extremes, family, image_function
 from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.branch_and_bound import Hulls, ranges
@@ -100,7 +100,7 @@ def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
     return slopes if low >= 0 else -slopes[:, ::-1] if high <= 0 else kink
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Enclosed:
     """Auxiliary maps of a map that encloses the images of boxes, as the exact one does: its worst case is a bound.
 
@@ -108,15 +108,20 @@ class Enclosed:
     """
 
     map: BoxMap
+    samples: int  #: an axis, of the curves
     box: Floats  #: shape (n, 2)
-    drawn: Sampled
     status: str = "enclosed"
     same: float = 1e-5
 
-    @classmethod
-    def of(cls, map: BoxMap, samples: int, box: Floats) -> "Enclosed":
-        """On a box, shape (n, 2)."""
-        return cls(map, box, Sampled.of(cast(AnyMap, map), box, samples))
+    @cached_property
+    def drawn(self) -> Sampled:
+        """The same by samples."""
+        return Sampled.of(cast(AnyMap, self.map), self.box, self.samples)
+
+    @cached_property
+    def _hulls(self) -> Callable[[Floats], Hulls]:
+        """Bounds of the images of boxes."""
+        return partial(_box_hulls, self.map, image_function(cast(AnyMap, self.map), self.box), self.box)
 
     def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
         """See AuxiliaryMaps."""
@@ -129,8 +134,7 @@ class Enclosed:
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
-        hulls = partial(_box_hulls, self.map, self.drawn.function, self.box)
-        return _worst(hulls, self.box, intervals, COARSE, known)
+        return _worst(self._hulls, self.box, intervals, COARSE, known)
 
     def places(self, intervals: Floats, known: Floats) -> Floats:
         """See AuxiliaryMaps: bounds hold them in wide intervals only, samples show one."""

@@ -59,7 +59,7 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
         status = "outer" if error is None else f"inflated by {error.how} error"
         return partial(of_polynomials, map, values, status)
     if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap | PiecewiseMap):
-        return partial(Enclosed.of, box_map(map), samples)
+        return partial(Enclosed, box_map(map), samples)
     if chosen != "sampled":
         enclosed = "enclosed of a composite map, one given by formulas or one with image_boxes"
         choices = f"outer and inflated of a polynomial map, {enclosed}, sampled of any"
