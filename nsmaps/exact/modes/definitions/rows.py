@@ -125,17 +125,33 @@ def is_sum_of_waves(expr: sp.Expr) -> bool:
 
 def equal(one: Row, other: Row) -> bool:
     """Whether two functions are the same."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    return all(a == b or sp.simplify(a - b) == 0 for a, b in pairs)
+    return not _differ(one, other) and all(a == b or sp.simplify(a - b) == 0 for a, b in _pairs(one, other))
 
 
 def factor_of(one: Row, other: Row) -> sp.Expr | None:
     """The factor free of states and phase by which a function is another one that is not zero; None where there is none."""
-    pairs = [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
-    factor = next((sp.simplify(a / b) for a, b in pairs if b != 0), None)
-    if factor is None or factor.has(PHI, *one.variables, *other.variables) or not equal(one, other.times(factor)):
+    quotient = next((a / b for a, b in _pairs(one, other) if b != 0), None)
+    if quotient is None or _differ(one, other.times(quotient)):
+        return None
+    factor = sp.simplify(quotient)
+    if factor.has(PHI, *one.variables, *other.variables) or not equal(one, other.times(factor)):
         return None
     return factor
+
+
+def _pairs(one: Row, other: Row) -> list[tuple[sp.Expr, sp.Expr]]:
+    """The coefficients and remainders of two rows, side by side."""
+    return [*zip(one.coefficients, other.coefficients, strict=True), (one.remainder, other.remainder)]
+
+
+def _differ(one: Row, other: Row) -> bool:
+    """Whether two functions surely differ: at trial values they do, which is much faster than to simplify a difference."""
+    for a, b in _pairs(one, other):
+        if a != b:
+            x, y = (sp.N(expr.subs(trials(a, b)[0]), DIGITS) for expr in (a, b))
+            if x.is_finite and y.is_finite and abs(x - y) > NEAR * (1 + abs(x)):
+                return True
+    return False
 
 
 def same_row(state: int, n: int) -> Row:

@@ -1,6 +1,6 @@
 """The section of a system with modes: its coordinates, and the state and phase that they give at each of its events."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations, pairwise
 
 import sympy as sp
@@ -204,12 +204,13 @@ def check_starts(
                     f"{reader.name}.section gives states of which none is just {section.side} {name!r}: a function that is "
                     f"zero there is {sp.N(zero.remainder, 6)}; expected: other `states`, or those that the guard gives left out"
                 )
-    for first, second in combinations(starts, 2):
+    positive = [_positive(reader, transitions, flows, start) for start in starts] if len(starts) > 1 else []
+    for (i, first), (k, second) in combinations(enumerate(starts), 2):
         one, other = (transitions[start.transition].name for start in (first, second))
-        known = not (after and one != other) and _distinct(reader, transitions, flows, first, second)
-        if not all(map(equal, first.states, second.states)) and not known:
-            pairs = zip(reader.states, first.states, second.states, strict=True)
-            left = [state for state, a, b in pairs if not equal(a, b)]
+        pairs = zip(reader.states, first.states, second.states, strict=True)
+        left = [state for state, a, b in pairs if not equal(a, b)]
+        alike = after and one != other
+        if left and (alike or not any(_opposite(a, b) for a in positive[i] for b in positive[k])):
             raise SystemDefinitionError(
                 f"{reader.name}.section is at {one!r} and {other!r}, whose functions are zero at different "
                 f"{', '.join(left)} for the same coordinates, which do not distinguish them; expected: "
@@ -217,15 +218,11 @@ def check_starts(
             )
 
 
-def _distinct(reader: Reader, transitions: Sequence[Transition], flows: Sequence[Rates], one: Start, other: Start) -> bool:
-    """Whether no coordinates are a start at both events: what is positive at one is negative at the other."""
-
-    def positive(start: Start) -> Iterator[Row]:
-        event = transitions[start.transition]
-        yield -event.function.rate(flows[event.mode], reader.phase_rate).at(start.states)
-        yield from (row.at(start.states) for row in event.where)
-
-    return any(_opposite(a, b) for a in positive(one) for b in positive(other))
+def _positive(reader: Reader, transitions: Sequence[Transition], flows: Sequence[Rates], start: Start) -> list[Row]:
+    """Functions of the coordinates that are positive at a start: its event's comes down, and its conditions hold."""
+    event = transitions[start.transition]
+    down = -event.function.rate(flows[event.mode], reader.phase_rate)
+    return [row.at(start.states) for row in (down, *event.where)]
 
 
 def _opposite(one: Row, other: Row) -> bool:
