@@ -24,6 +24,7 @@ RANK = {
     "files": 0.5,
     "coordinates": 0.5,
     "datasets": 0.7,
+    "results": 0.6,
     "parallel": 0.7,
     "continuation": 0.8,
     "verify": 0.8,  # shares nothing with the rooms whose results it verifies

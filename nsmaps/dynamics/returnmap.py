@@ -8,8 +8,10 @@ from pydantic import ValidationError
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike, as_numbers, as_starts
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.systems.parameters import System
 from nsmaps.files.complaints import explained
 from nsmaps.progress import beat
 
@@ -22,6 +24,22 @@ class Ended(Protocol):
 
 
 Run = TypeVar("Run", bound=Ended)
+
+
+def map_along(model: System | Callable[..., ReturnMap], *parameters: str) -> Callable[..., ReturnMap]:
+    """The return map as a function of one or two parameters: of a system, or a function of their values as it is.
+
+    Raises:
+        NsmapsError: the system has no such parameter.
+    """
+    if not isinstance(model, System):
+        return model
+    for name in parameters:
+        if name not in model.parameters:
+            raise NsmapsError(
+                f"there is no parameter {name!r}{near_match(name, model.parameters)}; expected: {', '.join(model.parameters)}"
+            )
+    return Along(model, *parameters)
 
 
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:

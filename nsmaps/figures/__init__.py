@@ -51,7 +51,8 @@ def draw(
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from nsmaps.figures.style import units_of
+    from nsmaps.figures.style import axes_in
+    from nsmaps.results import units_of
 
     known = FigureCanvasAgg.get_supported_filetypes()
     for kind, asked, accepted in (("figure", names := list(names), NAMES), ("format", list(formats), known)):
@@ -65,5 +66,5 @@ def draw(
             raise NsmapsError(f"{sheet.name!r} has {len(sheet.panels)} panels, its letters are {given!r}; expected: one a panel")
         sheets[number] = replace(sheet, letters=given)
     Path(folder).mkdir(parents=True, exist_ok=True)
-    with units_of(result.system):
+    with axes_in(units_of(result.system)):
         return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi, width)]

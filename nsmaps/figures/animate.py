@@ -27,8 +27,9 @@ from nsmaps.figures.lines import staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.returns.surfaces import sheets as surface_sheets
-from nsmaps.figures.style import STYLE, piece_label, units_of
+from nsmaps.figures.style import STYLE, axes_in, piece_label
 from nsmaps.progress import Progress, beat, shows
+from nsmaps.results import units_of
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -85,7 +86,7 @@ def animate(
             "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
         )
     path = Path(folder) / f"{name}.{format}"
-    with units_of(result.system), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+    with axes_in(units_of(result.system)), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         film = FILMS[name](result, frames, orbit)
         path.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:

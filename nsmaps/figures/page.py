@@ -49,14 +49,14 @@ class Sheet:
     share: float = 1.0  #: of the width of a page that the figure takes
     letters: str = ""  #: one a panel, a blank for none; a, b, c, ... of several panels, if empty
 
-    def figure(self, dpi: float | None = None, width: float = COLUMN) -> Figure:
+    def figure(self, dpi: float | None = None, width: float = COLUMN, kind: type[Figure] = Figure) -> Figure:
         """The figure with every panel drawn and lettered; `width` in inches.
 
         Type has the same size at every width, and panels take what it leaves; on a narrow page they stand one below the other.
         """
         columns = self.columns if width >= COLUMN else max(1, min(self.columns, int(width / _NARROW)))
         rows, each = -(-len(self.panels) // columns), self.share * width / columns
-        figure = Figure(figsize=(columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
+        figure = kind(figsize=(columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection

@@ -17,10 +17,11 @@ if TYPE_CHECKING:
 class Row:
     """One figure: where it is drawn, what it shows in words, and what it needs of a result."""
 
-    module: str  #: below `nsmaps.figures`, such as `composite.cobweb`; its function `sheets(result)` gives what is drawn
+    module: str  #: below `nsmaps.figures`, such as `composite.cobweb`; its function `sheets` gives what is drawn
     alt: str  #: a sentence in place of the picture
     caption: str  #: sentences below the picture
     needs: tuple[Need[Any], ...] = ()
+    of_parts: bool = False  #: whether its `sheets` takes the parts of the result that it needs, not the result of the study
     animated: bool = False  #: whether `nsmaps animate` has it, too
     by_domain: bool = False  #: whether it has a sheet for every domain
 
@@ -36,9 +37,8 @@ class Row:
 
     def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
         """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
-        for need in self.needs:
-            need.of(result, self.name)
-        drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(result)
+        parts = [need.of(result, self.name) for need in self.needs]
+        drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(*(parts if self.of_parts else (result,)))
         return drawn[:1] if first and self.by_domain else drawn
 
     def has_data(self, result: "StudyResult") -> bool:

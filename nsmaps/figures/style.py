@@ -40,7 +40,7 @@ _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same t
 _GREEK = re.compile(
     "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
 )
-_UNITS: ContextVar[tuple[bool, Mapping[str, str]]] = ContextVar("units", default=(False, {}))
+_UNITS: ContextVar[Mapping[str, str]] = ContextVar("units", default={})  # noqa: B039 - never changed
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
@@ -171,9 +171,9 @@ def symbol(name: str, index: str = "") -> str:
 
 
 @contextmanager
-def units_of(system: Any) -> Iterator[None]:
-    """While its figures are drawn, labels have the units that the system names, or say that quantities are dimensionless."""
-    token = _UNITS.set((system.dimensionless, system.units))
+def axes_in(units: Mapping[str, str]) -> Iterator[None]:
+    """While figures are drawn, labels have these units of coordinates and parameters; see `nsmaps.results.units_of`."""
+    token = _UNITS.set(units)
     try:
         yield
     finally:
@@ -189,8 +189,8 @@ def with_unit(text: str, name: str = "") -> str:
     >>> with_unit("phase", Angle("phi"))
     'phase (rad)'
     """
-    dimensionless, units = _UNITS.get()
-    unit = "rad" if is_angle(name) else units.get(name, "dimensionless" if dimensionless else "")
+    units = _UNITS.get()
+    unit = "rad" if is_angle(name) else units.get(name, "dimensionless" if "" in units else "")
     return f"{text} ({unit})" if unit else text
 
 

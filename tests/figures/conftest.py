@@ -40,7 +40,7 @@ from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
-from nsmaps.figures.style import units_of
+from nsmaps.figures.style import axes_in
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
@@ -49,6 +49,7 @@ from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
+from nsmaps.results import units_of
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.fields import NoiseResult, OrbitPair
 from nsmaps.study.store.archive import FORMAT
@@ -322,7 +323,7 @@ def through(result: StudyResult, states: np.ndarray) -> OrbitPair:
 @pytest.fixture(autouse=True)
 def dimensionless() -> Iterator[None]:
     """Labels as in figures of a system that says that it is dimensionless."""
-    with units_of(Toy()):
+    with axes_in(units_of(Toy())):
         yield
 
 

@@ -14,6 +14,7 @@ from nsmaps import load_system
 from nsmaps.coordinates import Angle
 from nsmaps.figures import draw, lines, style
 from nsmaps.figures.page import Sheet, _letter, lay_out
+from nsmaps.results import units_of
 
 
 class Metric(VIPair):
@@ -83,7 +84,7 @@ def test_a_short_span_of_a_phase_has_decimal_ticks(ax, span, in_pi):
 
 
 def test_a_system_that_says_nothing_of_units_has_none(ax):
-    with style.units_of(Metric(d=0.35, r=0.5, g_bar=0.2)):
+    with style.axes_in(units_of(Metric(d=0.35, r=0.5, g_bar=0.2))):
         style.dress(ax, (Angle("phi"), "k"), ("a", ""))
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\phi_{k}$ (rad)", "$a$")
 
@@ -98,7 +99,7 @@ def test_units_are_those_of_the_system_whose_files_are_drawn(result, tmp_path):
 
 def test_units_that_a_system_names_are_on_its_axes(ax):
     system = load_system("impact_oscillator", zeta=0.02, w=0.81, A=0.35, wall=1)
-    with style.units_of(system):
+    with style.axes_in(units_of(system)):
         style.dress(ax, ("A", ""), ("v", "k"))
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$ (ℓ)", "$v_{k}$ (ω₀ℓ)")
         assert style.label("zeta") == r"$\zeta$"

@@ -5,6 +5,7 @@ Only classes of nsmaps are instantiated from a file, and no text of a file is ev
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from typing import Any
@@ -16,6 +17,7 @@ from pydantic import BaseModel
 from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Region, as_where
+from nsmaps.results import Storable
 from nsmaps.study.sections.registry import SECTIONS
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
@@ -108,6 +110,8 @@ def _members(value: Any) -> dict[str, Any]:
 
 def _stored_name(value: Any) -> str:
     cls = type(value)
+    if isinstance(value, Storable):
+        return f"{cls.__module__}:{cls.__qualname__}"
     if HOME.get(cls.__name__) != cls.__module__:
         name = f"{cls.__module__}.{cls.__name__}"
         raise NsmapsError(f"{name} cannot be stored in a file; expected: results and specs of nsmaps")
@@ -115,12 +119,23 @@ def _stored_name(value: Any) -> str:
 
 
 def stored_class(stored: str) -> Any:
-    """The class of a stored name, which in earlier files follows a module and a colon."""
-    name = stored.rpartition(":")[2]
+    """The class of a stored name: after its module and a colon where it is `Storable`; no other class is instantiated."""
+    module, _, name = stored.rpartition(":")
+    if module.partition(".")[0] in trusted_packages():
+        cls = None
+        with suppress(ModuleNotFoundError):  # of an earlier version
+            cls = getattr(import_module(module), name, None)
+        if isinstance(cls, type) and issubclass(cls, Storable):
+            return cls
     name = FORMER.get(name, name)
     if name not in HOME:
         raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
     return getattr(import_module(HOME[name]), name)
+
+
+def trusted_packages() -> set[str]:
+    """The packages whose modules a result's file may name: nsmaps, and those whose systems or analyses are installed."""
+    return {"nsmaps"}
 
 
 def is_ours(cls: type) -> bool:
