@@ -39,7 +39,6 @@ RANK = {
     "exports": 4,
     "plugins": 4,
     "testing": 4,
-    "newplugin": 5,
     "figures": 4.5,  # below `study`, whose key `figures` names rows of the catalogue
     "study": 5,
     "report": 5.5,

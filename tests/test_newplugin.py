@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli.cli import app
+from nsmaps.cli.newplugin import Kind, new_plugin
 from nsmaps.errors import NsmapsError
-from nsmaps.newplugin import Kind, new_plugin
 from nsmaps.testing import check_system
 
 

@@ -25,7 +25,7 @@ FORMATS = ("png", "svg", "pdf")  #: of a figure of the gallery; others are PNG a
 DPI = 220
 KEY = "nsmaps"  #: of the digest in a PNG
 UNSEEN = ("figures", "expected_failures", "require", "title", "name")  #: of a study, in no picture
-SHOWING = ("figures", "report", "cli", "bench", "exports", "explore", "live", "testing", "newplugin.py", "__main__.py")
+SHOWING = ("figures", "report", "cli", "bench", "exports", "explore", "live", "testing", "__main__.py")
 COMPUTED = "exit_times"  #: the run that is no study's
 
 

@@ -96,7 +96,7 @@ def new_plugin(
     map: Annotated[bool, typer.Option("--map", help="Of a map given by formulas in pieces instead of an impact system.")] = False,
 ) -> None:
     """Write a little project for a system of your own: class, study, test and pyproject."""
-    from nsmaps.newplugin import new_plugin
+    from nsmaps.cli.newplugin import new_plugin
 
     with reported_errors():
         if hybrid and map:

@@ -1,4 +1,4 @@
-"""A project for a new system: class, study, test and pyproject, from the templates beside this file."""
+"""A project for a new system: class, study, test and pyproject, from the templates in `nsmaps/templates`."""
 
 from importlib.resources import files
 from keyword import iskeyword
