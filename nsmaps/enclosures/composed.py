@@ -7,16 +7,16 @@ middle, and how far derivatives, bounded by the chain rule, can lead from there;
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebvander
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.enclosures.bernstein import EPS, Polynomials
+from nsmaps.enclosures.bernstein import Polynomials
 from nsmaps.enclosures.branch_and_bound import Hulls
 from nsmaps.enclosures.first_match import enclosure_of
-from nsmaps.enclosures.intervals import Interval
+from nsmaps.enclosures.intervals import EPS, Interval
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.fit.variables import slopes_of
 
@@ -25,8 +25,9 @@ STEP = re.compile(r"\b(floor|sign)\(")
 FLOAT = 2.0**-48  #: by which a variable in floats may differ, relative to its largest value; the exact one is in its interval
 
 
+@lru_cache(maxsize=64)
 def bounds_of(map: PolyMap) -> "Polynomials | Composed":
-    """What bounds the images of a map over boxes, and their derivatives."""
+    """What bounds the images of a map over boxes, and their derivatives; that of maps that were used last is kept."""
     if map.variables is None:
         return Polynomials.of(map)
     return Composed(map, tuple(name in map.absolute for name in map.coordinates))

@@ -9,6 +9,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
 
 Interval = tuple[Floats, Floats]  #: lower and upper ends, shape (N,); both NaN where the value may be none or infinite
+EPS = 2.0**-52  #: twice the unit roundoff: a reserve of one half, for terms of second order
 ROUNDING = 2.0**-50  #: relative: more than any operation or function errs by
 TINY = 1e-300  #: the same about zero
 
