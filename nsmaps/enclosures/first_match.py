@@ -50,6 +50,7 @@ class Winners:
     terms: dict[str, Enclose] = field(default_factory=dict)
     limits: list[tuple[str, float]] = field(default_factory=list)  #: of each comparison: its term, and the number
     formulas: list[Formula] = field(default_factory=list)  #: one a region
+    decided: dict[bytes, Bools] = field(default_factory=dict)  #: by pattern of possible signs, those that were met so far
 
     @classmethod
     def of(cls, regions: Sequence[Region]) -> "Winners":
@@ -63,15 +64,18 @@ class Winners:
     def __call__(self, boxes: Floats) -> tuple[Bools, Bools]:
         """Which regions may be the first to hold a state of boxes (N, n, 2), shape (N, R), and may none, shape (N,)."""
         ends = {key: enclose(boxes) for key, enclose in self.terms.items()}
-        masks = np.zeros((len(boxes), len(self.limits)), np.int64)
+        masks = np.zeros((len(boxes), max(len(self.limits), 1)), np.uint8)
         for column, (key, limit) in enumerate(self.limits):
             low, high = ends[key]
             known = np.where(low < limit, 1, 0) + np.where((low <= limit) & (limit <= high), 2, 0) + np.where(high > limit, 4, 0)
             masks[:, column] = np.where(np.isnan(low), 15, known)
-        patterns, inverse = np.unique(masks, axis=0, return_inverse=True)
-        found = np.array([self._decided(pattern) for pattern in patterns], bool).reshape(-1, len(self.formulas) + 1)
-        decided = found[inverse.ravel()]
-        return decided[:, :-1], decided[:, -1]
+        rows = masks.view(np.dtype((np.void, masks.shape[1])))[:, 0]
+        _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
+        for mask in masks[first]:
+            if mask.tobytes() not in self.decided:
+                self.decided[mask.tobytes()] = self._decided(mask)
+        found = np.array([self.decided[mask.tobytes()] for mask in masks[first]], bool).reshape(-1, len(self.formulas) + 1)
+        return found[inverse, :-1], found[inverse, -1]
 
     def _decided(self, mask: Ints) -> Bools:
         """Of one pattern of possible signs: which regions may win, and last, may none; shape (R + 1,)."""

@@ -29,12 +29,13 @@ if TYPE_CHECKING:
 
 
 def _composite(system: "System") -> None:
-    """One orbit of a composite map of one piece."""
+    """One orbit of a composite map of one piece, and the image of one box."""
     names = system.coordinates
     piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
     composite = CompositeMap(names, system.letters, (piece,))
     composite.orbits(np.zeros((1, len(names))), 1)
     composite.piece_of(np.zeros((1, len(names))))
+    box_map(composite).image_boxes(np.zeros((1, len(names), 2)))
 
 
 def _boxes(system: "System") -> None:
