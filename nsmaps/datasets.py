@@ -8,6 +8,7 @@ import numpy as np
 
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
+from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from xarray import Dataset, DataTree
@@ -114,7 +115,7 @@ def datasets(part: Any, path: str, coordinates: Sequence[str]) -> "Iterator[tupl
         own = False
     for name in _names(part):
         member = getattr(part, name)
-        if not (own and isinstance(member, HasDataset)):
+        if not (own and isinstance(member, HasDataset)) or isinstance(part, Result):
             yield from datasets(member, f"{path}/{name}", coordinates)
 
 

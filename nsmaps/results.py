@@ -64,9 +64,9 @@ class ArrayProperty(Generic[T]):
         return self if result is None else self.compute(result)
 
 
-def array_property(axes: str, text: str, unit: str = "") -> Callable[[Callable[[Any], T]], ArrayProperty[T]]:
+def array_property(axes: str, text: str, unit: str = "", *, name: str = "") -> Callable[[Callable[[Any], T]], ArrayProperty[T]]:
     """The decorator of a method whose array a dataset of the result has, too; arguments as of `array`."""
-    return lambda compute: ArrayProperty(compute, Declaration(tuple(axes.split()), text, unit))
+    return lambda compute: ArrayProperty(compute, Declaration(tuple(axes.split()), text, unit, name))
 
 
 class Storable:

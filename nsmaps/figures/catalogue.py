@@ -42,6 +42,7 @@ _ROWS = (
         "First returns along one coordinate by word; the other coordinate is held at the value above. In its phase plane "
         "all stand over one value. Gaps are jumps of the map.",
         (data.SLICES,),
+        of_parts=True,
     ),
     Row(
         "returns.words",

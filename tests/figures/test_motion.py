@@ -70,7 +70,7 @@ def test_impacts_are_joined_in_their_order(result, ax):
 
 
 def test_slices_have_a_line_a_piece_in_the_colour_of_its_word(result, ax):
-    slices(result, ax, "phi", over="v")
+    slices(result.slices[0], ax, "phi", over="v")
     made = result.slices[0]
     assert [len(line.get_xdata()) for line in ax.lines] == [3, 4, 4]
     assert [to_rgba(line.get_color()) for line in ax.lines] == [to_rgba(colour) for colour in (BLACK, MAGENTA, MAGENTA)]
@@ -81,7 +81,7 @@ def test_slices_have_a_line_a_piece_in_the_colour_of_its_word(result, ax):
 
 
 def test_a_slice_has_the_phase_planes_of_all_coordinates_and_the_images_of_those_held(result):
-    (sheet,) = slice_sheets(result)
+    (sheet,) = slice_sheets(result.slices)
     assert [(panel.keywords["coordinate"], panel.keywords.get("over", "")) for panel in sheet.panels] == [
         ("v", ""),
         ("phi", ""),
@@ -90,7 +90,7 @@ def test_a_slice_has_the_phase_planes_of_all_coordinates_and_the_images_of_those
 
 
 def test_in_the_phase_plane_of_a_coordinate_held_all_images_stand_over_it_and_both_words_are_seen(result, ax):
-    slices(result, ax, "phi")
+    slices(result.slices[0], ax, "phi")
     (first, *others), made = ax.lines[:3], result.slices[0]
     drawn = np.concatenate([line.get_xydata() for line in ax.lines[:3]])
     assert np.array_equal(drawn, np.column_stack([np.ones(11), made.returns.image[:, 1]]))
@@ -102,7 +102,7 @@ def test_in_the_phase_plane_of_a_coordinate_held_all_images_stand_over_it_and_bo
 
 
 def test_the_phase_plane_of_the_coordinate_that_runs_has_the_map_and_its_diagonal(result, ax):
-    slices(result, ax)
+    slices(result.slices[0], ax)
     drawn, made = np.concatenate([line.get_xydata() for line in ax.lines[:3]]), result.slices[0]
     assert np.array_equal(drawn, np.column_stack([made.returns.start[:, 0], made.returns.image[:, 0]]))
     assert ax.lines[3].get_label() == "diagonal"
@@ -151,10 +151,9 @@ def test_slices_of_many_words_count_those_beyond_eight_below_the_panels(result, 
     zeros = np.zeros(22)
     returns = Returns(COORDINATES, WALLS, start, image, np.zeros((22, 2), np.int32), codes, zeros.astype(np.int8), zeros)
     many = replace(result.slices[0], returns=returns, jump=np.zeros(21, bool))
-    shown = replace(result, slices=(many,))
-    slices(shown, ax)
+    slices(many, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [*words[:8], "3 more words", "diagonal"]
-    (sheet,) = slice_sheets(shown)
+    (sheet,) = slice_sheets(many)
     figure = sheet.figure(50)
     lay_out(figure)
     (legend,) = figure.legends

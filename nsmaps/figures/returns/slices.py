@@ -1,46 +1,43 @@
 """First returns along one coordinate while the others are held, coloured by word: fig. 2d-1phi."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.coordinates import is_angle
+from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.words import LONGER
-from nsmaps.figures.data import SLICES, position
+from nsmaps.figures.data import position
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREY, dress, family_colours, symbol
-
-if TYPE_CHECKING:
-    from nsmaps.exact.surfaces.slice import Slice
-    from nsmaps.study.result import StudyResult
 
 _ENDS: dict[str, Any] = {"solid_capstyle": "butt", "solid_joinstyle": "bevel"}  #: of lines, which keep within their images
 _THICK = (4.2, 1.2)  #: points, of the lines of words that lie over one another, the first and the last
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(found: Slice | Sequence[Slice]) -> tuple[Sheet, ...]:
     """One sheet: of each slice the phase plane of every coordinate, then images of those held over the coordinate that runs."""
     panels: list[Any] = []
-    every = SLICES.of(result, "slices")
-    for k, found in enumerate(every):
-        names, look = found.returns.coordinates, dict[str, Any](number=k, titled=len(every) > 1)
-        panels += [partial(slices, result, coordinate=name, **look) for name in names]
-        panels += [partial(slices, result, coordinate=name, over=found.along, **look) for name in names if name != found.along]
+    every = [found] if isinstance(found, Slice) else found
+    for each in every:
+        names, titled = each.coordinates, len(every) > 1
+        panels += [partial(slices, each, coordinate=name, titled=titled) for name in names]
+        panels += [partial(slices, each, coordinate=name, over=each.along, titled=titled) for name in names if name != each.along]
     title = _held(every[0]) if len(every) == 1 else ""
     return (Sheet("slices", tuple(panels), min(len(panels), 3), 1.1, title=title, legend=True),)
 
 
-def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0, over: str = "", titled: bool = True) -> Axes:
+def slices(found: Slice, ax: Axes, coordinate: str = "", over: str = "", titled: bool = True) -> Axes:
     """One coordinate of the image in the colour of its word, with gaps where the map jumps, over the same or another coordinate.
 
     In the phase plane of a coordinate that is held all images stand over one value, words with few impacts on thin lines
     over those with more.
     """
-    found = SLICES.of(result, "slices")[number]
-    names = found.returns.coordinates
+    names = found.coordinates
     i = position(names, coordinate or names[0])
     below = position(names, over or names[i])
     _draw(ax, found, below, i)
@@ -57,13 +54,13 @@ def slices(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     return dress(ax, (names[below], "k"), (names[i], "k+1"))
 
 
-def _held(found: "Slice") -> str:
+def _held(found: Slice) -> str:
     """The values at which the other coordinates are held."""
-    angles = {name for name in found.returns.coordinates if is_angle(name)}
+    angles = {name for name in found.coordinates if is_angle(name)}
     return ", ".join(f"{symbol(name, 'k')} = {value:.4g}{' rad' * (name in angles)}" for name, value in found.at.items())
 
 
-def _draw(ax: Axes, found: "Slice", below: int, i: int) -> None:
+def _draw(ax: Axes, found: Slice, below: int, i: int) -> None:
     """The pieces between jumps and changes of the word: coordinate i of the image over coordinate `below` of the start."""
     returns = found.returns
     words = returns.words

@@ -65,7 +65,6 @@ SLICES = Section[Slices](
     type=Slices,
     default=(),
     stored=SlicesFields,
-    holds={"exact.surfaces.slice": ("Slice",)},
     bind=_bind,
     compute=_compute,
     describe=_describe,
