@@ -4,6 +4,7 @@ Each is a function of the phase and of the addresses of the own states, of the p
 """
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -35,6 +36,7 @@ class FlatPart(NamedTuple):
     kind: int
 
 
+@cache
 def rate_law(definition: Definition) -> tuple[int, ...]:
     """The addresses of the compiled rates of the n own states in each mode of a nonlinear system.
 
@@ -54,6 +56,7 @@ def _rate_law(definition: Definition, mode: int) -> int:
     return _address(definition, formulas)
 
 
+@cache
 def flat_kinds(definition: Definition) -> tuple[tuple[int, ...], ...]:
     """The kinds of the functions with flat parts in the rates and guards of each mode, in the order of `rate_law`."""
     by = (*definition.variables, PHI)
@@ -68,6 +71,7 @@ def watched_formulas(definition: Definition, mode: int) -> tuple[sp.Expr, ...]:
     return tuple(row.of(definition.columns) for row in curved)
 
 
+@cache
 def derived_law(definition: Definition) -> int:
     """The address of the compiled derived states, zero if there are none.
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import sympy as sp
@@ -128,6 +129,7 @@ def equal(one: Row, other: Row) -> bool:
     return not _differ(one, other) and all(a == b or sp.simplify(a - b) == 0 for a, b in _pairs(one, other))
 
 
+@lru_cache(maxsize=1024)  # asked again for each part of a divided mode
 def factor_of(one: Row, other: Row) -> sp.Expr | None:
     """The factor free of states and phase by which a function is another one that is not zero; None where there is none."""
     quotient = next((a / b for a, b in _pairs(one, other) if b != 0), None)
