@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bench.cloop import CLoop
+from cloop import CLoop
 
 import nsmaps.bench
 from nsmaps.bench.comparison import errors

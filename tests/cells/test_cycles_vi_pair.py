@@ -1,4 +1,4 @@
-"""Cycles of the VI pair at d = 0.35 against 40-digit values that share nothing with nsmaps: `tests/bench/make_cycles.py`."""
+"""Cycles of the VI pair at d = 0.35 against 40-digit values that share nothing with nsmaps: `docs/benchmarks/make_cycles.py`."""
 
 import numpy as np
 import pytest

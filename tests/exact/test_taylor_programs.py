@@ -3,8 +3,8 @@
 import ctypes
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from functools import cache
-from types import SimpleNamespace
 
 import mpmath as mp
 import numpy as np
@@ -30,10 +30,17 @@ START, RATE, TURN, PHASE = 0.3, 1.25, 0.75, 0.4
 CLOSE = 1e-13  #: of coefficients, relative to the largest
 
 
-def tangent():
-    """x' = a (1 + x^2), whose motion is tan(a t + atan x), with the derived state atan(x) + sin(phi)."""
-    smooth = (A * (1 + X**2),)
-    return SimpleNamespace(variables=(X,), symbols=(A, W), phase_rate=W, smooth=(smooth,), derived=(sp.atan(X) + sp.sin(PHI),))
+@dataclass(eq=False)
+class Tangent:
+    """Formulas of a definition, by default x' = a (1 + x^2), so x = tan(a t + atan x), with atan(x) + sin(phi) derived."""
+
+    variables: tuple = (X,)
+    symbols: tuple = (A, W)
+    phase_rate: sp.Expr = W
+    smooth: tuple = ((A * (1 + X**2),),)
+    derived: tuple = (sp.atan(X) + sp.sin(PHI),)
+    states: tuple = ("x",)
+    transitions: tuple = ()
 
 
 def expand(address, states, par, rows):
@@ -55,7 +62,7 @@ def near(found, known):
 
 
 def test_series_of_own_and_derived_states_are_those_of_the_motion():
-    definition = tangent()
+    definition = Tangent()
     (address,) = steps_of(definition, FLIGHT)
     begin = [START, float(np.arctan(START) + np.sin(PHASE))]
     own, derived = expand(address, begin, [PHASE, RATE, TURN], 2)
@@ -64,7 +71,7 @@ def test_series_of_own_and_derived_states_are_those_of_the_motion():
 
 
 def test_series_of_derivatives_are_those_by_state_phase_and_direction():
-    (address,) = steps_of(tangent(), ALONG)
+    (address,) = steps_of(Tangent(), ALONG)
     own, by_state, by_phase, along = expand(address, [START, 1, 0, 0], [PHASE, RATE, TURN, 0.5, 2.0, 0.0], 4)
     near(own, coefficients(lambda t: mp.tan(RATE * t + mp.atan(START))))
     near(by_state, coefficients(lambda t: mp.sec(RATE * t + mp.atan(START)) ** 2 / (1 + START**2)))
@@ -73,11 +80,11 @@ def test_series_of_derivatives_are_those_by_state_phase_and_direction():
 
 
 def test_steps_of_equal_formulas_are_one_program():
-    assert steps_of(tangent(), FLIGHT) == steps_of(tangent(), FLIGHT)
+    assert steps_of(Tangent(), FLIGHT) == steps_of(Tangent(), FLIGHT)
 
 
 def test_a_step_that_cannot_be_linked_is_made_through_python(monkeypatch):
-    made = tangent()
+    made = Tangent()
     program = program_of(Formulas(made.smooth[0], made.derived, made.variables, made.symbols, W), FLIGHT)
     given = [START, 0.7], [PHASE, RATE, TURN], 2
     steps = link_step(program), python_step(program)
@@ -122,7 +129,7 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
 
 @pytest.mark.parametrize("way", [link_step, python_step])
 def test_threads_do_not_disturb_one_another(way):
-    made = tangent()
+    made = Tangent()
     step = way(program_of(Formulas(made.smooth[0], (), made.variables, made.symbols, W), FLIGHT))
     starts = np.linspace(-1, 1, 40)
     with ThreadPoolExecutor(4) as pool:
@@ -143,13 +150,11 @@ def written(address, size):
 
 def test_derived_states_come_with_their_derivatives():
     expected = [np.arctan(START) + np.sin(PHASE), 1 / (1 + START**2), np.cos(PHASE), 0, 0, np.arctan(START) + np.sin(PHASE)]
-    assert written(derived_law(tangent()), 6).tolist() == pytest.approx(expected, rel=1e-15)
+    assert written(derived_law(Tangent()), 6).tolist() == pytest.approx(expected, rel=1e-15)
 
 
 def test_rates_come_with_sizes_derivatives_and_functions_with_flat_parts():
-    made = tangent()
-    made.smooth = ((A * sp.tanh(3 * X) - sp.sqrt(1 + X**2) * sp.cos(PHI) + sp.exp(-X),),)
-    made.states, made.transitions = ("x",), ()
+    made = Tangent(smooth=((A * sp.tanh(3 * X) - sp.sqrt(1 + X**2) * sp.cos(PHI) + sp.exp(-X),),))
     ((address,), (kinds,)) = rate_law(made), flat_kinds(made)
     assert sorted(kinds) == sorted([TANH, ORIGIN, EXP])
     out = written(address, 4 + 3 * 3)

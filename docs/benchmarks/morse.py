@@ -1,4 +1,4 @@
-"""Boxes in one batch beside CMGDB with a plain Python map called once a box: `python tests/bench/morse.py`, extra `morse`.
+"""Boxes in one batch beside CMGDB with a plain Python map called once a box: `python docs/benchmarks/morse.py`, extra `morse`.
 
 The same window, the same cells, in turn in one process; the ratio of times is what counts. CMGDB's boxes are those of its
 default, the hull of the images of a box's corners, which encloses nothing; ours are enclosures.

@@ -1,6 +1,6 @@
 """Make the references of the benchmark, nsmaps/bench/references.npz, with 40 correct digits before they are rounded to double.
 
-Run by hand, `python tests/bench/make_references.py`; it takes a few minutes. The 10,000 starts are solved here in 50-digit
+Run by hand, `python docs/benchmarks/make_references.py`; it takes a few minutes. The 10,000 starts are solved here in 50-digit
 arithmetic: between two zeros of the acceleration, known in closed form, the velocity is monotone and has at most one zero;
 between two zeros of the velocity the displacement is monotone and meets a wall at most once. Nothing is shared with nsmaps
 but the starts. The hard cases are copied from tests/data/hard_returns.json.

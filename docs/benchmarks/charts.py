@@ -1,8 +1,8 @@
 """Charts of the pair over d and r: beside the bare compiled map, two dask workers beside one, and beside pynamicalsys.
 
-Run by hand, on a quiet machine: `python tests/bench/charts.py [PIXELS [RETURNS]]`, the numbers along each side and of each pixel,
-1000 and 10000 unless given; dask and pynamicalsys take a tenth of the pixels of a side. The bare map returns as often at a sample
-of the pixels.
+Run by hand, on a quiet machine: `python docs/benchmarks/charts.py [PIXELS [RETURNS]]`, the numbers along each side and of each
+pixel, 1000 and 10000 unless given; dask and pynamicalsys take a tenth of the pixels of a side. The bare map returns as often at a
+sample of the pixels.
 """
 
 import sys

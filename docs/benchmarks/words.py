@@ -1,4 +1,4 @@
-"""Random first returns of systems with modes against a plain integrator: python tests/bench/words.py [STARTS [SYSTEM ...]].
+"""Random first returns of systems with modes against a plain integrator: python docs/benchmarks/words.py [STARTS [SYSTEM ...]].
 
 The integrator shares nothing with nsmaps but the formulas of the class: Runge-Kutta steps of order 4, and an event wherever a
 function of the mode is negative at the end of a step, found in ever smaller parts of it. Where a word differs it is computed
@@ -15,7 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import sympy as sp
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 from hybrid import SYSTEMS, numbers, reference, system
 
 STEPS, LONGEST, FINER = 100, 40, (10, 100)  # a radian of the forcing, radians, finer steps for those that differ

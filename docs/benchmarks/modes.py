@@ -1,4 +1,4 @@
-"""Systems with modes against other programs, `python tests/bench/modes.py [TURNS]`: heyoka, SciPy, C loops for the recoil pair.
+"""Systems with modes against others, `python docs/benchmarks/modes.py [TURNS]`: heyoka, SciPy, a C loop of the recoil pair.
 
 All take the same first returns from random states, in turns within one run on one core; the time of each is the processor time of
 its shortest turn. Errors are the largest of any coordinate at the random starts of the references of 40 digits, where words are
@@ -14,7 +14,7 @@ from time import process_time
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 from hybrid import SYSTEMS, numbers, reference, system, word
 from modes_peers import LANES, Heyoka, SciPy, Written
 from words import Plain, begun

@@ -1,6 +1,6 @@
 """One orbit of composite maps and of a map of strips in compiled loops: beside the exact map's, and asked return by return.
 
-Run by hand, on a quiet machine: `python tests/bench/orbits.py`. Times alternate in one run; medians, in us a return.
+Run by hand, on a quiet machine: `python docs/benchmarks/orbits.py`. Times alternate in one run; medians, in us a return.
 """
 
 import time

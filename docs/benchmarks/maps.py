@@ -1,6 +1,6 @@
 """Maps given by formulas beside loops written by hand in numba, in one, two and three coordinates, with derivatives and without.
 
-Run by hand, on a quiet machine: `python tests/bench/maps.py`. Times alternate in one run; medians of processor time, in ns a
+Run by hand, on a quiet machine: `python docs/benchmarks/maps.py`. Times alternate in one run; medians of processor time, in ns a
 return. A loop by hand writes the fields of `Returns` that such a map has: images, letters, outcomes, times and derivatives.
 `loop` is the compiled loop of the map in the same memory each time, as a multiple of that by hand; `call` is the public call, of
 batches in threads on all cores, as a multiple of the loop by hand with new memory.

@@ -1,8 +1,8 @@
 """Polish the cycles of tests/data/cycles.json in 60 digits, check each by the equations of motion, and write the file anew.
 
-Run by hand, `python tests/bench/make_cycles.py`; it takes half a minute. The file's own states are the guesses, from which nsmaps
-gives the order and rough times of the impacts; all else is made here: Z'' = cos(pi t) + g_bar between walls at -d/2 (T) and
-d/2 (B), and an impact that is left with r times the speed with which it was met. The unknowns are the times of all impacts of
+Run by hand, `python docs/benchmarks/make_cycles.py`; it takes half a minute. The file's own states are the guesses, from which
+nsmaps gives the order and rough times of the impacts; all else is made here: Z'' = cos(pi t) + g_bar between walls at -d/2 (T)
+and d/2 (B), and an impact that is left with r times the speed with which it was met. The unknowns are the times of all impacts of
 a cycle, in which nothing is singular at a graze.
 """
 
@@ -15,7 +15,7 @@ import mpmath as mp
 from nsmaps_vi_pair import VIPair
 
 mp.mp.dps = 60
-FILE = Path(__file__).parents[1] / "data" / "cycles.json"
+FILE = Path(__file__).parents[2] / "tests" / "data" / "cycles.json"
 D, R = mp.mpf("0.35"), mp.mpf("0.5")
 G = mp.mpf("0.1245") * mp.mpf("9.8") * mp.sin(mp.pi / 3) / 5
 SIZE = mp.mpf(10) ** -50

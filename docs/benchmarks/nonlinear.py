@@ -1,4 +1,4 @@
-"""Nonlinear systems with modes against heyoka, `python tests/bench/nonlinear.py [TURNS]`: first returns, and with derivatives.
+"""Nonlinear modes against heyoka, `python docs/benchmarks/nonlinear.py [TURNS]`: first returns, also with derivatives.
 
 Both take the same first returns from states that motions come to, in turns within one run on one core; the time of each is the
 processor time of its shortest turn. heyoka has one integrator to the precision of doubles with events that end a step, whose
@@ -14,7 +14,7 @@ from nsmaps_hopper import Hopper
 from nsmaps_neuron import Neuron
 from nsmaps_relief_valve import ReliefValve
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
 from modes import peer, turn
 from modes_peers import Heyoka, Written
 

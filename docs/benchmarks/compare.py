@@ -1,4 +1,4 @@
-"""The developers' benchmark, `python tests/bench/compare.py [FOLDER] [--ours]`: with the C loops; writes bench.md and bench.png.
+"""The developers' benchmark, `python docs/benchmarks/compare.py [FOLDER] [--ours]`: with C loops; writes bench.md, bench.png.
 
 Install the peers beside nsmaps first (heyoka, diffrax, scikit-sundae), or they are skipped. It takes a few minutes. With `--ours`
 they take no part, and it takes some seconds: the ratios between our own ways and the C loops alone.

@@ -1,7 +1,8 @@
 """Bifurcation diagrams of the exact map: ours beside a bare numba loop and pynamicalsys, both iterating the same compiled map.
 
-600 values of d, 2,000 returns forgotten and 100 kept at each, following the attractor up and down. Run by hand, on a quiet
-machine: `python tests/bench/longrun.py`; pynamicalsys is of the extra `peers`. Times alternate in one run; ratios are medians.
+600 values of d, 2,000 returns forgotten and 100 kept at each, following the attractor up and down. Run by hand, on a
+quiet machine: `python docs/benchmarks/longrun.py`; pynamicalsys is of the extra `peers`. Times alternate in one run; ratios
+are medians.
 """
 
 import time
