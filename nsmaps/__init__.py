@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.windows import windows as windows
     from nsmaps.dynamics.iterated import Iterated as Iterated
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
+    from nsmaps.dynamics.lyapunov import LyapunovSweep as LyapunovSweep
     from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
     from nsmaps.dynamics.lyapunov import lyapunov_sweep as lyapunov_sweep
     from nsmaps.dynamics.manifolds.manifold import Manifold as Manifold
@@ -184,7 +185,7 @@ _PUBLIC = {
     "dynamics.attractors.distance": ("hausdorff",),
     "dynamics.attractors.global_continuation": ("global_continuation",),
     "dynamics.iterated": ("Iterated",),
-    "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "lyapunov"),
+    "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "LyapunovSweep", "lyapunov"),
     "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),
     "dynamics.noise.law": ("Noise",),

@@ -27,7 +27,6 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
     "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
     "FitReport": dict.fromkeys(("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss"), "coordinate"),
     "ImpactDiagram": {"values": "value", "wall": "value impact", "speed": "value impact"},
-    "LyapunovSweep": {"values": "value"},
     "MorseCover": {
         **dict.fromkeys(("numbers", "component", "stays"), "cell"),
         "edges": "edge ends",

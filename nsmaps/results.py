@@ -84,6 +84,7 @@ class Result(Storable):
 
     __slots__ = ()
     picture: ClassVar[str] = ""  #: such as `nsmaps.figures.longrun.bifurcation`
+    leading: ClassVar[tuple[str, ...]] = ()  #: names of the first of the axes that `...` stands for, such as ("value",)
 
     __repr__ = brief
 
@@ -111,23 +112,24 @@ class Result(Storable):
     def _repr_html_(self) -> str:
         """The arrays of the result in a notebook: name, axes with their lengths, and what each holds."""
         rows = [
-            f"<tr><td>{escape(name)}</td><td>{escape(_shape(declared, value))}</td><td>{escape(declared.text)}</td></tr>"
+            f"<tr><td>{escape(name)}</td><td>{escape(_shape(self, declared, value))}</td><td>{escape(declared.text)}</td></tr>"
             for name, declared, value in declared_arrays(self)
         ]
         return f"<p>{escape(str(self))}</p><table>{''.join(rows)}</table>"
 
 
-def _shape(declared: Declaration, value: Any) -> str:
+def _shape(result: Any, declared: Declaration, value: Any) -> str:
     shape = np.shape(value)
-    return ", ".join(f"{axis} {count}" for axis, count in zip(axes_of(declared, len(shape)), shape, strict=True))
+    return ", ".join(f"{axis} {count}" for axis, count in zip(axes_of(result, declared, len(shape)), shape, strict=True))
 
 
-def axes_of(declared: Declaration, count: int) -> tuple[str, ...]:
-    """The names of the axes of an array with this number of axes."""
+def axes_of(result: Any, declared: Declaration, count: int) -> tuple[str, ...]:
+    """The names of the axes of an array of a result with this number of axes."""
     if "..." not in declared.axes:
         return declared.axes
     place = declared.axes.index("...")
-    free = [f"axis_{number}" for number in range(count - len(declared.axes) + 1)]
+    unnamed = count - len(declared.axes) + 1 - len(result.leading)
+    free = *result.leading, *(f"axis_{number}" for number in range(unnamed))
     return (*declared.axes[:place], *free, *declared.axes[place + 1 :])
 
 
@@ -154,7 +156,7 @@ def dataset_of(result: Any) -> "Dataset":
     variables, used = {}, set[str]()
     for name, declared, value in found:
         value = np.asarray(value)
-        axes = axes_of(declared, value.ndim)
+        axes = axes_of(result, declared, value.ndim)
         if np.iscomplexobj(value):
             axes, value = (*axes, "part"), np.stack([value.real, value.imag], axis=-1)
         used |= {names.get(axis, axis) for axis in axes}

@@ -97,7 +97,7 @@ STARTED = {
 
 SWEPT = {
     "bifurcation": lambda of, state: nsmaps.bifurcation(of, [0.34, 0.35], state, 3, 2).states,
-    "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, [0.34, 0.35], state, 32, 2).at.exponents,
+    "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
     "stability_diagram": lambda of, state: (
         nsmaps.stability_diagram(lambda d, r: of(d).at(r=r), [0.34, 0.35], [0.5], state, 2, 9).period
     ),

@@ -131,7 +131,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
     "iterate": lambda s: nsmaps.iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
-    "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), values(s), STARTS[s], 32, 4),
+    "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), "p", values(s), STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
     "morse_sets": lambda s: nsmaps.morse_sets(s, box(s), 0, 2),
     "noisy_orbits": noisy,

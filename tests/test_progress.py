@@ -144,7 +144,7 @@ def test_every_progress_is_a_fraction_that_ends_with_one(name, pair):
     [
         lambda system, jobs: nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 20, 20, jobs=jobs),
         lambda system, jobs: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), returns=200, jobs=jobs),
-        lambda system, jobs: nsmaps.lyapunov_sweep(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 64, 20, jobs=jobs),
+        lambda system, jobs: nsmaps.lyapunov_sweep(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=64, transient=20, jobs=jobs),
         lambda system, jobs: nsmaps.noisy_orbits(system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, jobs=jobs),
     ],
     ids=["bifurcation", "basins", "lyapunov_sweep", "noisy_orbits"],

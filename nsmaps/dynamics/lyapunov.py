@@ -1,29 +1,32 @@
 """Lyapunov exponents of return maps, through impacts, per return and per unit of time."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.returnmap import followed, starts_under
+from nsmaps.dynamics.returnmap import followed, map_along, starts_under
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
+from nsmaps.results import NONE, Result, array, array_property, units_of
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
+PER_RETURN, PER_TIME = "per return", "per time unit of the system"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Lyapunov(WithCoordinates):
+class Lyapunov(WithCoordinates, Result):
     """Lyapunov exponents of the orbits of one or more starts; `...` is the shape of the starts without their last axis.
 
     The exponents of an orbit that ended are NaN, and `outcome` gives the reason. A return that comes to rest on a wall, or is the
@@ -31,20 +34,18 @@ class Lyapunov(WithCoordinates):
     with such returns are -inf.
     """
 
-    __repr__ = brief
-
     coordinates: Coordinates
-    returns: int  #: images over which the exponents are averaged, after those discarded; of a composite map some count several
-    exponents: Floats  #: shape (..., dim), per return, in descending order
-    error: Floats  #: shape (..., dim), their standard errors, by batch means; see `lyapunov`
-    per_time: Floats  #: shape (..., dim), per unit of the system's time; NaN where the map has no times
-    per_time_error: Floats  #: shape (..., dim)
-    log_det: Floats  #: shape (...), mean of `log |det|` of the derivative, which equals the sum of the exponents
-    running: Floats  #: shape (32, ..., dim), exponents from the first 1/32, 2/32, ... of the returns: their convergence
-    outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`: of the last return, or of that which ended the orbit
-    final: Floats  #: shape (..., dim), the last states
+    n_returns: int  #: images over which the exponents are averaged, after the transient; of a composite map some count several
+    exponents: Floats = field(metadata=array("... exponent", "exponents, in descending order", PER_RETURN))
+    error: Floats = field(metadata=array("... exponent", "standard errors, by batch means; see `lyapunov`", PER_RETURN))
+    per_time: Floats = field(metadata=array("... exponent", "exponents; NaN where the map has no times", PER_TIME))
+    per_time_error: Floats = field(metadata=array("... exponent", "standard errors", PER_TIME))
+    log_det: Floats = field(metadata=array("...", "mean of log |det| of the derivative, the sum of the exponents", PER_RETURN))
+    running: Floats = field(metadata=array("... batch exponent", "exponents of the first 1/32, 2/32, ... returns", PER_RETURN))
+    outcome: NDArray[np.int8] = field(metadata=array("...", f"of the last return, or of that which ended it: {OUTCOMES}", NONE))
+    final: Floats = field(metadata=array("... coordinate", "last states"))
 
-    @property
+    @array_property("...", "difference of the sum of the exponents from log_det, due to rounding", PER_RETURN)
     def defect(self) -> Floats:
         """Absolute difference of the sum of the exponents from the mean of `log |det|`, shape (...), due to rounding."""
         with np.errstate(invalid="ignore"):
@@ -52,8 +53,8 @@ class Lyapunov(WithCoordinates):
 
 
 @shows
-def lyapunov(map: ReturnMap, state: StateLike, n: int, discard: int = 1000) -> Lyapunov:
-    """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), over n returns.
+def lyapunov(model: ReturnMap, starts: StateLike, n_returns: int, transient: int = 1000) -> Lyapunov:
+    """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim).
 
     A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
     Gram-Schmidt; the exponents are the means of the logarithms of its growth factors. The error is that of 32 batch means, as if
@@ -62,33 +63,35 @@ def lyapunov(map: ReturnMap, state: StateLike, n: int, discard: int = 1000) -> L
     a batch is long, such as escapes from an attractor.
 
     Args:
-        map: a return map with derivatives, such as an exact system or a composite map.
-        state: phases in radians.
-        n: returns over which the exponents are averaged.
-        discard: returns before these, in which the frame converges to the directions of the exponents.
+        model: a return map with derivatives, such as an exact system or a composite map.
+        starts: phases in radians.
+        n_returns: returns over which the exponents are averaged.
+        transient: returns before these, in which the frame converges to the directions of the exponents.
 
     Raises:
         StateError: the state does not have the map's coordinates.
-        NsmapsError: n is below 32, the number of batches, or `discard` is negative.
+        NsmapsError: `n_returns` is below 32, the number of batches, or `transient` is negative.
     """
-    start, dim = as_starts(state, ReturnMap.require(map, "exponents").coordinates), len(map.coordinates)
-    if n < BATCHES or discard < 0:
-        raise NsmapsError(f"{n} returns after {discard}; expected: at least {BATCHES}, one per batch, after zero or more")
+    start, dim = as_starts(starts, ReturnMap.require(model, "exponents").coordinates), len(model.coordinates)
+    if n_returns < BATCHES or transient < 0:
+        raise NsmapsError(
+            f"{n_returns} returns after {transient}; expected: at least {BATCHES}, one per batch, after zero or more"
+        )
     flat = start.reshape(-1, dim)
     frames = np.tile(np.eye(dim), (len(flat), 1, 1))
     outcome = np.full(len(flat), Outcome.invalid, np.int8)
-    for part in _growth(map, flat, frames, discard):
+    for part in _growth(model, flat, frames, transient):
         flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
-    sums, counts = [], np.diff(np.arange(BATCHES + 1) * n // BATCHES)
+    sums, counts = [], np.diff(np.arange(BATCHES + 1) * n_returns // BATCHES)
     for count in counts.tolist():
         total = np.zeros((len(flat), dim + 3))
-        for part in _growth(map, flat, frames, count):
+        for part in _growth(model, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
             part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a singular derivative, up to rounding
             others = np.stack([part.log_det, part.time, part.numbers], axis=-1)
             total += np.concatenate([part.growth, others], axis=-1).sum(axis=0)
         sums.append(total)
-    return _summary(map, np.stack(sums), counts, start.shape, outcome, flat)
+    return _summary(model, np.stack(sums), counts, start.shape, outcome, flat)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,10 +147,10 @@ def _summary(
         running = growth.cumsum(axis=0) / clocks[0].cumsum(axis=0)
         log_det = sums[..., dim].sum(axis=0) / clocks[0].sum(axis=0)[..., 0]
     means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
-    running = running.reshape(BATCHES, *shape)
+    running = np.moveaxis(running, 0, 1).reshape(*some, BATCHES, dim)
     return Lyapunov(
         coordinates=Coordinates(map.coordinates),
-        returns=n,
+        n_returns=n,
         exponents=means,
         error=error,
         per_time=per_time,
@@ -177,29 +180,35 @@ def batch_error(differences: Floats) -> Floats:
     return np.asarray(np.sqrt(square / (len(differences) * (len(differences) - 1)) * (1 + rho) / (1 - rho)))
 
 
-TABLES = tuple(field.name for field in fields(Lyapunov) if field.name not in ("coordinates", "returns"))  #: its arrays
+TABLES = tuple(each.name for each in fields(Lyapunov) if each.metadata)  #: its arrays
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class LyapunovSweep:
-    """Lyapunov exponents over V values of a parameter."""
+class LyapunovSweep(Lyapunov):
+    """Lyapunov exponents over V values of a parameter, which are the first axis of all arrays.
 
-    __repr__ = brief
+    Where there is no map, they are NaN, and the outcome is `invalid`.
+    """
 
-    values: Floats  #: shape (V,), as given
+    picture: ClassVar[str] = "nsmaps.figures.longrun.lyapunov"
+    leading: ClassVar[tuple[str, ...]] = ("value",)
+
+    parameter: str
+    values: Floats = field(metadata=array("value", "values of the parameter, as given", name="parameter"))
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
-    at: Lyapunov  #: all arrays with V as their first axis; NaN, and the outcome `invalid`, where there is no map
+    units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
 
 
 @divides
 def lyapunov_sweep(
-    map_of: Callable[[float], ReturnMap],
+    system: System | Callable[[float], ReturnMap],
+    parameter: str,
     values: ArrayLike,
-    state: StateLike,
-    n: int,
-    discard: int = 1000,
-    direction: Literal["up", "down"] | None = None,
+    starts: StateLike,
     *,
+    n_returns: int,
+    transient: int = 1000,
+    direction: Literal["up", "down"] | None = None,
     jobs: Jobs = SERIAL,
 ) -> LyapunovSweep:
     """The Lyapunov exponents over the values of a parameter; arguments as for `lyapunov` and `bifurcation`.
@@ -207,24 +216,25 @@ def lyapunov_sweep(
     Every value is a part of `jobs`, see `nsmaps.Jobs`; with `direction` all of them are one part.
 
     Raises:
-        StateError, NsmapsError: as `lyapunov`, or no value has a map.
+        StateError, NsmapsError: as `lyapunov`, the system has no such parameter, or no value has a map.
     """
-    along = np.atleast_1d(np.asarray(values, float))
+    map_of, along = map_along(system, parameter), np.atleast_1d(np.asarray(values, float))
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
-    now = starts_under(map_of, along, state)
+    now = starts_under(map_of, along, starts)
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     cuts = [order] if direction else [order[cut] for cut in jobs.cuts(len(order))]
-    parts = [(map_of, along[cut], now, n, discard, bool(direction)) for cut in cuts]
+    parts = [(map_of, along[cut], now, n_returns, transient, bool(direction)) for cut in cuts]
 
     def sweep(found: Mapping[int, Arrays]) -> LyapunovSweep:
-        return _sweep(along, n, [(cuts[k], part) for k, part in found.items()])
+        tables = _over_all(along, [(cuts[k], part) for k, part in found.items()])
+        return LyapunovSweep(n_returns=n_returns, parameter=parameter, values=along, units=units_of(system), **tables)
 
     return sweep(dict(enumerate(jobs.run(_exponents, parts, sweep))))
 
 
-def _sweep(along: Floats, n: int, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> LyapunovSweep:
-    """The exponents over all values, from the arrays at some of them, by their indices."""
+def _over_all(along: Floats, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> dict[str, Any]:
+    """The coordinates, and reasons and exponents at all values, from the arrays at some of them, by their indices."""
     reasons = np.full(len(along), NOT_COMPUTED, object)
     for cut, part in blocks:
         reasons[cut] = part["reasons"]
@@ -238,14 +248,14 @@ def _sweep(along: Floats, n: int, blocks: list[tuple[NDArray[np.int64], Arrays]]
         for cut, part in blocks:
             if name in part:
                 tables[name][cut[part["reasons"] == ""]] = part[name]
-    return LyapunovSweep(along, tuple(reasons.tolist()), Lyapunov(names_among(known)[0], n, **tables))
+    return {"coordinates": names_among(known)[0], "reasons": tuple(reasons.tolist()), **tables}
 
 
 def _exponents(
-    map_of: Callable[[float], ReturnMap], values: Floats, state: Floats, n: int, discard: int, directed: bool
+    map_of: Callable[[float], ReturnMap], values: Floats, starts: Floats, n_returns: int, transient: int, directed: bool
 ) -> Arrays:
     """The arrays of `lyapunov` at values, taken in this order, where there are maps."""
-    found, reasons, _ = followed(map_of, values, state, partial(lyapunov, n=n, discard=discard), directed)
+    found, reasons, _ = followed(map_of, values, starts, partial(lyapunov, n_returns=n_returns, transient=transient), directed)
     about = {"reasons": np.array(reasons, str)}
     if not found:
         return about

@@ -183,6 +183,7 @@ _ROWS = (
         "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "
         "Neighbouring orbits diverge where an exponent is positive.",
         (data.LYAPUNOV,),
+        of_parts=True,
     ),
     Row(
         "longrun.basins",

@@ -80,7 +80,7 @@ def lyapunov(result: StudyResult, part: str) -> str:
     if spec is None or found is None:
         return ""
     with np.errstate(invalid="ignore"):
-        positive = int((found.at.exponents[:, 0] > 2 * found.at.error[:, 0]).sum())
+        positive = int((found.exponents[:, 0] > 2 * found.error[:, 0]).sum())
     text = f"the largest exponent exceeds two standard errors at {positive} of them"
     return f"{at(result, (spec.parameter,))}{range_text(spec)}; {text}."
 

@@ -41,7 +41,7 @@ def test_returns_orbits_and_exponents_have_the_closed_form():
     assert by_slope == pytest.approx(2 * np.cos(WHEEL.gamma) * np.sin(WHEEL.alpha) / image[rolls], rel=1e-10)
     orbit = nsmaps.orbit(WHEEL, [1.5], 200)
     assert orbit.final == pytest.approx([steady], rel=1e-13)
-    exponent = nsmaps.lyapunov(WHEEL, [steady], 200, discard=10).exponents
+    exponent = nsmaps.lyapunov(WHEEL, [steady], 200, transient=10).exponents
     assert exponent == pytest.approx([2 * np.log(kept(WHEEL))], rel=1e-9)
 
 
@@ -109,7 +109,7 @@ def test_a_diagram_doubles_where_30_digits_have_it():
 def test_exponents_have_the_sum_of_liouville():
     pendulum = PendulumBeforeStop(zeta=0.05, F=0.8, omega=1.0, stop=0.3, r=0.8)
     orbit = nsmaps.orbit(pendulum, [1.0, 0.0], 600)
-    exponents = nsmaps.lyapunov(pendulum, orbit.states[200], 400, discard=0).exponents
+    exponents = nsmaps.lyapunov(pendulum, orbit.states[200], 400, transient=0).exponents
     assert exponents.sum() == pytest.approx(np.mean(2 * np.log(0.8) - 0.1 * orbit.time[200:600]), rel=1e-6)
 
 

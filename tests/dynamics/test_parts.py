@@ -37,8 +37,8 @@ DIAGRAM = partial(nsmaps.bifurcation, ALONG, VALUES, STARTS, 20, 100)
 SWEEPS: dict[str, Callable[..., Any]] = {
     **{f"bifurcation {way}": partial(DIAGRAM, direction=way) for way in (None, "up", "down", "both")},
     "stability": partial(stability_diagram, nsmaps.Along(PAIR, "d", "r"), [0.26, 0.3, 0.35], [0.4, 1.5, 0.6], [0.8, 0.4], 8, 100),
-    "lyapunov": partial(lyapunov_sweep, ALONG, VALUES, [0.8, 0.4], 64, 50),
-    "lyapunov up": partial(lyapunov_sweep, ALONG, VALUES, [0.8, 0.4], 64, 50, direction="up"),
+    "lyapunov": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
+    "lyapunov up": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
     **{f"chart {way}": partial(nsmaps.chart, PAIR, PLANE, STARTS[:2], 20, 100, 8, way) for way in (None, "up", "both")},

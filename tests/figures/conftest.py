@@ -26,7 +26,7 @@ from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
 from nsmaps.dynamics.diagrams.stability import StabilityDiagram
-from nsmaps.dynamics.lyapunov import Lyapunov, LyapunovSweep
+from nsmaps.dynamics.lyapunov import LyapunovSweep
 from nsmaps.dynamics.noise.orbits import Noise
 from nsmaps.dynamics.noise.residence import Residence
 from nsmaps.dynamics.observables.attractors import AttractorMeans
@@ -232,8 +232,8 @@ def _exponents() -> LyapunovSweep:
     """One value without a map, one with exponents of -1 and -2."""
     one, two = np.full((3, 2), [-1.0, -2.0]), np.full((3, 2), 0.1)
     one[1] = np.nan
-    made = Lyapunov(COORDINATES, 64, one, two, one / 2, two / 2, one.sum(axis=1), one[:, None], np.zeros(3, np.int8), one)
-    return LyapunovSweep(np.array([0.3, 0.1, 0.2]), ("", "none", ""), made)
+    tables = one, two, one / 2, two / 2, one.sum(axis=1), one[:, None], np.zeros(3, np.int8), one
+    return LyapunovSweep(COORDINATES, 64, *tables, "d", np.array([0.3, 0.1, 0.2]), ("", "none", ""))
 
 
 def _noisy() -> NoiseResult:

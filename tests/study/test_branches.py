@@ -333,8 +333,10 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     else:
         assert made.lyapunov is not None
         each = made.lyapunov
-        assert np.array_equal(each.at.exponents[:3], lyapunov_sweep(along, values[:3], start, 64, 9).at.exponents)
-        assert np.isnan(each.at.exponents[3:]).all()
+        assert np.array_equal(
+            each.exponents[:3], lyapunov_sweep(along, "a", values[:3], start, n_returns=64, transient=9).exponents
+        )
+        assert np.isnan(each.exponents[3:]).all()
     assert [bool(reason) for reason in each.reasons] == [False] * 3 + [True] * 2
 
 
@@ -350,7 +352,7 @@ def test_orbits_that_escape_are_data(section: str) -> None:
         assert set(made.bifurcation["exact"].outcome.ravel().tolist()) == {Outcome.escaped}
         assert numbers["exact"]["ended"] == 5
     elif section == "lyapunov":
-        assert set(made.lyapunov.at.outcome.tolist()) == {Outcome.escaped}
+        assert set(made.lyapunov.outcome.tolist()) == {Outcome.escaped}
         assert numbers["exponents"] == [[None, None]] * 5
     else:
         assert set(made.stability.outcome.ravel().tolist()) == {Outcome.escaped}

@@ -44,7 +44,7 @@ def test_a_study_gives_what_the_functions_give() -> None:
     for each in (result, again):
         assert np.array_equal(each.basins.label, made.label)
         assert np.array_equal(each.boundary.points, line.points)
-        assert np.array_equal(each.lyapunov.at.exponents, exponents, equal_nan=True)
+        assert np.array_equal(each.lyapunov.exponents, exponents, equal_nan=True)
         assert np.array_equal(each.noise.stays[1].time, stay.time)
         assert [(d.direction, d.noise.sigma) for d in each.noise.impacts] == [
             ("down", 0),

@@ -6,33 +6,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.data import LYAPUNOV, section
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, ORANGE, label
 
 if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
 
 _COLOURS = (BLUE, ORANGE, "0.45")
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(result: "LyapunovSweep") -> tuple[Sheet, ...]:
     """One sheet of two panels: per return and per unit of time; of one where a return takes a unit, as those of maps do."""
-    at = LYAPUNOV.of(result, "lyapunov").at
-    kinds = (False,) if np.array_equal(at.exponents, at.per_time, equal_nan=True) else (False, True)
+    kinds = (False,) if np.array_equal(result.exponents, result.per_time, equal_nan=True) else (False, True)
     panels = tuple(partial(lyapunov, result, per_time=per_time) for per_time in kinds)
     return (Sheet("lyapunov", panels, len(panels), legend=True),)
 
 
-def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
+def lyapunov(result: "LyapunovSweep", ax: Axes, per_time: bool = False) -> Axes:
     """The exponents with bands of two standard errors, a colour each; above the line at zero nearby orbits part.
 
     A mark on the lower edge is an exponent of minus infinity, as of motion that rests or chatters.
     """
-    sweep = LYAPUNOV.of(result, "lyapunov")
-    exponents, error = (sweep.at.per_time, sweep.at.per_time_error) if per_time else (sweep.at.exponents, sweep.at.error)
-    order = np.argsort(sweep.values)
-    x = sweep.values[order]
+    exponents, error = (result.per_time, result.per_time_error) if per_time else (result.exponents, result.error)
+    order = np.argsort(result.values)
+    x = result.values[order]
     for i in range(exponents.shape[-1]):
         y, spread = (np.where(np.isfinite(table), table, np.nan)[order, ..., i] for table in (exponents, error))
         colour = _COLOURS[i % len(_COLOURS)]
@@ -46,7 +43,7 @@ def lyapunov(result: "StudyResult", ax: Axes, per_time: bool = False) -> Axes:
             ax.plot(lowest, np.zeros(len(lowest)), "v", transform=ax.get_xaxis_transform(), label=name, **look)
     ax.axhline(0, color="black", lw=0.5, zorder=0)
     ax.set_xlim(x[0], x[-1])
-    ax.set_xlabel(label(section(result.study.lyapunov, "lyapunov").parameter))
+    ax.set_xlabel(label(result.parameter))
     ax.set_ylabel(f"exponents per {'unit of time' if per_time else 'return'}")
     ax.legend()
     return ax

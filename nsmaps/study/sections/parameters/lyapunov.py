@@ -8,7 +8,6 @@ import numpy as np
 from pydantic import Field
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
@@ -46,9 +45,9 @@ def _compute(spec: LyapunovSection, plan: "Plan", result: "StudyResult") -> dict
     from nsmaps.dynamics.lyapunov import lyapunov_sweep
 
     values = np.linspace(spec.low, spec.high, spec.points)
-    along, how = Along(plan.system, spec.parameter), (spec.returns, spec.discard, spec.direction)
+    how: dict[str, Any] = {"n_returns": spec.returns, "transient": spec.discard, "direction": spec.direction, "jobs": plan.jobs}
     with plan.study.source.located(("lyapunov",)):
-        return {"lyapunov": lyapunov_sweep(along, values, plan.bound["lyapunov"], *how, jobs=plan.jobs)}
+        return {"lyapunov": lyapunov_sweep(plan.system, spec.parameter, values, plan.bound["lyapunov"], **how)}
 
 
 def _describe(spec: LyapunovSection, study: "Study") -> str:
@@ -65,9 +64,9 @@ def _numbers(result: "StudyResult") -> dict[str, Any]:
     if sweep is None:
         return {}
     names = "exponents", "error", "per_time", "per_time_error"
-    defect = sweep.at.defect[np.isfinite(sweep.at.defect)]
+    defect = sweep.defect[np.isfinite(sweep.defect)]
     worst = float(defect.max()) if defect.size else None
-    rows = {name: plain(getattr(sweep.at, name)) for name in names}
+    rows = {name: plain(getattr(sweep, name)) for name in names}
     return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
 
 
@@ -88,7 +87,7 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         for row in (rows[k] for k in widest)
     ]
     more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
-    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.at.returns} returns.{more}"
+    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.n_returns} returns.{more}"
     heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
     yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
 
@@ -99,7 +98,7 @@ def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
     A sign is that of more than two standard errors; `exponent` is the range of the largest one, per return.
     """
     order = np.argsort(sweep.values, kind="stable")
-    values, largest, error = sweep.values[order], sweep.at.exponents[order, ..., 0].ravel(), sweep.at.error[order, ..., 0].ravel()
+    values, largest, error = sweep.values[order], sweep.exponents[order, ..., 0].ravel(), sweep.error[order, ..., 0].ravel()
     signs = [_sign(value, wide) for value, wide in zip(largest.tolist(), error.tolist(), strict=True)]
     rows = list[Row]()
     for sign, run in groupby(range(len(signs)), key=signs.__getitem__):
@@ -126,7 +125,6 @@ LYAPUNOV = Section[LyapunovSection](
     key="lyapunov",
     type=LyapunovSection | None,
     stored=LyapunovFields,
-    holds={"dynamics.lyapunov": ("Lyapunov", "LyapunovSweep")},
     bind=_bind,
     compute=_compute,
     describe=_describe,
