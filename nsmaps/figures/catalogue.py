@@ -205,7 +205,8 @@ _ROWS = (
         "The stable and unstable manifolds of saddles as lines in the plane of states.",
         "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "
         "interrupted where the map jumps, over the basins or the words where the study has them.",
-        (data.MANIFOLDS,),
+        (data.MANIFOLDS, data.BELOW),
+        of_parts=True,
     ),
     Row(
         "longrun.observables",

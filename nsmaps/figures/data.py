@@ -1,6 +1,8 @@
 """What figures read of a study's result: the parts that they show, and what a study names to have each."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsmaps.errors import NsmapsError
@@ -88,12 +90,18 @@ def _planes(result: "StudyResult") -> "Mapping[str, Surface]":
     return surfaces
 
 
-def _manifolds(result: "StudyResult") -> "Mapping[str, Sequence[Manifold]]":
-    """The manifolds of the saddles that have some; NsmapsError with the reasons where none has."""
-    found = {name: some for name, some in result.manifolds.items() if some}
+def _manifolds(result: "StudyResult") -> "Sequence[Manifold]":
+    """The manifolds of all saddles; NsmapsError with the reasons where none has any."""
+    found = [each for some in result.manifolds.values() for each in some]
     if result.manifolds and not found:
         raise NsmapsError(next(iter(result.no_manifold.values())))
     return found
+
+
+def _below(result: "StudyResult") -> "Callable[[Axes], Axes] | None":
+    """The panel over which manifolds are drawn."""
+    name = "longrun.basins" if result.basins is not None else "returns.words" if result.surfaces else ""
+    return partial(getattr(import_module(f"nsmaps.figures.{name}"), name.partition(".")[2]), result) if name else None
 
 
 def _basins(result: "StudyResult") -> "Basins | None":
@@ -244,7 +252,8 @@ BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
 GLOBAL_CONTINUATION: "Need[GlobalContinuation]" = Need(
     "attractors along a parameter", ("global_continuation",), lambda result: result.global_continuation
 )
-MANIFOLDS: "Need[Mapping[str, Sequence[Manifold]]]" = Need("manifolds of saddles", ("manifolds",), _manifolds)
+MANIFOLDS: "Need[Sequence[Manifold]]" = Need("manifolds of saddles", ("manifolds",), _manifolds)
+BELOW: "Need[Callable[[Axes], Axes]]" = Need("basins or families", (), _below, optional=True)
 OBSERVABLES: "Need[Mapping[str, Any]]" = Need(
     "observables along a parameter",
     ("observables",),

@@ -22,14 +22,17 @@ class Need(Generic[T]):
     part: "Callable[[StudyResult], T | None]"  #: raises NsmapsError where it is there and has nothing that can be shown
     entry: str = ""  #: what a study must say, where that is more than to name the sections
     asked: "Callable[[Study], bool]" = lambda study: True  #: whether a study which names the sections says that, too
+    optional: bool = False  #: whether a figure is drawn without it, too
     planar: bool = False  #: whether it is shown in a plane of states, so that the system must have two coordinates
 
     def of(self, result: "StudyResult", figure: str) -> T:
-        """The part of a result; NsmapsError, which names the figure, where the result has none that can be shown."""
+        """The part of a result; NsmapsError, which names the figure, where none can be shown and it is not optional."""
         try:
             part = self.part(result)
         except NsmapsError as error:
             raise NsmapsError(f"the figure {figure!r} has nothing to show: {error}") from error
+        if not part and self.optional:
+            return part  # type: ignore[return-value]  # which the figure expects
         if not part:
             raise NsmapsError(
                 f"the figure {figure!r} shows {self.what}, which the result lacks; name {self.wanted} in the study, "

@@ -44,7 +44,7 @@ class Row:
     def has_data(self, result: "StudyResult") -> bool:
         """Whether a result has what the figure shows."""
         try:
-            return all(need.of(result, self.name) is not None for need in self.needs)
+            return all(need.of(result, self.name) is not None or need.optional for need in self.needs)
         except NsmapsError:
             return False
 

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 
 import nsmaps
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.figures.longrun.manifolds import manifolds, sheets
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.longrun.manifolds import manifolds
 from nsmaps.report.captions import caption
 from nsmaps.study.sections.sets.manifolds import MANIFOLDS
 from nsmaps.study.store.archive import FORMAT
@@ -47,8 +48,8 @@ def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
 
 def test_the_figure_draws_every_piece_in_one_turn(result):
     ax = Figure().subplots()
-    manifolds(result, ax)
     found = result.manifolds["saddle"]
+    manifolds(found, ax)
     lines = [line for line in ax.get_lines() if line.get_linestyle() == "-" and len(line.get_xdata())]
     assert len(lines) == sum(len(each.lines) for each in found)
     drawn = np.concatenate([np.asarray(line.get_ydata(), float) for line in lines])
@@ -57,8 +58,15 @@ def test_the_figure_draws_every_piece_in_one_turn(result):
     steps = np.concatenate([np.diff(np.asarray(line.get_ydata(), float)) for line in lines])
     assert np.nanmax(np.abs(steps)) < np.pi
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["unstable manifold", "stable manifold", "saddle"]
+
+
+def test_it_is_drawn_over_the_families_of_the_study(result):
+    (sheet,) = CATALOGUE["manifolds"].sheets(result)
+    (ax,) = sheet.figure().axes
+    labels = [text.get_text() for text in ax.figure.legends[0].get_texts()]
     assert labels[-3:] == ["unstable manifold", "stable manifold", "saddle"]
-    assert [sheet.name for sheet in sheets(result)] == ["manifolds"]
+    assert len(labels) > 3
 
 
 def test_the_stable_manifold_is_the_boundary_of_the_basins():

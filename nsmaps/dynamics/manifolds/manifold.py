@@ -1,11 +1,12 @@
 """The stable or unstable manifold of a saddle of a planar return map, grown to an arclength."""
 
-from dataclasses import dataclass
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from nsmaps.arrays import Floats, Ints, brief
+from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.manifolds.growth import Growth, grown
 from nsmaps.dynamics.manifolds.local import Saddle, local_curve
@@ -15,6 +16,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.progress import shows
+from nsmaps.results import NONE, Result, array, units_of
 
 REAL = 1e-9  #: share of a multiplier that the imaginary part of a real one does not exceed
 INVERSE = 1e-6  #: largest difference, in units of the scale, of a saddle from its image by the map and then by its inverse
@@ -22,23 +24,33 @@ Which = Literal["unstable", "stable"]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Manifold(WithCoordinates):
+class Manifold(WithCoordinates, Result):
     """One manifold of a saddle of q returns: two sides at each of its q states, N states in all, side after side."""
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.longrun.manifolds"
 
     coordinates: Coordinates
     which: Which
-    saddle: Floats  #: shape (q, 2)
+    saddle: Floats = field(metadata=array("return coordinate", "states of the saddle, of which one returns to the next"))
     multiplier: float  #: of the saddle along the manifold, of q returns
-    states: Floats  #: shape (N, 2), angles in [0, 2 pi)
-    arclength: Floats  #: shape (N,), from the saddle along the side, in units of the scale; jumps have no length
-    side: Ints  #: shape (N,), from 0: sides 2 k and 2 k + 1 begin at state k of the saddle
-    piece: Ints  #: shape (N,), of the side, from 0: a curve without a jump
-    scale: Floats  #: shape (2,), units of arclength and gap: those of the saddle, a radian of an angle
+    states: Floats = field(metadata=array("state coordinate", "states of the manifold, side after side; angles in [0, 2 pi)"))
+    arclength: Floats = field(
+        metadata=array("state", "length from the saddle along the side, in units of the scale; jumps have no length", NONE)
+    )
+    side: Ints = field(
+        metadata=array("state", "number of the side, from 0: sides 2 k and 2 k + 1 begin at state k of the saddle", NONE)
+    )
+    piece: Ints = field(metadata=array("state", "number of the piece of the side, from 0: a curve without a jump", NONE))
+    scale: Floats = field(metadata=array("coordinate", "units of arclength and gap: those of the saddle, a radian of an angle"))
     gap: float  #: largest distance of neighbours on a piece; infinity where pieces are polygons, with these as corners
     error: float  #: the largest distance of the ends of the local curves from their images: an estimate of their error
     ended: tuple[str, ...]  #: the reason why each side ends
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
+
+    def __str__(self) -> str:
+        """The saddle, and how much was grown from it."""
+        about = f"{self.which} manifold of a saddle of {len(self.saddle)} returns, multiplier {self.multiplier:.6g}"
+        return f"{about}: {len(self.states)} states, {len(self.lines)} pieces"
 
     @property
     def lines(self) -> list[Floats]:
@@ -118,7 +130,8 @@ def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float
     side = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     error, ended = max(errors), tuple(part[3] for part in parts)
     multiplier, coordinates = float(orbit.multipliers[0].real), orbit.returns.coordinates
-    return Manifold(coordinates, "unstable", orbit.states, multiplier, states, arclength, side, piece, scale, gap, error, ended)
+    about = states, arclength, side, piece, scale, gap, error, ended, units_of(map)
+    return Manifold(coordinates, "unstable", orbit.states, multiplier, *about)
 
 
 def _saddle(orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> Saddle:
@@ -152,20 +165,16 @@ def _stable(found: Manifold, orbit: PeriodicOrbit, scale: Floats) -> Manifold:
     names = found.side // 2, found.side % 2
     side = 2 * ((q - names[0]) % q) + names[1]
     order = np.argsort(side, kind="stable")
-    ended = [found.ended[2 * ((q - k // 2) % q) + k % 2] for k in range(2 * q)]
-    return Manifold(
-        found.coordinates,
-        "stable",
-        orbit.states,
-        float(orbit.multipliers[-1].real),
-        found.states[order],
-        found.arclength[order],
-        side[order],
-        found.piece[order],
-        scale,
-        found.gap,
-        found.error,
-        tuple(ended),
+    return replace(
+        found,
+        which="stable",
+        saddle=orbit.states,
+        multiplier=float(orbit.multipliers[-1].real),
+        states=found.states[order],
+        arclength=found.arclength[order],
+        side=side[order],
+        piece=found.piece[order],
+        ended=tuple(found.ended[2 * ((q - k // 2) % q) + k % 2] for k in range(2 * q)),
     )
 
 

@@ -127,7 +127,6 @@ MANIFOLDS = Section[Manifolds](
     type=Manifolds,
     default=(),
     stored=ManifoldsFields,
-    holds={"dynamics.manifolds.manifold": ("Manifold",)},
     check=_check,
     bind=_bind,
     compute=_compute,
