@@ -11,7 +11,7 @@ from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps import Guard, HybridSystem, Section, SlidingSurface
 
 DATA = Path(__file__).parent / "data" / "hybrid"
 SYSTEMS = {
@@ -82,7 +82,7 @@ class Friction(HybridSystem):
         return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
 
     def guards(self, t, y):
-        return {"stick": Sliding("faster", "slower", y.u - sp.Rational(1, 5))}
+        return {"stick": SlidingSurface("faster", "slower", y.u - sp.Rational(1, 5))}
 
     def section(self, t, y):
         return Section(("slower to stick", "faster to stick"), ("x", "phi"))

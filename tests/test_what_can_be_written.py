@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, Sliding, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, SlidingSurface, Wall
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.trajectory import track
 from nsmaps.exports.languages import LANGUAGES
@@ -216,7 +216,7 @@ def switches():
         ("v", "c"),
         lambda t, y: {"slip": {"v": -sp.Rational(1, 2), "c": 1}, "back": {"v": sp.Rational(1, 2), "c": 1}},
         lambda t, y: {
-            "stick": Sliding("slip", "back", y.v),
+            "stick": SlidingSurface("slip", "back", y.v),
             "J": Guard(("slip", "stick"), 3 - y.c, to="slip", reset={"v": y.v + 1, "c": 0}),
         },
         Section("J", ("v",)),

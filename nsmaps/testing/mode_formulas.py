@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.exact.systems.guards import Guard, Sliding
+from nsmaps.exact.systems.guards import Guard, SlidingSurface
 from nsmaps.exact.systems.hybrid import HybridSystem
 
 EVENTS = 120  #: of one return, those of chatter included
@@ -44,7 +44,7 @@ class Formulas:
         self._compiled: dict[tuple[Any, ...], Callable[..., Any]] = {}
         self._exits: dict[str, list[Exit]] = {}
         for name, guard in self.given.items():
-            if isinstance(guard, Sliding):
+            if isinstance(guard, SlidingSurface):
                 self.modes[name] = self._sliding(guard)
             elif guard.rests:
                 self.contacts[guard.rests] = guard
@@ -61,7 +61,7 @@ class Formulas:
         formula = sp.sympify(formula)
         return formula.diff(self.t) + sum(formula.diff(s) * self.modes[mode][s.name] for s in self.states)
 
-    def _sliding(self, given: Sliding) -> dict[str, Any]:
+    def _sliding(self, given: SlidingSurface) -> dict[str, Any]:
         """Filippov's convex combination of the rates above and below a surface."""
         a, b = (self.rate(given.function, mode) for mode in (given.above, given.below))
         above, below = self.modes[given.above], self.modes[given.below]
@@ -88,7 +88,7 @@ class Formulas:
 
     def _found(self, mode: str) -> Iterator[Exit]:
         for name, guard in self.given.items():
-            if isinstance(guard, Sliding):
+            if isinstance(guard, SlidingSurface):
                 yield from self._surface(name, guard, mode)
             elif mode in guard.watched:
                 yield Exit(name, guard.function, guard.to or mode, guard, guard.where)
@@ -97,7 +97,7 @@ class Formulas:
                 press = -self.rate(self.rate(guard.function, free), free)
                 yield Exit(name, press, free, release=True)
 
-    def _surface(self, name: str, given: Sliding, mode: str) -> Iterator[Exit]:
+    def _surface(self, name: str, given: SlidingSurface, mode: str) -> Iterator[Exit]:
         """The events of a mode at a surface along which motions slide."""
         rise, fall = self.rate(given.function, given.below), -self.rate(given.function, given.above)
         up = sp.sympify(given.function)

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section, Sliding
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section, SlidingSurface
 
 STROKES = ("slip", "stop", "halt")  #: of the beak: it slips throughout, or stops and then slips upwards, or downwards
 
@@ -96,22 +96,22 @@ class Woodpecker(HybridSystem):
         sizes = -(both.T * inverse * both).inv() * both.T * contact.velocities
         return Impulse(sizes[0], contact.velocities + inverse * both * sizes)
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         """The events of the sleeve's edges, of its slip, and of the beak."""
         slip = y.v + self.sleeve_radius * y.m
-        guards: dict[str, Guard | Sliding] = {"l": Guard("u", slip, to="d"), "r": Guard("d", -slip, to="u")}
+        guards: dict[str, Guard | SlidingSurface] = {"l": Guard("u", slip, to="d"), "r": Guard("d", -slip, to="u")}
         for name, side in (("2", 1), ("3", -1)):
             guards |= self.edge_guards(y, name, side)
-            guards[f"stick at {name}"] = Sliding(f"{name} u", f"{name} d", slip)
+            guards[f"stick at {name}"] = SlidingSurface(f"{name} u", f"{name} d", slip)
         return self.beak_guards(y) | guards
 
-    def edge_guards(self, y: SimpleNamespace, name: str, side: int) -> dict[str, Guard | Sliding]:
+    def edge_guards(self, y: SimpleNamespace, name: str, side: int) -> dict[str, Guard | SlidingSurface]:
         """Impacts of an edge: slip continues, and contact lasts; slip turns; slip stops."""
         from sympy import Matrix, cancel
 
         gap = self.sleeve_radius - self.pole_radius + side * self.half_height * y.M
         contact = Contact(Matrix([0, side * self.half_height, 0]), Matrix([1, self.sleeve_radius, 0]), Matrix([y.v, y.m, y.s]))
-        guards: dict[str, Guard | Sliding] = {}
+        guards: dict[str, Guard | SlidingSurface] = {}
         for mode, other, direction in (("u", "d", 1), ("d", "u", -1)):
             kept, turned = self.slip_impulse(contact, direction), self.slip_impulse(contact, -direction)
             stays = cancel(direction * contact.tangent.dot(kept.velocities))
@@ -122,7 +122,7 @@ class Woodpecker(HybridSystem):
             guards[f"{name} stopped {mode}"] = Guard(mode, gap, reset=stopped, where=[-stays, -turns])
         return guards
 
-    def beak_guards(self, y: SimpleNamespace) -> dict[str, Guard | Sliding]:
+    def beak_guards(self, y: SimpleNamespace) -> dict[str, Guard | SlidingSurface]:
         """Impacts of the beak: compression with slip upwards or none, then expansion with slip upwards or downwards."""
         from sympy import Matrix, cancel
 
@@ -131,7 +131,7 @@ class Woodpecker(HybridSystem):
         tangent = Matrix([1, self.spring_arm, self.bird_arm - self.beak_length])
         contact = Contact(Matrix([0, 0, -self.beak_height]), tangent, Matrix([y.v, y.m, y.s]))
         slipped, stopped = self.slip_impulse(contact, 1), self.stop_impulse(contact)
-        guards: dict[str, Guard | Sliding] = {}
+        guards: dict[str, Guard | SlidingSurface] = {}
         for name, compression, direction in zip(STROKES, (slipped, stopped, stopped), (1, 1, -1), strict=True):
             upwards = tangent.dot(slipped.velocities) * (1 if name == "slip" else -1)
             half_way = contact._replace(velocities=compression.velocities)

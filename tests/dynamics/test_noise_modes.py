@@ -16,7 +16,7 @@ from nsmaps_vi_pair import VIPair
 from scipy.linalg import solve_continuous_lyapunov
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Jobs, Noise, Section, Sliding, noisy_orbits
+from nsmaps import Guard, HybridSystem, Jobs, Noise, Section, SlidingSurface, noisy_orbits
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.orbits import exact_step
@@ -52,7 +52,7 @@ class Coulomb(HybridSystem):
         return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
 
     def guards(self, t, y):
-        return {"stick": Sliding("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
+        return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
 
     def section(self, t, y):
         return Section(("stick to slower", "stick to faster"), ("x", "phi"))

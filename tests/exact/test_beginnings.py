@@ -172,7 +172,7 @@ def test_it_is_an_event_of_its_own_where_it_is_declared_as_a_crossing():
 
 
 class Relay(HybridSystem):
-    """u' = a cos t - sgn(u), without a `Sliding`."""
+    """u' = a cos t - sgn(u), without a `SlidingSurface`."""
 
     a: float = 0.5
     met: str = "U"
@@ -207,7 +207,7 @@ def test_sliding_that_is_not_declared_is_refused_by_name(count):
         assert not found.certified.any()
         (reason,) = system.reasons([row])
         assert "'S' and 'U'" in reason or "'U' and 'S'" in reason
-        assert "Sliding" in reason
+        assert "SlidingSurface" in reason
     with mp.workdps(30):  # u = 1 + a sin t - t is zero
         meets = mp.findroot(lambda t: 1 + mp.sin(t) / 2 - t, 1.5)
     assert elsewhere.first_return([[1.0, 1.0]]).time[0] == pytest.approx(float(meets), rel=1e-14)

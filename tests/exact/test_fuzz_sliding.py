@@ -6,7 +6,7 @@ import sympy as sp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding
+from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface
 
 STEPS = 400  # of the march in one period
 CLEAR, FAST = 0.01, 0.05  # margins of returns that the march cannot miss
@@ -38,7 +38,7 @@ def random_system(rng):
         def guards(self, t, y):
             surface = sp.Float(h[0]) * y.x + sp.Float(h[1]) * y.y + sp.Float(h[2])
             return {
-                "stick": Sliding("above", "below", surface, letters={"stick": "K", "above": "a", "below": "b"}),
+                "stick": SlidingSurface("above", "below", surface, letters={"stick": "K", "above": "a", "below": "b"}),
                 "O": Guard(("above", "below", "stick"), -sp.sin(t)),
             }
 

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding
+from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface
 
 FLIGHTS = ("R", "L")
 
@@ -35,7 +35,7 @@ class Hopper(HybridSystem):
             "T": Guard("L", y.x, reset=hit | {"u": 0}, where=[left]),
             "l": Guard("R", y.u, to="L"),
             "r": Guard("L", -y.u, to="R"),
-            "stick": Sliding("to the right", "to the left", y.u),
+            "stick": SlidingSurface("to the right", "to the left", y.u),
             "c": Guard((*FLIGHTS, "to the right", "to the left", "stick"), -sp.sin(t - 1)),
         }
 

@@ -260,7 +260,7 @@ def test_a_class_with_both_is_followed_by_its_displacement():
     [
         (
             lambda self, t, place, velocity: -1 - sp.sign(velocity),
-            "its own rate jumps, as by sign.*and the motion may stay there; expected: a `Sliding`",
+            "its own rate jumps, as by sign.*and the motion may stay there; expected: a `SlidingSurface`",
         ),
         (lambda self, t, place, velocity: sp.cos(t), "acceleration is not the same after one `period`"),
         (lambda self, t, place: -place, r"acceleration is called with \([a-z, ]*\), which it does not take \([^(]*\)$"),

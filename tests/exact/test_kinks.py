@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from pydantic import Field
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps import Guard, HybridSystem, Section, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
@@ -35,7 +35,7 @@ class Plate(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"flight": {"x": y.v, "v": -1 + self.force(t, y)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"I": Guard("flight", y.x - sp.sin(t), reset={"v": -y.v / 2 + 3 * sp.cos(t) / 2})}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -48,7 +48,7 @@ class Spring(Plate):
     def force(self, t: Any, y: SimpleNamespace) -> Any:
         return sp.Max(-4 * y.x, 0) - sp.Piecewise((9 * (y.x - 1), y.x > 1), (0, True))
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"M": Guard("flight", y.v)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -118,7 +118,7 @@ def test_a_piecewise_linear_spring_returns_as_with_a_mode_for_each_piece() -> No
             forces = {"low": -4 * y.x, "free": 0, "high": -9 * (y.x - 1)}
             return {mode: {"x": y.v, "v": force - 1 + sp.cos(t)} for mode, force in forces.items()}
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {
                 "M": Guard(("low", "free", "high"), y.v),
                 "fall": Guard("free", y.x, to="low", letter=""),
@@ -154,7 +154,7 @@ def test_drag_of_a_speed_times_its_size_is_that_of_the_closed_form() -> None:
         def period(self) -> Any:
             return None
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {"I": Guard("flight", y.x, reset={"v": -y.v})}
 
         def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -176,7 +176,7 @@ class Dish(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"flight": {"x": y.u, "y": y.v, "u": -self.k * y.u * sp.Abs(y.u), "v": -1}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         across = (y.v - y.x * y.u) / (1 + y.x**2)
         return {"W": Guard("flight", y.y - y.x**2 / 2, reset={"u": y.u + 2 * across * y.x, "v": y.v - 2 * across})}
 
@@ -201,7 +201,7 @@ class Shot(HybridSystem):
         drag = sp.Heaviside(self.p) * self.p + sp.Piecewise((3, inside), (self.p**2, (self.p < 1) & (self.p > -1)), (1, True))
         return {"air": {"x": y.v, "v": -drag * y.v**2}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"T": Guard("air", 1 - y.x, reset={"x": y.x - 1})}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -226,7 +226,7 @@ def test_an_invariant_guard_leaves_one_part_and_a_guard_with_a_kink_has_a_functi
         def force(self, t: Any, y: SimpleNamespace) -> Any:
             return sp.Abs(y.x - sp.sin(t))
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {**super().guards(t, y), "W": Guard("flight", 2 - sp.Abs(y.v), reset={"v": y.v / sp.Abs(y.v)})}
 
     definition = definition_of(Box())
@@ -241,7 +241,7 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
     class Resting(Plate):
         """A ball that may rest on a floor that stands still, with drag."""
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {"I": Guard("flight", y.x, reset={"v": -y.v / 2}, rests="floor")}
 
     definition = definition_of(Resting())
@@ -258,8 +258,8 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
             free = -y.x + self.force(t, y)
             return {"fast": {"x": y.v, "v": free - 1}, "slow": {"x": y.v, "v": free + 1}}
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-            return {"stick": Sliding("fast", "slow", y.v - 2), "turn": Guard("slow", y.v)}
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
+            return {"stick": SlidingSurface("fast", "slow", y.v - 2), "turn": Guard("slow", y.v)}
 
         def section(self, t: Any, y: SimpleNamespace) -> Section:
             return Section("turn", ("x", "phi"))
@@ -272,7 +272,7 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
 @pytest.mark.parametrize(
     ("force", "said"),
     [
-        (lambda y: -sp.sign(y.v), r"where y\.v is zero its own rate jumps, .* expected: a `Sliding` between two modes"),
+        (lambda y: -sp.sign(y.v), r"where y\.v is zero its own rate jumps, .* expected: a `SlidingSurface` between two modes"),
         (
             lambda y: sp.Max(0, -y.x) ** sp.Rational(3, 2),
             r"\(-y\.x\)\*\*\(3/2\) has no Taylor series where y\.x is zero, .* expected: a whole power",

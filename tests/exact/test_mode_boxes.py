@@ -239,7 +239,9 @@ class Coulomb(nsmaps.HybridSystem):
         return {"slower": {"x": y.u, "u": force + 0.6}, "faster": {"x": y.u, "u": force - 0.6}}
 
     def guards(self, t, y):
-        return {"stick": nsmaps.Sliding("faster", "slower", y.u - 0.5, letters={"stick": "K", "faster": "P", "slower": "M"})}
+        return {
+            "stick": nsmaps.SlidingSurface("faster", "slower", y.u - 0.5, letters={"stick": "K", "faster": "P", "slower": "M"})
+        }
 
     def section(self, t, y):
         return nsmaps.Section(("stick to slower", "stick to faster"), ("x", "phi"))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps import Guard, HybridSystem, Section, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.build import definition_of
@@ -32,7 +32,7 @@ class Pendulum(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"m": {"a": y.b, "b": -sp.sin(y.a) - self.c * y.b + self.f * sp.cos(self.w * t)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"I": Guard("m", self.stop - y.a, reset={"b": -y.b / 2}, rests="stick")}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -50,7 +50,7 @@ class Hopper(HybridSystem):
         fall = {"x": y.u, "y": y.v, "u": 0, "v": -1}
         return {"flight": fall, "stance": fall | {"u": pull * y.x, "v": pull * y.y - 1}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         length = sp.sqrt(y.x**2 + y.y**2)
         return {
             "A": Guard("flight", y.v),
@@ -75,7 +75,7 @@ class Moving(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"m": {"x": y.v, "v": -y.x - y.x**3 - self.d * y.v * (1 + sp.cos(t))}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         wall = 1 - y.x - self.d * y.v**2 * sp.sin(t) + sp.cos(t)
         return {"I": Guard("m", wall, reset={"v": -y.v / 2}, where=[y.v**2 - y.x**2])}
 
@@ -93,8 +93,8 @@ class Belt(HybridSystem):
         force, friction = -y.x - y.x**3, self.mu / (1 + (y.v - 1) ** 2)
         return {"fast": {"x": y.v, "v": force - friction}, "slow": {"x": y.v, "v": force + friction * sp.exp(y.x)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-        return {"stick": Sliding("fast", "slow", y.v - 1), "turn": Guard("slow", y.v)}
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
+        return {"stick": SlidingSurface("fast", "slow", y.v - 1), "turn": Guard("slow", y.v)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         return Section("turn", ("x",))
@@ -172,7 +172,7 @@ def test_a_state_in_which_the_guard_rises_is_solved_for() -> None:
     class Rising(Moving):
         """A wall at which the exponential of x is what the speed and the phase say."""
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {"I": Guard("m", 2 + y.v**2 + sp.cos(t) - sp.exp(y.x), reset={"v": -y.v})}
 
     definition = definition_of(Rising())
@@ -212,7 +212,7 @@ class Crane(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"free": {"x": y.v, "v": -self.push, "a": y.b, "b": self.push * sp.cos(y.a) - sp.sin(y.a)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         hit = 3 * y.v / 2
         return {
             "I": Guard("free", y.x, reset={"v": y.v - hit, "b": y.b + hit * sp.cos(y.a)}, rests="still"),
@@ -251,8 +251,8 @@ class Ring(HybridSystem):
             "in": {name: turn[name] / 2 - pull[name] for name in turn},
         }
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-        return {"ring": Sliding("out", "in", y.x**2 + y.y**2 - 1), "S": Guard(("out", "in", "ring"), y.y)}
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
+        return {"ring": SlidingSurface("out", "in", y.x**2 + y.y**2 - 1), "S": Guard(("out", "in", "ring"), y.y)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         return Section("S", ("x",))
@@ -290,7 +290,7 @@ class Wrong(Curved):
 class Resting(Hopper):
     """Contact at the curved surface."""
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"A": Guard("flight", y.x**2 + y.y, reset={"v": -y.v}, rests="stick")}
 
 
@@ -300,7 +300,7 @@ class Clocked(Moving):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"m": {"x": y.v, "v": sp.exp(sp.cos(t)) - y.x}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"S": Guard("m", -sp.sin(t) * sp.exp(sp.sin(t)))}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Noise, Section, Sliding, noisy_orbits
+from nsmaps import Guard, HybridSystem, Noise, Section, SlidingSurface, noisy_orbits
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
@@ -24,7 +24,7 @@ class Pushed(HybridSystem):
 
     def guards(self, t, y):
         return {
-            "side": Sliding("above", "below", y.u, letters={"above": "U", "below": "L", "side": "S"}),
+            "side": SlidingSurface("above", "below", y.u, letters={"above": "U", "below": "L", "side": "S"}),
             "K": Guard(("above", "below"), 1 - y.c, to="above", reset={"c": 0, "u": 0}),
             "H": Guard(("above", "below"), sp.Rational(1, 2) - y.c),
         }

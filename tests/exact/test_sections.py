@@ -8,7 +8,7 @@ from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Outcome, Section, Sliding, orbit, periodic_orbit
+from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface, orbit, periodic_orbit
 from nsmaps.errors import ProofError, SystemDefinitionError
 
 
@@ -37,7 +37,7 @@ class Plank(HybridSystem):
 
     def guards(self, t, y):
         clock = Guard(("right", "left", "stick"), -sp.sin(t - self.p), letter="c")
-        return {"stick": Sliding("right", "left", y.v, letters={"stick": "K"}), "clock": clock}
+        return {"stick": SlidingSurface("right", "left", y.v, letters={"stick": "K"}), "clock": clock}
 
     def section(self, t, y):
         return Section("clock", ("v",))
@@ -471,7 +471,7 @@ class Held(HybridSystem):
         return {"right": {"x": y.v, "v": force - self.mu}, "left": {"x": y.v, "v": force + self.mu}}
 
     def guards(self, t, y):
-        return {"hold": Sliding("right", "left", y.v)}
+        return {"hold": SlidingSurface("right", "left", y.v)}
 
     def section(self, t, y):
         return Section("hold to right", ("phi",), side=self.side)

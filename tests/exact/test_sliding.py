@@ -11,7 +11,7 @@ import sympy as sp
 from nsmaps_belt import Belt
 from scipy.integrate import solve_ivp
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps import Guard, HybridSystem, Section, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -37,8 +37,8 @@ class Coulomb(HybridSystem):
         force, friction = self.A * sp.cos(self.w * t) - 2 * self.zeta * y.u - y.x, self.mu * (1 + self.load * y.x)
         return {"slower": {"x": y.u, "u": force + friction}, "faster": {"x": y.u, "u": force - friction}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
-        return {"stick": Sliding("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
+        return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
         return Section(("stick to slower", "stick to faster"), ("x", "phi"))
@@ -114,7 +114,7 @@ def test_stop_and_release_times_are_those_of_the_closed_form() -> None:
 class Through(Coulomb):
     """As its base, taken where x rises through zero, in any mode."""
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {**super().guards(t, y), "0": Guard(("slower", "faster", "stick"), -y.x)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -164,13 +164,13 @@ class Relays(HybridSystem):
         force = self.A * sp.cos(self.w * t)
         return {name: {"x": y.v, "v": force - a * self.p - b * self.q} for name, (a, b) in signs.items()}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         line = self.c * y.x + y.v
         return {
-            "right": Sliding("++", "-+", line),
-            "left": Sliding("+-", "--", line),
-            "upper": Sliding("++", "+-", y.v),
-            "lower": Sliding("-+", "--", y.v),
+            "right": SlidingSurface("++", "-+", line),
+            "left": SlidingSurface("+-", "--", line),
+            "upper": SlidingSurface("++", "+-", y.v),
+            "lower": SlidingSurface("-+", "--", y.v),
             "near": Guard("left", y.x - sp.Rational(1, 20), ends=True),
             "S": Guard("left", y.x - sp.Rational(1, 10)),
             "T": Guard("left", y.x - sp.Rational(1, 5)),
@@ -193,7 +193,7 @@ def test_a_surface_may_be_passed_and_passed_again_in_one_mode() -> None:
         def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
             return {"soft": {"x": y.v, "v": -y.x}, "hard": {"x": y.v, "v": -self.k * y.x}}
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {
                 "H": Guard("soft", -y.x, to="hard"),
                 "S": Guard("hard", y.x, to="soft"),
@@ -224,17 +224,17 @@ def test_on_the_line_of_a_relay_the_motion_decays_as_the_line_has_it() -> None:
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        (lambda y: {"s": Sliding("++", "?", y.v)}, r"between the modes '\?'; expected: one of \+\+"),
-        (lambda y: {"s": Sliding("++", "+-", y.x)}, r"has the same rate in '\+\+' and in '\+-'"),
-        (lambda y: {"++": Sliding("++", "+-", y.v)}, r"the sliding '\+\+' has the name of a mode"),
-        (lambda y: {"s": Sliding("++", "+-", y.v, letters={"t": "T"})}, r"has a letter for the mode 't'; expected: one of"),
+        (lambda y: {"s": SlidingSurface("++", "?", y.v)}, r"between the modes '\?'; expected: one of \+\+"),
+        (lambda y: {"s": SlidingSurface("++", "+-", y.x)}, r"has the same rate in '\+\+' and in '\+-'"),
+        (lambda y: {"++": SlidingSurface("++", "+-", y.v)}, r"the sliding '\+\+' has the name of a mode"),
+        (lambda y: {"s": SlidingSurface("++", "+-", y.v, letters={"t": "T"})}, r"has a letter for the mode 't'; expected: one of"),
     ],
 )  # fmt: skip
 def test_surfaces_that_are_wrong_are_refused(changed: Any, said: str) -> None:
     class Wrong(Relays):
         """Relays with one surface that cannot be."""
 
-        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+        def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return dict(changed(y))
 
     with pytest.raises(SystemDefinitionError, match=said):

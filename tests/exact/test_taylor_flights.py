@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section, Sliding
+from nsmaps import Guard, HybridSystem, Section, SlidingSurface
 from nsmaps.arrays import Floats
 from nsmaps.exact.observables.formulas import plan_of
 from nsmaps.exact.observables.spec import Observable
@@ -39,7 +39,7 @@ class Straight(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"free": {"x": y.v, "v": self.force(t, y.x, y.v)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"hit": Guard("free", 1 - y.x, reset={"v": -self.r * y.v}), "middle": Guard("free", y.x, crossing=True)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -56,7 +56,7 @@ class Bent(Straight):
         rate = v / (1 + 3 * y.u**2)
         return {"free": {"u": rate, "w": self.force(t, x, v) - 2 * y.u * rate}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         x, v = y.u + y.u**3, y.w + y.u**2
         return {"hit": Guard("free", 1 - x, reset={"w": -self.r * v - y.u**2}), "middle": Guard("free", x, crossing=True)}
 
@@ -76,7 +76,7 @@ class Cubic(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"free": {"x": y.v, "v": -(y.x**3)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"hit": Guard("free", y.x, reset={"v": -self.r * y.v})}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:
@@ -93,7 +93,7 @@ class Cup(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"free": {"x": y.u, "y": y.v, "u": 0, "v": -1}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         slope = 2 * self.a * y.x
         jump = (1 + self.r) * (y.v - slope * y.u) / (1 + slope**2)
         return {"hit": Guard("free", y.y - self.a * y.x**2, reset={"u": y.u + slope * jump, "v": y.v - jump})}
@@ -171,7 +171,7 @@ class Lift(HybridSystem):
     def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
         return {"free": {"x": y.v, "v": -((y.x - 1) ** self.power)}}
 
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"wall": Guard("free", y.x, reset={"v": -y.v}), "top": Guard("free", y.v, crossing=True)}
 
     def section(self, t: Any, y: SimpleNamespace) -> Section:

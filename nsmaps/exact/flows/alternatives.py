@@ -7,6 +7,6 @@ FORCING = (
 )
 PHASE_LAW = "a restitution that depends on the phase is the `reset` of a `Guard` in a `HybridSystem`"
 FRICTION = (
-    "friction in contact is a `Sliding` between two modes of `rests`, one for each direction, and an impact that leads to "
+    "friction in contact is a `SlidingSurface` between two modes of `rests`, one for each direction, and an impact that leads to "
     "another mode a `Guard` of its own with `where`"
 )

@@ -41,7 +41,7 @@ class Guard:
 
 
 @dataclass(frozen=True, slots=True)
-class Sliding:
+class SlidingSurface:
     """A surface between two modes: crossed where one of them leads away from it, and where both lead to it, the motion slides.
 
     Its name among the guards is that of the mode in which the motion slides, which follows from the rates of both (Filippov). It
@@ -80,7 +80,7 @@ class HybridFormulas(ExactSystem):
         """The rates of all states in each mode, by the names of modes and states."""
 
     @abstractmethod
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | Sliding]:
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         """The events by their names, and surfaces by the names of the modes that slide along them."""
 
     @abstractmethod

@@ -12,7 +12,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.guards import Section as Section
-from nsmaps.exact.systems.guards import Sliding as Sliding
+from nsmaps.exact.systems.guards import SlidingSurface as SlidingSurface
 
 if TYPE_CHECKING:
     from nsmaps.exact.enclosure.images import BoxImages

@@ -9,7 +9,7 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
-from nsmaps.exact.systems.guards import Guard, Section, Sliding
+from nsmaps.exact.systems.guards import Guard, Section, SlidingSurface
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exports.equations.letters import letters_beside
@@ -82,10 +82,10 @@ def _dotted(noise: sp.Symbol, k: int) -> sp.Symbol:
     return sp.Symbol(rf"{math(noise)}^{{({k})}}", real=True)
 
 
-def _event(name: str, guard: Guard | Sliding, letter: str) -> Iterator[str]:
+def _event(name: str, guard: Guard | SlidingSurface, letter: str) -> Iterator[str]:
     """The function of an event, when it takes place, and what follows."""
     function = sp.sympify(guard.function)
-    if isinstance(guard, Sliding):
+    if isinstance(guard, SlidingSurface):
         above, below = text(guard.above), text(guard.below)
         yield (
             f"Between the modes {above}, where the following function is positive, and {below} the motion crosses its zero, or "

@@ -19,7 +19,7 @@ from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, 
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
 from nsmaps.exact.modes.definitions.rows import Row, affine_row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, SlidingSurface
 from nsmaps.exact.systems.parameters import choices_of
 
 
@@ -58,7 +58,7 @@ def _build_definition(
     reader: Reader,
     symbols: tuple[sp.Symbol, ...],
     rates: dict[str, Rates],
-    guards: Mapping[str, Guard | Sliding],
+    guards: Mapping[str, Guard | SlidingSurface],
     section: Section,
     horizon: sp.Expr,
 ) -> Definition:
@@ -74,7 +74,7 @@ def _build_definition(
     coordinates = coordinates_of(reader.name, names, section, forced)
     starts = starts_of(reader, section, transitions)
     after = section.side == "after" and not all(nothing_changes(transitions[start.transition]) for start in starts)
-    surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, Sliding))
+    surfaces = tuple(surface_of(reader, name, one, rates) for name, one in guards.items() if isinstance(one, SlidingSurface))
     check_starts(reader, section, transitions, starts, flows, after)
     moved = forced and any(row.remainder.has(PHI) for mode in rates.values() for row in mode)
     clock = clock_of(reader, transitions, starts, moved) if forced and not coordinates.angles.any() else -1
@@ -97,7 +97,7 @@ def _build_definition(
     return with_derived_states(definition)
 
 
-def _events(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> tuple[Transition, ...]:
+def _events(reader: Reader, guards: Mapping[str, Guard | SlidingSurface], rates: dict[str, Rates]) -> tuple[Transition, ...]:
     """The events of guards; the rates of the modes that follow from others are added."""
     contacts = _derive(reader, guards, rates)
     events = tuple(_transitions(reader, rates, guards, contacts))
@@ -122,11 +122,11 @@ def _rates(reader: Reader, mode: str, given: Mapping[str, Any]) -> tuple[Row, ..
     return tuple(reader.row(given[state], f"{what} {state}") for state in reader.states)
 
 
-def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[str, Rates]) -> dict[str, Contact]:
+def _derive(reader: Reader, guards: Mapping[str, Guard | SlidingSurface], rates: dict[str, Rates]) -> dict[str, Contact]:
     """Add the rates of the modes that follow from others; the contacts that last, by their guards."""
     contacts: dict[str, Contact] = {}
     for name, given in guards.items():
-        if isinstance(given, Sliding):
+        if isinstance(given, SlidingSurface):
             if name in rates:
                 raise SystemDefinitionError(
                     f"{reader.name}.guards: the sliding {name!r} has the name of a mode; expected: another"
@@ -139,10 +139,10 @@ def _derive(reader: Reader, guards: Mapping[str, Guard | Sliding], rates: dict[s
 
 
 def _transitions(
-    reader: Reader, rates: Mapping[str, Rates], guards: Mapping[str, Guard | Sliding], contacts: Mapping[str, Contact]
+    reader: Reader, rates: Mapping[str, Rates], guards: Mapping[str, Guard | SlidingSurface], contacts: Mapping[str, Contact]
 ) -> Iterator[Transition]:
     for name, given in guards.items():
-        if isinstance(given, Sliding):
+        if isinstance(given, SlidingSurface):
             yield from slide_transitions(reader, name, given, rates)
         else:
             yield from _guard_transitions(reader, tuple(rates), name, given)

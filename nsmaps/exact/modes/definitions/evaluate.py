@@ -8,9 +8,9 @@ import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.source import ADVICE
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, Sliding
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, SlidingSurface
 
-Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | Sliding], Section]
+Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | SlidingSurface], Section]
 SIDES = "before", "after"
 
 
@@ -25,8 +25,8 @@ def evaluate_formulas(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) ->
         raise _wrong_kind(
             system, "modes", modes, "the rates of all states by the names of modes, as {'flight': {'x': y.v, 'v': -1}}"
         )
-    if not isinstance(guards, Mapping) or not all(isinstance(one, Guard | Sliding) for one in guards.values()):
-        raise _wrong_kind(system, "guards", guards, "a `Guard` or a `Sliding` by its name, as {'I': Guard('flight', y.x)}")
+    if not isinstance(guards, Mapping) or not all(isinstance(one, Guard | SlidingSurface) for one in guards.values()):
+        raise _wrong_kind(system, "guards", guards, "a `Guard` or a `SlidingSurface` by its name, as {'I': Guard('flight', y.x)}")
     if not isinstance(section, Section):
         raise _wrong_kind(system, "section", section, "a `Section`, as Section('I', ('v', 'phi'))")
     if section.side not in SIDES:

@@ -112,7 +112,7 @@ def block_of_motion(definition: Definition, table: Tables, time: float, w: Memor
     modes = " and ".join(repr(_mode_of(definition, table, f)) for f in (other, one))
     return (
         f"The events of {_both(definition, table, w)} follow one another at once without end, {where}: no time passes in the "
-        f"modes {modes}. Where both lead to one surface, declare a `Sliding` between them."
+        f"modes {modes}. Where both lead to one surface, declare a `SlidingSurface` between them."
     )
 
 
@@ -171,7 +171,7 @@ DOUBTS = {
     "root of a negative number or exp beyond the range of floats. Make the steep part wider, to 1e-12 of the range of its "
     "argument or more, or restrict the starts.",
     STIFF: "A flight takes more than 100,000 steps: the rates are stiff there, as where smoothed friction holds a body. Make the "
-    "steep part wider, or let the body stick by `rests` or `Sliding`.",
+    "steep part wider, or let the body stick by `rests` or `SlidingSurface`.",
 }  #: why a Taylor flight is in doubt
 
 WHY = {

@@ -112,7 +112,7 @@ def _check_jump(reader: Reader, function: Row, sign: sp.Symbol, rates: Rates) ->
         if at and abs(one - other) > JUMP * (abs(one) + abs(other)):
             raise SystemDefinitionError(
                 f"{reader.name}.modes: where {text_of(argument)} is zero its own rate jumps, as by sign({text_of(argument)}), "
-                "and the motion may stay there; expected: a `Sliding` between two modes with this function"
+                "and the motion may stay there; expected: a `SlidingSurface` between two modes with this function"
             )
 
 

@@ -17,13 +17,13 @@ from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.modes.definitions.definition import Surface, Transition
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
 from nsmaps.exact.modes.definitions.rows import Row, row_of
-from nsmaps.exact.systems.guards import Sliding
+from nsmaps.exact.systems.guards import SlidingSurface
 
 Rates = tuple[Row, ...]  #: of all states in a mode
 OFF = 1e-9  #: of the sizes of its terms: how far from zero a function of the surface may be just after an event
 
 
-def slide_rates(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Rates:
+def slide_rates(reader: Reader, name: str, given: SlidingSurface, rates: Mapping[str, Rates]) -> Rates:
     """The rates of the states while they slide.
 
     Raises:
@@ -71,7 +71,7 @@ def on_surface(reader: Reader, function: Row, what: str) -> Rates:
     return tuple(solved if i == k else reader.same(state) for i, state in enumerate(reader.states))
 
 
-def surface_of(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Surface:
+def surface_of(reader: Reader, name: str, given: SlidingSurface, rates: Mapping[str, Rates]) -> Surface:
     """The surface itself, from which the motion is not unique where both modes lead away."""
     what = f"{reader.name}.guards: the sliding {name!r}"
     function = reader.row(given.function, f"the function of {what}")
@@ -95,7 +95,7 @@ def _without_signs(reader: Reader, row: Row, states: Rates, what: str) -> Row:
     return row.subs(values)
 
 
-def slide_transitions(reader: Reader, name: str, given: Sliding, rates: Mapping[str, Rates]) -> Iterator[Transition]:
+def slide_transitions(reader: Reader, name: str, given: SlidingSurface, rates: Mapping[str, Rates]) -> Iterator[Transition]:
     """The events at a surface: sliding begins or the surface is crossed, from either side, and sliding ends on either side."""
     modes = tuple(rates)
     what = f"{reader.name}.guards: the sliding {name!r}"
