@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
     from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
     from nsmaps.dynamics.diagrams.windows import windows as windows
-    from nsmaps.dynamics.iterated import Iterated as Iterated
+    from nsmaps.dynamics.iterated import IteratedMap as IteratedMap
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
     from nsmaps.dynamics.lyapunov import LyapunovSweep as LyapunovSweep
     from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
@@ -184,7 +184,7 @@ _PUBLIC = {
     "dynamics.attractors.continued": ("GlobalContinuation",),
     "dynamics.attractors.distance": ("hausdorff",),
     "dynamics.attractors.global_continuation": ("global_continuation",),
-    "dynamics.iterated": ("Iterated",),
+    "dynamics.iterated": ("IteratedMap",),
     "dynamics.lyapunov": ("lyapunov_sweep", "Lyapunov", "LyapunovSweep", "lyapunov"),
     "dynamics.curves.curve": ("BifurcationCurve", "bifurcation_curve"),
     "dynamics.manifolds.manifold": ("Manifold", "manifold"),

@@ -88,7 +88,7 @@ def strips() -> nsmaps.StripMap:
 CALLS: dict[str, Callable[[Any], Any]] = {
     "Along": lambda s: along(s)(values(s)[1]),
     "CompleteChatter": lambda s: nsmaps.CompleteChatter(s),
-    "Iterated": lambda s: nsmaps.Iterated(s, 2).first_return([STARTS[s]]),
+    "IteratedMap": lambda s: nsmaps.IteratedMap(s, 2).first_return([STARTS[s]]),
     "ReturnMap": lambda s: isinstance(s, nsmaps.ReturnMap),
     "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
     "StripMap": lambda s: nsmaps.StripMap(s, None),
@@ -234,7 +234,7 @@ EMPTY: dict[str, Callable[[Any, Any], int]] = {
     "itineraries": lambda s, none: len(s.itineraries(none).codes),
     "sensitivity": lambda s, none: len(s.sensitivity(none, {SWEPT[s]: 1.0})),
     "image_boxes": lambda s, none: len(s.image_boxes(np.empty((0, none.shape[1], 2))).source),
-    "Iterated": lambda s, none: len(nsmaps.Iterated(s, 2).first_return(none, derivative=True)),
+    "IteratedMap": lambda s, none: len(nsmaps.IteratedMap(s, 2).first_return(none, derivative=True)),
     "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
     "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
     "basins": lambda s, none: len(nsmaps.basins(s, none, returns=9).label),

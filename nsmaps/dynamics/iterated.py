@@ -15,7 +15,7 @@ from nsmaps.exact.surfaces.compose import iterate_returns
 
 
 @dataclass(frozen=True, slots=True)
-class Iterated(ReturnMap):
+class IteratedMap(ReturnMap):
     """The iterate of a return map of order `times`: words are joined, such as BBTB for BB and BTB; an orbit that ends keeps
     its outcome. The order may depend on the state: `times` is then a function of states (N, n) with orders (N,), such as the
     `returns_of` of a composite map with pieces of several returns, whose counterpart this is.

@@ -64,7 +64,7 @@ def formula(map: AnyPolynomial, piece: str | None = None, coordinates: Sequence[
     if polymap.variables is not None:
         of = f"a map with the variables {', '.join(polymap.variables)}"
         raise NsmapsError(
-            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `Iterated` in numbers"
+            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `IteratedMap` in numbers"
         )
     names = Coordinates([name for name in polymap.coordinates if name not in parameters])
     ring = sp.ring([symbol(name) for name in polymap.coordinates], sp.QQ)[0]
@@ -82,7 +82,7 @@ def check_closed(polymap: PolyMap) -> None:
     if polymap.variables is not None:
         of = f"a map with the variables {', '.join(polymap.variables)}"
         raise NsmapsError(
-            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `Iterated` in numbers"
+            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `IteratedMap` in numbers"
         )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.dynamics.iterated import Iterated
+from nsmaps.dynamics.iterated import IteratedMap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.family import WordFamily
@@ -19,7 +19,7 @@ def starts(n):
 @pytest.mark.parametrize("times", [1, 2, 3])
 def test_iterates_are_single_returns(pair, times):
     system, states = pair(0.35), starts(400)
-    made = Iterated(system, times).first_return(states, derivative=True)
+    made = IteratedMap(system, times).first_return(states, derivative=True)
     slopes, turns, now = np.broadcast_to(np.eye(2), (400, 2, 2)), 0, states
     words = np.full(400, "B", object)
     for _ in range(times):
@@ -37,7 +37,7 @@ def test_families_of_longer_words(pair):
     system, states = pair(0.21, r=0.25, beta=pi / 6), starts(3000)
     first = system.first_return(states)
     second = system.first_return(first.image).words
-    made = Iterated(system, 2).first_return(states)
+    made = IteratedMap(system, 2).first_return(states)
     for word, pairs in {"BBTB": ("BB", "BTB"), "BTBB": ("BTB", "BB"), "BBB": ("BB", "BB"), "BTTBTB": ("BTTB", "BTB")}.items():
         inside = (first.words == pairs[0]) & (second == pairs[1])
         assert inside.any()
@@ -53,23 +53,23 @@ def test_a_cycle_has_the_word_of_its_returns(pair):
     system = pair(0.21, r=0.25, beta=pi / 6)
     cycle = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.6, 0.3], 3000).final, 2)
     assert {cycle.word} <= {"BBTB", "BTBB"}
-    fixed = nsmaps.periodic_orbit(Iterated(system, 2), cycle.states[0])
+    fixed = nsmaps.periodic_orbit(IteratedMap(system, 2), cycle.states[0])
     assert fixed.word == cycle.word
     assert np.allclose(fixed.multipliers, cycle.multipliers, rtol=1e-8)
 
 
 def test_an_orbit_that_ends_keeps_why(pair):
-    made = Iterated(pair(0.35), 2).first_return([[np.nan, 0], [0.2, 0.1], [0.0, 1.0]])
+    made = IteratedMap(pair(0.35), 2).first_return([[np.nan, 0], [0.2, 0.1], [0.0, 1.0]])
     assert made.outcome.tolist() == [Outcome.invalid, Outcome.returned, Outcome.returned]
     assert made.words.tolist()[0] == ""
     assert made.words.tolist()[2].startswith("B_")
 
 
 def test_words_longer_than_a_code_holds_are_marked(pair):
-    made = Iterated(pair(0.35), 40).first_return([[0.2, 0.1]])
+    made = IteratedMap(pair(0.35), 40).first_return([[0.2, 0.1]])
     assert made.words.item() == "B" * 26 + "..."
 
 
 def test_wrong_calls_are_errors(pair):
     with pytest.raises(NsmapsError, match="0 returns"):
-        Iterated(pair(0.35), 0)
+        IteratedMap(pair(0.35), 0)

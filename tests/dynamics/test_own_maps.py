@@ -154,7 +154,7 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
         lambda map: nsmaps.chart(map, {"a": [0.1], "b": [0.2]}, [0.1]),
         lambda map: nsmaps.basins(map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
         lambda map: nsmaps.attracting_domain(map, [[0, 1]]),
-        lambda map: nsmaps.Iterated(map, 2),
+        lambda map: nsmaps.IteratedMap(map, 2),
     ],
 )
 def test_a_class_that_does_not_inherit_is_refused(call):

@@ -11,7 +11,7 @@ import nsmaps
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.dynamics.diagrams.windows import windows
-from nsmaps.dynamics.iterated import Iterated
+from nsmaps.dynamics.iterated import IteratedMap
 from nsmaps.errors import FitError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -74,7 +74,7 @@ def test_a_piece_of_two_returns(family):
     assert made.title == "composite map (2 returns by R2)"
     states = GRID.states()
     ours = made.first_return(states, derivative=True)
-    there = Iterated(tent, made.returns_of).first_return(states, derivative=True)
+    there = IteratedMap(tent, made.returns_of).first_return(states, derivative=True)
     np.testing.assert_allclose(ours.image, there.image, atol=1e-12)
     np.testing.assert_allclose(ours.derivative[:, 0, 0], np.where(states[:, 0] > 0, RIGHT, LEFT * RIGHT), atol=1e-10)
     np.testing.assert_allclose(there.derivative, ours.derivative, atol=1e-10)
@@ -95,7 +95,7 @@ def test_orbits_periods_and_names_count_returns():
     assert limit_set(tent, exact).label == found.label
     fixed = nsmaps.periodic_orbit(made, [-0.3])
     assert (fixed.period, fixed.label, len(fixed.states)) == (2, "2:1, period 2", 1)
-    assert nsmaps.periodic_orbit(Iterated(tent, 2), [-0.3]).period == 2
+    assert nsmaps.periodic_orbit(IteratedMap(tent, 2), [-0.3]).period == 2
 
 
 @pytest.mark.parametrize("slope", [1.2, 1.5])

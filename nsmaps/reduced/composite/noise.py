@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike, as_starts
-from nsmaps.dynamics.iterated import Iterated
+from nsmaps.dynamics.iterated import IteratedMap
 from nsmaps.dynamics.motion import joined
 from nsmaps.dynamics.noise.law import Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits
@@ -37,7 +37,7 @@ class KickedMap:
         Deviations count whose orbit has the same word with and without noise. Those beyond three standard deviations are left
         out, repeatedly: beside a graze images depend on the noise as a root, and have no standard deviation of their own.
         """
-        piece, there = map.piece_of(states), Iterated(system, map.returns_of)
+        piece, there = map.piece_of(states), IteratedMap(system, map.returns_of)
         roots = np.zeros((len(map.pieces), *2 * states.shape[1:]))
         for k, own in enumerate(map.pieces):
             rows = np.flatnonzero(piece == k)

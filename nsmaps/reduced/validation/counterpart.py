@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from nsmaps.dynamics.iterated import Iterated
+from nsmaps.dynamics.iterated import IteratedMap
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.composite.composite import CompositeMap
 
 
 def counterpart(map: ReturnMap, reduced: ReturnMap | None) -> ReturnMap:
     """The exact map, iterated as often as the pieces of a composite map have returns; the same map where all have one."""
-    return Iterated(map, reduced.returns_of) if isinstance(reduced, CompositeMap) and reduced.several else map
+    return IteratedMap(map, reduced.returns_of) if isinstance(reduced, CompositeMap) and reduced.several else map
 
 
 @dataclass(frozen=True, slots=True)
