@@ -123,7 +123,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite.parametric import ParametricMap as ParametricMap
     from nsmaps.reduced.composite.parametric import chebyshev_nodes as chebyshev_nodes
     from nsmaps.reduced.composite.parametric import parametric_map as parametric_map
-    from nsmaps.reduced.composite.printed import PrintedMap as PrintedMap
+    from nsmaps.reduced.composite.printed import TabulatedMap as TabulatedMap
     from nsmaps.reduced.conditions.region import Box as Box
     from nsmaps.reduced.conditions.region import Region as Region
     from nsmaps.reduced.conditions.region import Where as Where
@@ -230,7 +230,7 @@ _PUBLIC = {
     "reduced.fit.basis": ("BasisFit", "Fourier"),
     "reduced.fit.polyfit": ("Full", "PolyFit", "Separable", "compare_orders"),
     "reduced.fit.polymap": ("PolyMap", "FitReport"),
-    "reduced.composite.printed": ("PrintedMap",),
+    "reduced.composite.printed": ("TabulatedMap",),
     "reduced.conditions.region": ("Box", "Region", "Where"),
     "reduced.adaptive.surrogate": ("StripMap", "strip_map"),
     "auxiliary.bounds": ("envelopes",),

@@ -32,7 +32,7 @@ def schema() -> dict[str, Any]:
         for properties in part.get("properties", {}).values():
             properties.pop("title", None)
             _unnulled(properties)
-    definitions["PieceSection"]["properties"]["polynomial"] = {"anyOf": [{"$ref": "#/$defs/PrintedMap"}, {"type": "string"}]}
+    definitions["PieceSection"]["properties"]["polynomial"] = {"anyOf": [{"$ref": "#/$defs/TabulatedMap"}, {"type": "string"}]}
     for name in ("Span", "Side", "Sweep", "Range"):
         for key, properties in definitions[name]["properties"].items():
             properties["description"] = VALUES[key]

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from nsmaps.errors import FitError, near_match
-from nsmaps.reduced.composite.printed import PrintedMap
+from nsmaps.reduced.composite.printed import TabulatedMap
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps_vi_pair.system import VIPair
 
@@ -20,5 +20,5 @@ def published_map(region: str, d: float) -> PolyMap:
     """
     if region not in REGIONS:
         raise FitError(f"no printed map of {region!r}{near_match(region, REGIONS)}; expected: {', '.join(REGIONS)}")
-    printed = PrintedMap.model_validate(json.loads(FILE.read_text(encoding="utf-8"))[region])
+    printed = TabulatedMap.model_validate(json.loads(FILE.read_text(encoding="utf-8"))[region])
     return printed.at(VIPair(d=d, r=0.5, g_bar=0).coordinates, None if printed.parameter is None else d)

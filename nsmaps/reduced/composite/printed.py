@@ -36,13 +36,13 @@ Coefficient = Annotated[
 ]  #: a number, or a polynomial of the parameter, its coefficients from power 0 on
 
 
-class PrintedMap(BaseModel):
+class TabulatedMap(BaseModel):
     """A map of printed coefficients, converted exactly to one that is evaluated without cancellation.
 
     Decimals are read as the rational numbers that they print, and so is the parameter's value: they are collapsed and
     transformed to Chebyshev products of `over` in rational arithmetic, each rounded once.
 
-    >>> line = PrintedMap(parameter="d", images={"v": {"1": (1, -2), "v": 3}}, over={"v": (0, 1)})
+    >>> line = TabulatedMap(parameter="d", images={"v": {"1": (1, -2), "v": 3}}, over={"v": (0, 1)})
     >>> line.at(("v",), 0.35)([[0.5]])
     array([[1.8]])
     """

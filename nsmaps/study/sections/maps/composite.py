@@ -11,7 +11,7 @@ from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily, is_pattern
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
-from nsmaps.reduced.composite.printed import PrintedMap
+from nsmaps.reduced.composite.printed import TabulatedMap
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region, Where
 from nsmaps.reduced.fit.polyfit import PolyFit
@@ -49,7 +49,7 @@ class PieceSection(BaseModel):
     grid: dict[str, Side] | None = None  #: of the states of the data of the fit; that of the study if omitted
     data: Condition | None = None  #: of the fit: a condition, which may name parameters, a region, or `diagonal`; else the region
     reset: dict[str, Number] | None = None
-    polynomial: PrintedMap | None = None  #: in a file also as `file#key`, which the reader replaces
+    polynomial: TabulatedMap | None = None  #: in a file also as `file#key`, which the reader replaces
 
     @model_validator(mode="after")
     def _one_region_one_map(self) -> Self:
@@ -85,7 +85,7 @@ class PiecePlan:
     data: Region | None  #: data of the fit, a condition also on parameters; None for the region or the states near the diagonals
     near_diagonals: bool  #: True if the data of the fit are the states near the diagonals
     reset: dict[str, float] | None
-    polynomial: PrintedMap | None
+    polynomial: TabulatedMap | None
     grid: Grid | None = None  #: of the states at which the data are computed; None for that of the study
 
 
@@ -121,7 +121,7 @@ def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
     near = piece.data == DIAGONAL
     data = None if piece.data is None or near else binding.region((*loc, "data"), piece.data, parameters=True)
     if piece.polynomial is not None:
-        with binding.study.source.located((*loc, "polynomial"), PrintedMap, bounds="over"):
+        with binding.study.source.located((*loc, "polynomial"), TabulatedMap, bounds="over"):
             piece.polynomial.of(binding.system)
         if piece.family is not None and piece.family in binding.study.families:
             with binding.study.source.located((*loc, "family")):
