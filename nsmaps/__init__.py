@@ -106,7 +106,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem as ImpactSystem
     from nsmaps.exact.systems.walls import Wall as Wall
     from nsmaps.exact.trajectory import track as track
-    from nsmaps.exports.document import read_map as read_map
+    from nsmaps.exports.document import load_map as load_map
     from nsmaps.exports.write import export as export
     from nsmaps.interrupts import Interrupted as Interrupted
     from nsmaps.parallel import Jobs as Jobs
@@ -216,7 +216,7 @@ _PUBLIC = {
     "exact.systems.piecewise": ("PiecewiseMap",),
     "exact.systems.system": ("ImpactSystem",),
     "exact.systems.walls": ("Wall",),
-    "exports.document": ("read_map",),
+    "exports.document": ("load_map",),
     "exports.write": ("export",),
     "interrupts": ("Interrupted",),
     "parallel": ("Jobs",),

@@ -168,7 +168,7 @@ OTHERS |= {
     "hausdorff",
     "load_study",
     "load_system",
-    "read_map",
+    "load_map",
     "read_result",
     "run",
     "show_versions",

@@ -57,7 +57,7 @@ def kind_of(result: Exportable) -> str:
     return next(kind for kind, (cls, _, _) in KINDS.items() if isinstance(result, cls))
 
 
-def read_map(path: str | os.PathLike[str]) -> Exportable:
+def load_map(path: str | os.PathLike[str]) -> Exportable:
     """The map or closed form that `export` wrote as JSON (`.json`) or as a Python module (`.py`), the same to the bit.
 
     A module is not executed: its table is read.

@@ -43,7 +43,7 @@ def test_what_is_read_back_is_identical(name, format, tmp_path):
     result, box, _ = CASES[name]
     nsmaps.export(result, format, tmp_path)
     (file,) = tmp_path.iterdir()
-    read = nsmaps.read_map(file)
+    read = nsmaps.load_map(file)
     assert same(read, result) or name == "functions"  # which has a region that is read back as its condition
     if name in ("map", "composite"):
         states = exported.states_of(box)
@@ -77,7 +77,7 @@ def of_json(result, folder):
     nsmaps.export(result, "json", folder)
     (file,) = folder.iterdir()
     assert json.loads(file.read_text())["version"] == 1
-    return nsmaps.read_map(file)
+    return nsmaps.load_map(file)
 
 
 def fit_of_a_sheet():
@@ -110,7 +110,7 @@ def test_angles_are_told_from_other_coordinates(tmp_path):
 def test_other_files_are_refused(name, text, message, tmp_path):
     (tmp_path / name).write_text(text)
     with pytest.raises(NsmapsError) as told:
-        nsmaps.read_map(tmp_path / name)
+        nsmaps.load_map(tmp_path / name)
     assert message in str(told.value)
     assert not (tmp_path / "b").exists()
 
@@ -119,7 +119,7 @@ def test_a_region_of_a_class_is_read_back_as_its_condition(tmp_path):
     """Also from the file of a run."""
     whole = exported.functions()
     nsmaps.export(whole, "json", tmp_path)
-    read = nsmaps.read_map(tmp_path / "composite_map.json").pieces[-1].region
+    read = nsmaps.load_map(tmp_path / "composite_map.json").pieces[-1].region
     disc = whole.pieces[-1].region
     states = exported.states_of([[0, 1.5], [0, 6.28]])
     assert read.text == "(phi - 6.0)**2 + (v - 0.9)**2 < 0.16000000000000003"
@@ -137,7 +137,7 @@ def test_a_file_that_does_not_say_what_is_held_is_read_too(tmp_path):
     ]
     assert data.pop("held") == [{"phi": 0.7}, {"phi": 0.2}]
     (tmp_path / "old.json").write_text(json.dumps(data))
-    read = nsmaps.read_map(tmp_path / "old.json")
+    read = nsmaps.load_map(tmp_path / "old.json")
     assert read.held == ()
     assert same(read.alpha, CASES["second"][0].alpha)
     assert "Curve 1: fitted on" in nsmaps.export(read, "julia")

@@ -155,11 +155,11 @@ def test_the_command_writes_beside_the_run(run):
     written = [Path(line) for line in answer.stdout.splitlines()]
     assert {path.name for path in written} >= {"composite_map.json", "second_iterate.json"}
     assert all(path.parent == run / "export" for path in written)
-    read = nsmaps.read_map(run / "export" / "composite_map.json")
+    read = nsmaps.load_map(run / "export" / "composite_map.json")
     kept = nsmaps.read_result(run)
     states = np.random.default_rng(0).uniform([0, 0], [1, 6], (100, 2))
     assert read.first_return(states).image.tobytes() == kept.composite.first_return(states).image.tobytes()
-    assert nsmaps.read_map(run / "export" / "second_iterate.json").alpha == kept.second_iterate.alpha
+    assert nsmaps.load_map(run / "export" / "second_iterate.json").alpha == kept.second_iterate.alpha
 
 
 @pytest.mark.parametrize("format", ["latex", "python", "c", "julia", "matlab", "javascript"])
@@ -293,7 +293,7 @@ def test_the_name_is_a_function_however_it_came_in():
         "  del sys.modules[name]\n import nsmaps\n exec(first)\n"
         " print(nsmaps.export(nsmaps.PolyMap.reset(('x',), {}), 'json')[:1])"
     )
-    firsts = ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.read_map", "nsmaps.export"]
+    firsts = ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.load_map", "nsmaps.export"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", program, *firsts], capture_output=True, text=True, env=environment, check=True)
     assert done.stdout == "{\n" * 4

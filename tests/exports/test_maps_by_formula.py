@@ -83,7 +83,7 @@ def test_other_languages_and_data(map, tmp_path):
     assert "function" in nsmaps.export(map, "matlab")
     assert "module " in nsmaps.export(map, "julia")
     nsmaps.export(map, "json", tmp_path, name="it")
-    read = nsmaps.read_map(tmp_path / "it.json")
+    read = nsmaps.load_map(tmp_path / "it.json")
     compare(map, lambda states: (read.first_return(states).image, read.piece_of(states)))
 
 

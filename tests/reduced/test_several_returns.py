@@ -149,7 +149,7 @@ def test_files_keep_the_number_of_returns(tmp_path):
     for language, suffix in (("json", "json"), ("python", "py")):
         file = tmp_path / f"tent.{suffix}"
         nsmaps.export(made, language, tmp_path, name="tent")
-        assert [each.returns for each in nsmaps.read_map(file).pieces] == [1, 2]
+        assert [each.returns for each in nsmaps.load_map(file).pieces] == [1, 2]
     for language in ("python", "c", "matlab", "julia", "javascript", "latex"):
         texts = nsmaps.export(made, language, name="tent")
         assert "BBTB, 2 returns" in (texts if isinstance(texts, str) else "".join(texts.values())), language

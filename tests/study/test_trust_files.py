@@ -255,13 +255,13 @@ LOGISTIC = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 
 
 
 def exported(path: str, change: Callable[[dict[str, Any]], Any]) -> str:
-    """What `read_map` says of an exported map that was changed."""
+    """What `load_map` says of an exported map that was changed."""
     made = nsmaps.iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
     data = json.loads(nsmaps.export(made, "json"))
     change(data)
     Path("map.json").write_text(json.dumps(data))
     with pytest.raises(NsmapsError, match=r"^map\.json") as error:
-        nsmaps.read_map("map.json")
+        nsmaps.load_map("map.json")
     return str(error.value)
 
 
@@ -302,7 +302,7 @@ def test_an_exported_map_that_was_changed_is_answered_by_a_line(kind: str, chang
 def test_a_file_that_is_no_map_is_answered_by_a_line(text: str, name: str) -> None:
     Path(name).write_text(text if name.endswith("json") else f"import os\nos.mkdir('mark')\nMAP = {text}\n")
     with pytest.raises(NsmapsError, match=rf"^{re.escape(name)}[^\n]*$"):
-        nsmaps.read_map(name)
+        nsmaps.load_map(name)
     assert not Path("mark").exists()
 
 
@@ -320,12 +320,12 @@ def test_no_text_of_an_exported_map_is_evaluated(name: str, where: str) -> None:
         data["domain"] = dict.fromkeys(data["domain"], [hostile] * 2) if where == "domain" else data["domain"]
     Path(name).write_text(json.dumps(data) if name.endswith("json") else f"MAP = {data!r}\n")
     with suppress(NsmapsError, AttributeError, KeyError):
-        made = nsmaps.read_map(name)
+        made = nsmaps.load_map(name)
         made.at(**{hostile: 1.0})
     assert not Path("mark").exists()
     if where in ("held", "domain", "curves"):
         with pytest.raises(NsmapsError, match=r"is not a number; expected|expected: a fraction"):
-            nsmaps.read_map(name)
+            nsmaps.load_map(name)
 
 
 def test_no_text_is_taken_for_a_formula() -> None:

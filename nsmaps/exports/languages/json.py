@@ -1,4 +1,4 @@
-"""A map or closed form as a JSON document, which `nsmaps.read_map` reads back."""
+"""A map or closed form as a JSON document, which `nsmaps.load_map` reads back."""
 
 import json
 from collections.abc import Sequence

@@ -13,7 +13,7 @@ from nsmaps.reduced.fit import polymap
 HEAD = '''"""{about}
 
 {usage}
-`nsmaps.read_map` reads the table {table} back as the same map.
+`nsmaps.load_map` reads the table {table} back as the same map.
 """
 
 import numpy as np
