@@ -103,7 +103,7 @@ def iterate(map: "AnyPolynomial", n: int, *, piece: str | None = None, coordinat
     return _composition([formula(map, piece, coordinates)] * n)
 
 
-def compose(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
+def compose_pieces(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
     """The composition of pieces along a word of regions, such as ["R2", "R1", "R1"], the first applied first.
 
     It is what an orbit does that visits these regions in this order; whether a state stays in them is not looked at. Angles are

@@ -15,7 +15,7 @@ from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import second_iterate
-from nsmaps.symbolic.map_iterates import compose, iterate
+from nsmaps.symbolic.map_iterates import compose_pieces, iterate
 from nsmaps.symbolic.two_cycles import curve_cycles, two_cycles
 
 PLANE = exported.random_map([[0.5, 1.0], [0.1, 0.9]], size=0.1)
@@ -43,24 +43,24 @@ def test_a_word_of_regions_is_read_from_the_left():
     pieces = (piece("R1", 1), piece("R2", 2), piece("R3", 3, ("v",)))
     composite = CompositeMap(exported.NAMES, ("B",), pieces)
     one, two, three = (each.map for each in pieces)
-    word = compose(composite, ["R2", "R1", "R1"])
+    word = compose_pieces(composite, ["R2", "R1", "R1"])
     assert word.degree == 8
     np.testing.assert_allclose(word.over()(STATES), one(one(two(STATES))), rtol=0, atol=1e-13)
     assert np.abs(word.over()(STATES) - two(one(one(STATES)))).max() > 1e-3
-    last = compose(composite, ["R1", "R3"])
+    last = compose_pieces(composite, ["R1", "R3"])
     assert last.absolute == ("v",)
     np.testing.assert_allclose(last.over()(STATES), three(one(STATES)), rtol=0, atol=1e-13)
     with pytest.raises(NsmapsError, match="iterate 2 depends on 'v', of which an absolute value was taken"):
-        compose(composite, ["R3", "R1"])
+        compose_pieces(composite, ["R3", "R1"])
     with pytest.raises(NsmapsError, match="the word is 'R1'; expected: a sequence of one or more of R1, R2, R3"):
-        compose(composite, "R1")
+        compose_pieces(composite, "R1")
     with pytest.raises(NsmapsError, match="no piece 'R4'"):
-        compose(composite, ["R4"])
+        compose_pieces(composite, ["R4"])
 
 
 def test_a_word_with_d_and_with_a_reset():
     parametric = exported.parametric()
-    word = compose(parametric, ["P1", "P0"])
+    word = compose_pieces(parametric, ["P1", "P0"])
     assert word.symbols == ("d",)
     states = np.random.default_rng(1).uniform([0.1, 0.1], [0.6, 3.0], (20, 2))
     for d in (0.26, 0.31):
@@ -70,7 +70,7 @@ def test_a_word_with_d_and_with_a_reset():
         with_d = np.column_stack([states, np.full(20, d)])
         np.testing.assert_allclose(word.over()(with_d), np.column_stack([expected, with_d[:, 2]]), rtol=1e-12)
     reset = Piece("up", Where(text="v > 1", coordinates=exported.NAMES), PolyMap.reset(exported.NAMES, {"phi": 1.2}))
-    after = compose(CompositeMap(exported.NAMES, ("B",), (piece("R1", 1), reset)), ["up", "R1"])
+    after = compose_pieces(CompositeMap(exported.NAMES, ("B",), (piece("R1", 1), reset)), ["up", "R1"])
     v = sp.Symbol("v", real=True)
     assert after.images["phi"].free_symbols == {v}
     with pytest.raises(NsmapsError, match="'v' has no bounded domain; expected: a box"):
