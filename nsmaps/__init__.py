@@ -154,7 +154,7 @@ if TYPE_CHECKING:
     from nsmaps.symbolic.kneading import topological_entropy as topological_entropy
     from nsmaps.symbolic.map_iterates import ClosedMap as ClosedMap
     from nsmaps.symbolic.map_iterates import compose_pieces as compose_pieces
-    from nsmaps.symbolic.map_iterates import iterate as iterate
+    from nsmaps.symbolic.map_iterates import symbolic_iterate as symbolic_iterate
     from nsmaps.symbolic.two_cycles import CurveCycles as CurveCycles
     from nsmaps.symbolic.two_cycles import TwoCycles as TwoCycles
     from nsmaps.symbolic.two_cycles import curve_cycles as curve_cycles
@@ -162,7 +162,7 @@ if TYPE_CHECKING:
     from nsmaps.verify.certificate import write_certificate as write_certificate
 
 _PUBLIC = {
-    "symbolic.map_iterates": ("ClosedMap", "compose_pieces", "iterate"),
+    "symbolic.map_iterates": ("ClosedMap", "compose_pieces", "symbolic_iterate"),
     "cells.conley": ("MorseGraph", "conley_indices"),
     "cells.morse_sets": ("MorseCover", "Trap", "closed_box", "morse_sets", "trap"),
     "symbolic.two_cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),

@@ -129,7 +129,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         along(s), values(s), box(s), 4, 200, kicks=2, directions=2, points=1
     ),
     "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
-    "iterate": lambda s: nsmaps.iterate(s, 2),
+    "symbolic_iterate": lambda s: nsmaps.symbolic_iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
     "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), "p", values(s), STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
@@ -193,7 +193,7 @@ REFUSED = {
     "doubled_branch": "begins at an event of another branch; expected: Event",
     "switched_branch": "begins at an event of that one; expected: Event",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
-    "iterate": "only images that are polynomials have closed forms; expected: PolyMap",
+    "symbolic_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",

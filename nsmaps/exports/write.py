@@ -19,7 +19,7 @@ from nsmaps.exports.exportables import held_by, is_finished
 from nsmaps.exports.headers import of_study
 from nsmaps.exports.languages import LANGUAGES
 from nsmaps.exports.program import MATH_H, Exportable, identifiers
-from nsmaps.symbolic.map_iterates import iterate
+from nsmaps.symbolic.map_iterates import symbolic_iterate
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -58,7 +58,7 @@ def export(
     Examples:
         >>> import nsmaps
         >>> logistic = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
-        >>> twice = nsmaps.iterate(logistic, 2)
+        >>> twice = nsmaps.symbolic_iterate(logistic, 2)
         >>> sorted(nsmaps.export(twice, "c", name="logistic_twice"))
         ['logistic_twice.c', 'logistic_twice.h']
         >>> nsmaps.export(twice, "python", name="logistic_twice").count("def logistic_twice(states):")
@@ -78,7 +78,7 @@ def export_iterate(
     """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
     if result.composite is None:
         raise NsmapsError("the result has no composite map, of whose pieces there are iterates in closed form")
-    closed = iterate(result.composite, n, piece=piece)
+    closed = symbolic_iterate(result.composite, n, piece=piece)
     source = piece if piece is not None else result.composite.pieces[0].name
     (name,) = identifiers([f"{source} iterate {n}"])
     returns = result.composite.piece(source).returns

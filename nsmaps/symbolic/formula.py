@@ -134,7 +134,7 @@ def composed(step: Formula, inner: Mapping[str, Any], number: int) -> dict[str, 
 
 
 def _substituted(image: Any, swaps: Mapping[int, Any], powers: Mapping[int, list[Any]]) -> Any:
-    """An image at polynomials in place of generators; sympy's `compose_pieces` would work out their powers for every term again."""
+    """An image at polynomials in place of generators; sympy's `compose` would work out their powers for every term again."""
     parts: dict[tuple[int, ...], dict[tuple[int, ...], Any]] = {}
     for key, c in image.terms():
         others = tuple(0 if i in swaps else e for i, e in enumerate(key))

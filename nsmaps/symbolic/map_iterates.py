@@ -82,7 +82,9 @@ class ClosedMap(WithCoordinates):
         return [symbol(name) for name in self.coordinates]
 
 
-def iterate(map: "AnyPolynomial", n: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")) -> ClosedMap:
+def symbolic_iterate(
+    map: "AnyPolynomial", n: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
+) -> ClosedMap:
     """The n-th iterate of a whole polynomial map in closed form.
 
     Args:
@@ -107,7 +109,7 @@ def compose_pieces(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> 
     """The composition of pieces along a word of regions, such as ["R2", "R1", "R1"], the first applied first.
 
     It is what an orbit does that visits these regions in this order; whether a state stays in them is not looked at. Angles are
-    not wrapped on the way. Errors as `iterate`.
+    not wrapped on the way. Errors as `symbolic_iterate`.
     """
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.reduced.composite.parametric import ParametricMap

@@ -63,7 +63,7 @@ def test_errors_name_what_is_accepted():
     with pytest.raises(NsmapsError, match="the map has no piece"):
         nsmaps.export(CompositeMap(exported.NAMES, ("B",), ()), "matlab")
     with pytest.raises(NsmapsError, match="the coefficients have symbols: b_0, b_1"):
-        nsmaps.export(nsmaps.iterate(Full(degrees={"x": 1}), 2, coordinates=("x",)), "c")
+        nsmaps.export(nsmaps.symbolic_iterate(Full(degrees={"x": 1}), 2, coordinates=("x",)), "c")
 
 
 def test_the_header_says_what_it_is():
@@ -232,7 +232,7 @@ def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(format):
 
 @pytest.mark.parametrize("format", FORMATS)
 def test_a_name_is_that_of_file_and_function(format, tmp_path):
-    twice, thrice = (nsmaps.iterate(exported.line(), n) for n in (2, 3))
+    twice, thrice = (nsmaps.symbolic_iterate(exported.line(), n) for n in (2, 3))
     nsmaps.export(twice, format, tmp_path, name="line_twice")
     nsmaps.export(thrice, format, tmp_path, name="line_thrice")
     assert {path.stem for path in tmp_path.iterdir()} == {"line_twice", "line_thrice"}

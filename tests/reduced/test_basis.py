@@ -316,7 +316,7 @@ def test_stored_to_the_bit(fitted):
 def test_what_needs_polynomials_says_so(fitted):
     wanted = "the variables phi, exp.* has no closed iterates"
     for call in (
-        lambda: nsmaps.iterate(fitted, 2),
+        lambda: nsmaps.symbolic_iterate(fitted, 2),
         lambda: nsmaps.second_iterate(fitted, 0, 1),
         lambda: nsmaps.two_cycles(fitted),
     ):
@@ -328,7 +328,7 @@ def test_what_needs_polynomials_says_so(fitted):
         ):
             call()
     with pytest.raises(NsmapsError, match="a Fourier has no closed iterates: it is not of monomials"):
-        nsmaps.iterate(Fourier(harmonics=1), 2)
+        nsmaps.symbolic_iterate(Fourier(harmonics=1), 2)
     with pytest.raises(FitError, match="the piece 'all' has other variables than the coordinates"):
         parametric_map({0.1: whole(fitted), 0.2: whole(fitted)}, "d", 0.1, 0.2, 1)
 

@@ -256,7 +256,7 @@ LOGISTIC = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 
 
 def exported(path: str, change: Callable[[dict[str, Any]], Any]) -> str:
     """What `load_map` says of an exported map that was changed."""
-    made = nsmaps.iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
+    made = nsmaps.symbolic_iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
     data = json.loads(nsmaps.export(made, "json"))
     change(data)
     Path("map.json").write_text(json.dumps(data))

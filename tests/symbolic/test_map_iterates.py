@@ -15,7 +15,7 @@ from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.polyfit import Full
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import second_iterate
-from nsmaps.symbolic.map_iterates import compose_pieces, iterate
+from nsmaps.symbolic.map_iterates import compose_pieces, symbolic_iterate
 from nsmaps.symbolic.two_cycles import curve_cycles, two_cycles
 
 PLANE = exported.random_map([[0.5, 1.0], [0.1, 0.9]], size=0.1)
@@ -28,7 +28,7 @@ def piece(name, seed, absolute=()):
 
 
 def test_the_third_iterate_is_the_map_three_times():
-    third = iterate(PLANE, 3)
+    third = symbolic_iterate(PLANE, 3)
     assert third.degree == 27
     np.testing.assert_allclose(third.over()(STATES), PLANE(PLANE(PLANE(STATES))), rtol=0, atol=1e-13)
     v, phi = sp.symbols("v phi", real=True)
@@ -90,26 +90,26 @@ def test_the_whole_second_iterate_in_d_is_within_reason():
     polymap = PolyMap(names, (exponents, exponents, identity[0]), (*coefficients, identity[1]), centre, scale, np.array(box))
     region = Where(text="v > 0", coordinates=exported.NAMES)
     in_d = ParametricMap("d", 0.26, 0.35, exported.NAMES, ("B",), (Piece("P", region, polymap),), np.array([0.3]), 1.0)
-    twice = iterate(in_d, 2)
+    twice = symbolic_iterate(in_d, 2)
     plane = in_d.at(0.3).piece("P").map
     np.testing.assert_allclose(twice.at(d=0.3).over()(STATES), plane(plane(STATES)), rtol=0, atol=1e-13)
 
 
 def test_general_coefficients_and_refusals():
-    line = iterate(Full(degrees={"x": 1}), 3, coordinates=("x",))
+    line = symbolic_iterate(Full(degrees={"x": 1}), 3, coordinates=("x",))
     x, b0, b1 = sp.symbols("x b_0 b_1", real=True)
     assert sp.expand(line.images["x"] - (b0 + b1 * (b0 + b1 * (b0 + b1 * x)))) == 0
     assert line.at(b_0=0.5, b_1=-1).images["x"] == sp.Rational(1, 2) - x
     with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms; expected: degree 100 and 3000 terms"):
-        iterate(PLANE, 4)
+        symbolic_iterate(PLANE, 4)
     with pytest.raises(NsmapsError, match="n is 0"):
-        iterate(PLANE, 0)
+        symbolic_iterate(PLANE, 0)
     with pytest.raises(NsmapsError, match="no symbol 'd'"):
-        iterate(PLANE, 1).at(d=1)
+        symbolic_iterate(PLANE, 1).at(d=1)
     with pytest.raises(NsmapsError, match="no coordinate 'w'"):
-        iterate(PLANE, 1).alpha("w")
+        symbolic_iterate(PLANE, 1).alpha("w")
     with pytest.raises(NsmapsError, match="the piece 'R1' of a PolyMap"):
-        iterate(PLANE, 1, piece="R1")
+        symbolic_iterate(PLANE, 1, piece="R1")
 
 
 def test_two_cycles_of_the_logistic_map():
@@ -127,8 +127,8 @@ def test_two_cycles_of_the_logistic_map():
 
 
 def test_p_and_q_lie_on_both_curves():
-    iterate = second_iterate(PLANE, 0.2, 0.7, "min_first")
-    cycles = curve_cycles(iterate)
+    twice = second_iterate(PLANE, 0.2, 0.7, "min_first")
+    cycles = curve_cycles(twice)
     assert len(cycles.points) >= 1
     for p, q in cycles.points:
         assert PLANE([[p, 0.2]])[0, 0] == pytest.approx(q, abs=1e-9 * max(1, abs(q)))
