@@ -99,7 +99,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.surfaces.sweep import surfaces as surfaces
     from nsmaps.exact.systems.hybrid import Guard as Guard
     from nsmaps.exact.systems.hybrid import HybridSystem as HybridSystem
-    from nsmaps.exact.systems.hybrid import Section as Section
+    from nsmaps.exact.systems.hybrid import PoincareSection as PoincareSection
     from nsmaps.exact.systems.hybrid import SlidingSurface as SlidingSurface
     from nsmaps.exact.systems.parameters import System as System
     from nsmaps.exact.systems.piecewise import PiecewiseMap as PiecewiseMap
@@ -211,7 +211,7 @@ _PUBLIC = {
     "exact.returns": ("Returns",),
     "exact.surfaces.along": ("Along",),
     "exact.surfaces.surface": ("Axis", "Grid", "Surface"),
-    "exact.systems.hybrid": ("Guard", "HybridSystem", "Section", "SlidingSurface"),
+    "exact.systems.hybrid": ("Guard", "HybridSystem", "PoincareSection", "SlidingSurface"),
     "exact.systems.parameters": ("System",),
     "exact.systems.piecewise": ("PiecewiseMap",),
     "exact.systems.system": ("ImpactSystem",),

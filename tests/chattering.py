@@ -8,7 +8,7 @@ import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import CompleteChatter, Guard, HybridSystem, Section
+from nsmaps import CompleteChatter, Guard, HybridSystem, PoincareSection
 
 
 class Ball(HybridSystem):
@@ -28,7 +28,7 @@ class Ball(HybridSystem):
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 class Held(TwoMasses):

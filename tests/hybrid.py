@@ -11,7 +11,7 @@ from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 
 DATA = Path(__file__).parent / "data" / "hybrid"
 SYSTEMS = {
@@ -64,7 +64,7 @@ class BeforeWall(HybridSystem):
         return {"free": {"x": y.v, "v": self.A * sp.cos(self.w * t) - 2 * self.zeta * y.v - y.x}}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 class Friction(HybridSystem):
@@ -85,7 +85,7 @@ class Friction(HybridSystem):
         return {"stick": SlidingSurface("faster", "slower", y.u - sp.Rational(1, 5))}
 
     def section(self, t, y):
-        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
+        return PoincareSection(("slower to stick", "faster to stick"), ("x", "phi"))
 
 
 class StrobedFriction(Friction):
@@ -95,7 +95,7 @@ class StrobedFriction(Friction):
         return {**super().guards(t, y), "O": Guard(("slower", "faster", "stick"), -sp.sin(t))}
 
     def section(self, t, y):
-        return Section("O", ("x", "u"))
+        return PoincareSection("O", ("x", "u"))
 
 
 class BallUnderNoise(HybridSystem):
@@ -116,4 +116,4 @@ class BallUnderNoise(HybridSystem):
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))

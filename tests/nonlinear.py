@@ -12,7 +12,7 @@ from nsmaps_neuron import Neuron
 from nsmaps_relief_valve import ReliefValve, ReliefValveLift
 from nsmaps_rimless_wheel import RimlessWheel
 
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 
 DATA = Path(__file__).parent / "data" / "nonlinear"
 
@@ -43,7 +43,7 @@ class Alpazur(HybridSystem):
         return {"A": Guard("1", y.v2 + 1, to="2"), "B": Guard("2", -y.v2 - sp.Rational(1, 10), to="1")}
 
     def section(self, t, y):
-        return Section("A", ("v1", "phi"))
+        return PoincareSection("A", ("v1", "phi"))
 
 
 class StrobedAlpazur(Alpazur):
@@ -53,7 +53,7 @@ class StrobedAlpazur(Alpazur):
         return {**super().guards(t, y), "S": Guard(("1", "2"), -sp.sin(self.omega * t))}
 
     def section(self, t, y):
-        return Section("S", ("v1", "v2"))
+        return PoincareSection("S", ("v1", "v2"))
 
 
 class ImpactDamper(HybridSystem):
@@ -85,7 +85,7 @@ class ImpactDamper(HybridSystem):
         return {"P": Guard("free", 1 - apart, reset=impact), "N": Guard("free", 1 + apart, reset=impact)}
 
     def section(self, t, y):
-        return Section("P", ("x1", "v1", "v2", "phi"))
+        return PoincareSection("P", ("x1", "v1", "v2", "phi"))
 
 
 class PendulumBeforeStop(HybridSystem):
@@ -109,14 +109,14 @@ class PendulumBeforeStop(HybridSystem):
         return {"I": Guard("swing", self.stop - y.th, reset={"w": -self.r * y.w})}
 
     def section(self, t, y):
-        return Section("I", ("w", "phi"))
+        return PoincareSection("I", ("w", "phi"))
 
 
 class Runner(Hopper):
     """The hopper of any energy: height and speed at the apex."""
 
     def section(self, t, y):
-        return Section("A", ("y", "vx"), states={"x": 0})
+        return PoincareSection("A", ("y", "vx"), states={"x": 0})
 
 
 class BallWithDrag(HybridSystem):
@@ -139,7 +139,7 @@ class BallWithDrag(HybridSystem):
         return {"I": Guard("fly", y.y - table, reset={"v": speed - self.r * (y.v - speed)})}
 
     def section(self, t, y):
-        return Section("I", ("v", "phi"), side="after")
+        return PoincareSection("I", ("v", "phi"), side="after")
 
 
 SYSTEMS = {

@@ -66,7 +66,7 @@ class Runner(nsmaps.HybridSystem):
         return {"J": nsmaps.Guard("m", 1 - y.x, reset={"x": y.x - 1})}
 
     def section(self, t, y):
-        return nsmaps.Section("J", ("x",))
+        return nsmaps.PoincareSection("J", ("x",))
 
 
 class Falling(nsmaps.ImpactSystem):

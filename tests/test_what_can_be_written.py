@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Returns, Section, SlidingSurface, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, PoincareSection, Returns, SlidingSurface, Wall
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.trajectory import track
 from nsmaps.exports.languages import LANGUAGES
@@ -97,7 +97,7 @@ def two_periods():
         ("x", "v", "p", "q"),
         lambda t, y: {"fly": {"x": y.v, "v": -1 + (sp.cos(t) + y.p) / 5, "p": -w * y.q, "q": w * y.p}},
         lambda t, y: {"B": Guard("fly", y.x, reset={"v": -0.8 * y.v})},
-        Section("B", ("v", "p", "q", "phi")),
+        PoincareSection("B", ("v", "p", "q", "phi")),
         period=2 * sp.pi,
     )
     one = made.first_return([[-1.0, 1.0, 0.0, 0.0]])
@@ -140,7 +140,7 @@ def walls_that_move_apart():
             "F": Guard("fly", y.x - y.f, reset={"v": 1 - y.v, "x": 0, "f": 0}),
             "C": Guard("fly", 2 - y.x, reset={"v": -y.v}),
         },
-        Section("F", ("x", "v")),
+        PoincareSection("F", ("x", "v")),
     )
     assert made.first_return([[0.0, 0.0]]).time == pytest.approx([1.0])
 
@@ -156,7 +156,7 @@ def law_of_the_phase():
         ("x", "v"),
         lambda t, y: {"fly": {"x": y.v, "v": -1}},
         lambda t, y: {"B": Guard("fly", y.x, reset={"v": -(sp.Rational(1, 2) + sp.sin(t) / 4) * y.v})},
-        Section("B", ("v", "phi")),
+        PoincareSection("B", ("v", "phi")),
         period=2 * sp.pi,
     )
     r = 0.5 + math.sin(1.0) / 4
@@ -191,7 +191,7 @@ def kinks():
     ball = {
         "states": ("x", "v"),
         "guards": lambda t, y: {"B": Guard("fly", y.x, reset={"v": -y.v})},
-        "section": Section("B", ("v",)),
+        "section": PoincareSection("B", ("v",)),
     }
     made = hybrid(modes=lambda t, y: {"fly": {"x": y.v, "v": -1 - sp.Max(y.v, -y.v / 2)}}, **ball)
     top = 1 - math.log(2)
@@ -208,7 +208,7 @@ def switches():
         ("x", "v"),
         lambda t, y: {"free": {"x": y.v, "v": -1}, "contact": {"x": y.v, "v": -1 - 9 * y.x}},
         lambda t, y: {"C": Guard("free", y.x, to="contact"), "F": Guard("contact", -y.x, to="free")},
-        Section("F", ("v",)),
+        PoincareSection("F", ("v",)),
     )
     bounce = wall.first_return([[1.0]])
     assert (bounce.image[0, 0], bounce.time[0]) == pytest.approx((1, 2 + 2 / 3 * (math.pi - math.atan(3))))
@@ -219,7 +219,7 @@ def switches():
             "stick": SlidingSurface("slip", "back", y.v),
             "J": Guard(("slip", "stick"), 3 - y.c, to="slip", reset={"v": y.v + 1, "c": 0}),
         },
-        Section("J", ("v",)),
+        PoincareSection("J", ("v",)),
     )
     assert made.first_return([[0.0]]).image == pytest.approx(np.zeros((1, 1)), abs=1e-15)
 
@@ -234,7 +234,7 @@ def two_bodies():
             "L": Guard("fly", y.x, reset={"u": -y.u}),
             "R": Guard("fly", 1 - y.y, reset={"v": -y.v}),
         },
-        Section("M", ("x", "u", "v")),
+        PoincareSection("M", ("x", "u", "v")),
     )
     assert made.first_return([[0.5, 1.0, -0.5]]).image[0] == pytest.approx([1 / 6, 0.5, -1], abs=1e-15)
     pytest.importorskip("heyoka")
@@ -242,7 +242,7 @@ def two_bodies():
         ("x", "y", "u", "v"),
         lambda t, y: {"fly": {"x": y.u, "y": y.v, "u": (y.y - y.x) ** 3, "v": (y.x - y.y) ** 3}},
         lambda t, y: {"M": Guard("fly", y.y - y.x)},
-        Section("M", ("x", "u", "v")),
+        PoincareSection("M", ("x", "u", "v")),
     )
     met = spring.arrivals([[0.0, 1.0, 0.5, 0.5]])
     quarter = math.gamma(1 / 4) ** 2 / (4 * math.sqrt(2 * math.pi))
@@ -255,7 +255,7 @@ def delay():
             ("x", "v"),
             lambda t, y, late=late: {"fly": {"x": y.v, "v": -late(t, y)}},
             lambda t, y: {"B": Guard("fly", y.x, reset={"v": -y.v})},
-            Section("B", ("v",)),
+            PoincareSection("B", ("v",)),
         )
         with pytest.raises(SystemDefinitionError, match="a delay is out of scope"):
             made.first_return([[-1.0]])

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class Belt(HybridSystem):
@@ -54,6 +54,6 @@ class Belt(HybridSystem):
             "P": Guard("stick", self.mu_s + N, to="faster"),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Where sticking ends: place and phase."""
-        return Section(("M", "P"), ("x", "phi"), states={"u": self.vb})
+        return PoincareSection(("M", "P"), ("x", "phi"), states={"u": self.vb})

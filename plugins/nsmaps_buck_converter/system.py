@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class BuckConverter(HybridSystem):
@@ -54,6 +54,6 @@ class BuckConverter(HybridSystem):
             "F": Guard("on", -above, to="off"),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Where the ramp falls: voltage and current."""
-        return Section(("N at the fall", "F at the fall"), ("v", "i"))
+        return PoincareSection(("N at the fall", "F at the fall"), ("v", "i"))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class Hopper(HybridSystem):
@@ -52,8 +52,8 @@ class Hopper(HybridSystem):
             "G": Guard(("rise", "fall", "stance"), y.y, ends=True),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """The apex: its height."""
         from sympy import sqrt
 
-        return Section("A", ("y",), states={"x": 0, "vx": sqrt(2 * (self.E / self.m - self.g * y.y))})
+        return PoincareSection("A", ("y",), states={"x": 0, "vx": sqrt(2 * (self.E / self.m - self.g * y.y))})

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class Neuron(HybridSystem):
@@ -32,6 +32,6 @@ class Neuron(HybridSystem):
         """A spike S."""
         return {"S": Guard("rest", self.peak - y.v, reset={"v": self.c, "u": y.u + self.d})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before a spike: the recovery."""
-        return Section("S", ("u",))
+        return PoincareSection("S", ("u",))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class RecoilPair(HybridSystem):
@@ -52,6 +52,6 @@ class RecoilPair(HybridSystem):
             "T": Guard("flight", self.d / 2 + y.x, reset=reset, rests="top" * self.contact),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before an impact at B: relative speed, place and velocity of the capsule, phase."""
-        return Section("B", ("v", "X", "V", "phi"))
+        return PoincareSection("B", ("v", "X", "V", "phi"))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class ReliefValve(HybridSystem):
@@ -38,9 +38,9 @@ class ReliefValve(HybridSystem):
         """Impacts I on the seat."""
         return {"I": Guard("open", y.x, reset={"v": -self.r * y.v}, rests="closed" * self.contact)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before an impact: speed, negative, and pressure."""
-        return Section("I", ("v", "p"))
+        return PoincareSection("I", ("v", "p"))
 
 
 class ReliefValveLift(ReliefValve):
@@ -50,6 +50,6 @@ class ReliefValveLift(ReliefValve):
         """Impacts I on the seat, and maxima M of the lift."""
         return {**super().guards(t, y), "M": Guard("open", y.v)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """A maximum of the lift: lift and pressure."""
-        return Section("M", ("x", "p"))
+        return PoincareSection("M", ("x", "p"))

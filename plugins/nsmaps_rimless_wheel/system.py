@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class RimlessWheel(HybridSystem):
@@ -40,6 +40,6 @@ class RimlessWheel(HybridSystem):
             "B": Guard("roll", y.th + self.alpha - self.gamma, reset={"th": y.th + 2 * self.alpha, "w": slower}),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before a step forwards: the angular speed."""
-        return Section("F", ("w",))
+        return PoincareSection("F", ("w",))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class RockingBlock(HybridSystem):
@@ -48,6 +48,6 @@ class RockingBlock(HybridSystem):
             "E to the left": Guard("left", 2 + y.x, ends=True),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just after the block came to its right corner: speed and phase."""
-        return Section("R", ("v", "phi"), side="after")
+        return PoincareSection("R", ("v", "phi"), side="after")

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class SoftImpact(HybridSystem):
@@ -44,6 +44,6 @@ class SoftImpact(HybridSystem):
         """Contact C begins, free flight F begins; nothing jumps."""
         return {"C": Guard("free", self.e - y.x, to="contact"), "F": Guard("contact", y.x - self.e, to="free")}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Where contact begins: speed and phase."""
-        return Section("C", ("v", "phi"))
+        return PoincareSection("C", ("v", "phi"))

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 
 class TwoMasses(HybridSystem):
@@ -51,6 +51,6 @@ class TwoMasses(HybridSystem):
         """Impact I of the first mass."""
         return {"I": Guard("free", self.d - y.x, reset={"v": -self.r * y.v})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before an impact: speed, place and velocity of the second mass, phase."""
-        return Section("I", ("v", "x2", "v2", "phi"))
+        return PoincareSection("I", ("v", "x2", "v2", "phi"))

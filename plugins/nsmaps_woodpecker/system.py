@@ -12,7 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from pydantic import Field
 
-from nsmaps.exact.systems.hybrid import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection, SlidingSurface
 
 STROKES = ("slip", "stop", "halt")  #: of the beak: it slips throughout, or stops and then slips upwards, or downwards
 
@@ -142,9 +142,9 @@ class Woodpecker(HybridSystem):
                 guards[f"B {name} {to}"] = Guard(("u", "d"), gap, to=to, reset=_reset(expansion), where=where)
         return guards
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before a stroke of the beak: the angle of the sleeve, and all velocities."""
-        return Section([f"B {name} {to}" for name in STROKES for to in "ud"], ("M", "v", "m", "s"))
+        return PoincareSection([f"B {name} {to}" for name in STROKES for to in "ud"], ("M", "v", "m", "s"))
 
 
 def _reset(impulse: Impulse) -> dict[str, Any]:

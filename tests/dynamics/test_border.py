@@ -10,7 +10,7 @@ from normal_form import NormalForm
 from nsmaps_soft_impact import SoftImpact
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.exact.returnmap import ReturnMap
@@ -47,7 +47,7 @@ class Ticks(HybridSystem):
         return {"L": tick(self.tl, self.dl, -1), "R": tick(self.tr, self.dr, 1)}
 
     def section(self, t, y):
-        return Section(("L", "R"), ("x", "y"))
+        return PoincareSection(("L", "R"), ("x", "y"))
 
 
 def maps(case, kind):
@@ -119,7 +119,7 @@ class Pair(HybridSystem):
         return {"B": Guard("flight", self.d / 2 - y.x, reset=reset), "T": Guard("flight", self.d / 2 + y.x, reset=reset)}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def test_saddles_of_the_pair_as_a_system_with_modes():
@@ -139,7 +139,7 @@ class Strobe(SoftImpact):
         return {**super().guards(t, y), "strobe": Guard(("free", "contact"), -sp.sin(self.w * t))}
 
     def section(self, t, y):
-        return Section("strobe", ("x", "v"))
+        return PoincareSection("strobe", ("x", "v"))
 
 
 def test_a_motion_that_begins_to_touch_an_elastic_stop_persists():
@@ -267,7 +267,7 @@ class JumpingTicks(HybridSystem):
         return {"L": left, "R": right}
 
     def section(self, t, y):
-        return Section(("L", "R"), ("x",))
+        return PoincareSection(("L", "R"), ("x",))
 
 
 @pytest.mark.parametrize("kind", ["letters", "no letters", "modes"])
@@ -304,7 +304,7 @@ class Switched(HybridSystem):
         return {"F": Guard("on", self.high - y.y, to="off"), "N": Guard("off", y.y - 1, to="on")}
 
     def section(self, t, y):
-        return Section("N", ("y",))
+        return PoincareSection("N", ("y",))
 
 
 class Clocked(Switched):
@@ -363,7 +363,7 @@ class Stop(HybridSystem):
         return {"U": up, "D": down, "S": Guard(("soft", "stiff"), -y.x)}
 
     def section(self, t, y):
-        return Section("S", ("v", "phi"))
+        return PoincareSection("S", ("v", "phi"))
 
 
 @pytest.mark.parametrize(("value", "way", "word"), [(0.2, "down", "SUDS"), (-0.2, "up", "SDUS")])

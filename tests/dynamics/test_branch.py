@@ -11,7 +11,7 @@ from dynamics_implicit import flight, gaps, multipliers_test, solve
 from toys import BouncingBall
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, Section, Wall
+from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
 from nsmaps.errors import NsmapsError
@@ -542,7 +542,7 @@ class Wheel(HybridSystem):
         return {"F": on, "B": back}
 
     def section(self, t, y):
-        return Section("F", ("w",))
+        return PoincareSection("F", ("w",))
 
 
 def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():

@@ -10,7 +10,7 @@ from boxmaps import plain_returns
 from toys import Oscillator
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.continuation.follow import continue_branch, switched_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -219,7 +219,7 @@ class Wedge(HybridSystem):
         return {side: Guard("flight", s * y.y - sign * c * y.x, reset=mirror(sign)) for side, sign in (("R", 1), ("L", -1))}
 
     def section(self, t, y):
-        return Section("R", ("x", "u", "v"))
+        return PoincareSection("R", ("x", "u", "v"))
 
 
 def test_an_orbit_of_a_family_is_found_and_has_no_branch():

@@ -13,7 +13,7 @@ from nsmaps_two_masses import TwoMasses
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, Section, continue_branch
+from nsmaps import CompleteChatter, Guard, HybridSystem, PoincareSection, continue_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.testing import check_system
 
@@ -41,7 +41,7 @@ class Table(HybridSystem):
         return {"B": impact, "clock": Guard(("flight", "table"), -sp.sin(t), letter="c")}
 
     def section(self, t, y):
-        return Section("clock", ("x", "v"))
+        return PoincareSection("clock", ("x", "v"))
 
 
 def test_the_image_and_its_derivatives_are_those_of_the_flight_from_the_release():
@@ -135,7 +135,7 @@ class Oscillator(BeforeWall):
         return {"B": impact, "clock": Guard(("free", "pressed"), -sp.sin(self.w * t), letter="c")}
 
     def section(self, t, y):
-        return Section("clock", ("x", "v"))
+        return PoincareSection("clock", ("x", "v"))
 
 
 def test_the_rest_and_its_end_are_those_of_the_impact_oscillator():
@@ -161,7 +161,7 @@ class Held(TwoMasses):
         return {"I": impact, "clock": Guard(("free", "held"), -sp.sin(self.w * t), letter="c")}
 
     def section(self, t, y):
-        return Section("clock", ("x", "v", "x2", "v2"))
+        return PoincareSection("clock", ("x", "v", "x2", "v2"))
 
 
 @cache

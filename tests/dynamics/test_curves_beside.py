@@ -9,7 +9,7 @@ from boxmaps import plain_returns
 from normal_form import NormalForm
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.continuation.events import Event
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -101,7 +101,7 @@ class Stop(HybridSystem):
         return {"C": Guard("free", -y.x, to="contact"), "F": Guard("contact", y.x, to="free")}
 
     def section(self, t, y):
-        return Section("C", ("v", "phi"))
+        return PoincareSection("C", ("v", "phi"))
 
 
 def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.dynamics.limits.limit import limits
@@ -124,8 +124,8 @@ class Tank(HybridSystem):
         bell = {"B": Guard(("on", "off"), -sp.sin(2 * sp.pi * t / 3))} if self.bell or self.strobe else {}
         return dict(reversed((level | bell).items())) if self.swapped else level | bell
 
-    def section(self, t: Any, y: Any) -> Section:
-        return Section("B", ("h",)) if self.strobe else Section("F", ("phi",))
+    def section(self, t: Any, y: Any) -> PoincareSection:
+        return PoincareSection("B", ("h",)) if self.strobe else PoincareSection("F", ("phi",))
 
 
 @pytest.mark.parametrize("swapped", [False, True])

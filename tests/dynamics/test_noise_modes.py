@@ -16,7 +16,7 @@ from nsmaps_vi_pair import VIPair
 from scipy.linalg import solve_continuous_lyapunov
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Jobs, Noise, Section, SlidingSurface, noisy_orbits
+from nsmaps import Guard, HybridSystem, Jobs, Noise, PoincareSection, SlidingSurface, noisy_orbits
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.orbits import exact_step
@@ -55,7 +55,7 @@ class Coulomb(HybridSystem):
         return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
 
     def section(self, t, y):
-        return Section(("stick to slower", "stick to faster"), ("x", "phi"))
+        return PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 class Linear(HybridSystem):
@@ -76,7 +76,7 @@ class Linear(HybridSystem):
         return {"s": Guard("free", -sp.sin(self.w * t))}
 
     def section(self, t, y):
-        return Section("s", ("x", "v"))
+        return PoincareSection("s", ("x", "v"))
 
 
 @SYSTEMS

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, Section, Wall, noisy_orbits
+from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, PoincareSection, Wall, noisy_orbits
 from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.orbits import exact_step
@@ -47,7 +47,7 @@ class Straight(HybridSystem):
         return {name: Guard("free", gap, reset={"v": -self.r * y.v}) for name, gap in gaps.items()}
 
     def section(self, t, y):
-        return Section("R", ("v", "phi"))
+        return PoincareSection("R", ("v", "phi"))
 
 
 class Bent(Straight):
@@ -58,7 +58,7 @@ class Bent(Straight):
     rate = staticmethod(lambda y: y.v / sp.cosh(y.q))
 
     def section(self, t, y):
-        return Section("R", ("v", "phi"), states={"q": sp.asinh(self.d)})
+        return PoincareSection("R", ("v", "phi"), states={"q": sp.asinh(self.d)})
 
 
 class TableWithPendulum(BallUnderNoise):
@@ -70,7 +70,7 @@ class TableWithPendulum(BallUnderNoise):
         return {"flight": {**super().modes(t, y)["flight"], "a": -sp.sin(y.a)}}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi", "a"))
+        return PoincareSection("B", ("v", "phi", "a"))
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ class Spring(HybridSystem):
         return {"s": Guard("free", -sp.sin(sp.pi * t / 2))}
 
     def section(self, t, y):
-        return Section("s", ("x", "v"))
+        return PoincareSection("s", ("x", "v"))
 
 
 @pytest.mark.parametrize(("system", "start", "orders"), [(Spring(), [0.5, 0.3], (3, 3)), (DUFFING, CYCLE, (1.5, 2.5))])

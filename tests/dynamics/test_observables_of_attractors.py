@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.exact.observables.formulas import plan_of
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.observables.totals import slopes_of
@@ -146,7 +146,7 @@ class Racket(HybridSystem):
         return {"R": Guard("flight", getattr(y, "lambda"), reset={"v": 1 - y.v / 2})}
 
     def section(self, t, y):
-        return Section("R", ("v",))
+        return PoincareSection("R", ("v",))
 
 
 def test_a_system_without_parameters_has_derivatives_by_states() -> None:

@@ -10,7 +10,7 @@ import sympy as sp
 from boxmaps import plain_returns
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.dynamics.design.conditions import margins
 from nsmaps.dynamics.diagrams.windows import windows
@@ -46,7 +46,7 @@ class Resonator(HybridSystem):
         return {"S": Guard("free", sp.sin(self.w * t / self.time), letter="")}
 
     def section(self, t: Any, y: Any) -> Any:
-        return Section("S", ("x", "v"))
+        return PoincareSection("S", ("x", "v"))
 
     def state(self) -> np.ndarray:
         """The fixed point in closed form."""
@@ -122,7 +122,7 @@ class Box(HybridSystem):
         return {name: Guard("free", self.unit - side * y.x, reset={"v": -self.r * y.v}) for name, side in (("R", 1), ("L", -1))}
 
     def section(self, t: Any, y: Any) -> Any:
-        return Section("R", self.order)
+        return PoincareSection("R", self.order)
 
 
 class Turned(Box):

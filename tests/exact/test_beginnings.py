@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 from nsmaps.errors import SystemDefinitionError
 
 
@@ -34,7 +34,7 @@ class Plate(HybridSystem):
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="plate"), "h": Guard("flight", self.h - y.x)}
 
     def section(self, t, y):
-        return Section("h", ("v", "phi"))
+        return PoincareSection("h", ("v", "phi"))
 
 
 class FromRest(HybridSystem):
@@ -49,7 +49,7 @@ class FromRest(HybridSystem):
         return {"B": Guard("flight", y.x - 1, reset={"v": -y.v / 2}), "A": Guard("flight", y.v)}
 
     def section(self, t, y):
-        return Section("A", ("x",))
+        return PoincareSection("A", ("x",))
 
 
 def test_a_ball_at_rest_falls_from_any_height():
@@ -106,7 +106,7 @@ class Pressed(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("U", ("x", "v", "phi"))
+        return PoincareSection("U", ("x", "v", "phi"))
 
 
 def test_a_force_that_is_zero_by_cancellation_is_no_event():
@@ -141,7 +141,7 @@ class Tank(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("C", ("x",))
+        return PoincareSection("C", ("x",))
 
 
 def test_a_clock_is_a_crossing():
@@ -194,7 +194,7 @@ class Relay(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section(self.met, ("x", "phi") if self.met == "U" else ("u", "x"))
+        return PoincareSection(self.met, ("x", "phi") if self.met == "U" else ("u", "x"))
 
 
 @pytest.mark.parametrize("count", [1, 40])
@@ -236,7 +236,7 @@ class Bouncing(HybridSystem):
         return {"B": Guard("flight", y.x - table, reset={"v": y.v - (1 + self.r) * speed}, rests=self.lasting)}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def speeds(system, returns):
@@ -314,7 +314,7 @@ class Jump(HybridSystem):
         return found
 
     def section(self, t, y):
-        return Section("s", ("x", "v"))
+        return PoincareSection("s", ("x", "v"))
 
 
 def test_contact_ends_at_a_clock_where_the_force_turns():
@@ -376,7 +376,7 @@ class Stick(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("c", ("x", "v", "phi"))
+        return PoincareSection("c", ("x", "v", "phi"))
 
 
 def test_stick_by_hand_is_left_where_the_force_rises():
@@ -404,7 +404,7 @@ class Alone(HybridSystem):
         return {"T": Guard("on", 1 - y.c, reset={"c": 0}), "S": Guard("on", y.x - 1)}
 
     def section(self, t, y):
-        return Section("S", ("c",))
+        return PoincareSection("S", ("c",))
 
 
 @pytest.mark.parametrize("count", [400, 6000])
@@ -440,7 +440,7 @@ class Rocking(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("F", ("w",))
+        return PoincareSection("F", ("w",))
 
 
 def test_steps_forth_and_back_accumulate():
@@ -467,14 +467,14 @@ class RockingAfter(Rocking):
     """The same wheel, seen after each step forth."""
 
     def section(self, t, y):
-        return Section("F", ("w",), side="after")
+        return PoincareSection("F", ("w",), side="after")
 
 
 class RockingAtBoth(Rocking):
     """The same wheel, seen at each step."""
 
     def section(self, t, y):
-        return Section(("F", "B"), ("th", "w"))
+        return PoincareSection(("F", "B"), ("th", "w"))
 
 
 @pytest.mark.parametrize("wheel", [RockingAfter(), RockingAtBoth()])
@@ -514,7 +514,7 @@ class Brakes(HybridSystem):
         return {"A": first, "B": second}
 
     def section(self, t, y):
-        return Section(("A", "B"), ("x", "v"))
+        return PoincareSection(("A", "B"), ("x", "v"))
 
 
 def test_two_events_within_rounding_of_a_unit_of_time_do_not_accumulate():
@@ -538,7 +538,7 @@ class Dropped(HybridSystem):
         return {"B": Guard("fall", y.x, reset={"v": -self.r * y.v}, rests="table"), "T": Guard("fall", 5 - y.x)}
 
     def section(self, t, y):
-        return Section("T", ("v",))
+        return PoincareSection("T", ("v",))
 
 
 def test_the_time_at_which_impacts_accumulate_is_that_of_a_motion_which_rests():

@@ -9,7 +9,7 @@ from chattering import Ball, Held, until_rest
 from nsmaps_bouncing_ball import BouncingBall
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 from nsmaps.errors import StateError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.trajectory import track
@@ -22,7 +22,7 @@ class After(Ball):
     """The same, seen after impacts."""
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"), side="after")
+        return PoincareSection("B", ("v", "phi"), side="after")
 
 
 def until_release(returns, sign=1.0):
@@ -114,7 +114,7 @@ class Kicked(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 @pytest.mark.parametrize("s", [0.9, 1.3, 1.55, 1.6, 1.645, 1.7])

@@ -16,7 +16,7 @@ from nsmaps_vi_pair import VIPair
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps import Axis, Grid, Guard, HybridSystem, ImpactSystem, Section
+from nsmaps import Axis, Grid, Guard, HybridSystem, ImpactSystem, PoincareSection
 from nsmaps.errors import ProofError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -38,8 +38,8 @@ class Ball(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("B", ("v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("B", ("v", "phi"))
 
 
 class Oscillator(BeforeWall):
@@ -191,8 +191,8 @@ class Strobe(Ball):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {**super().guards(t, y), "s": Guard(("flight", "table"), -sp.sin(t))}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("s", ("x", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("s", ("x", "v"))
 
 
 def test_a_flight_after_a_release_has_no_minimum_at_its_start() -> None:
@@ -263,7 +263,7 @@ class Spun(HybridSystem):
         return {"B": Guard("fly", y.x, reset={"v": -y.v / 2, "w": y.w - share * y.v}, rests="plate")}
 
     def section(self, t, y):
-        return Section("B", ("v", "w"))
+        return PoincareSection("B", ("v", "w"))
 
 
 @pytest.mark.parametrize("share", ["(a + b)/c", "a/(c*(a + b))", "(1 - a)/(2 + a)", "a/(b + 1/(a + c))", "(a**2 - b**2)/(a - b)"])
@@ -290,7 +290,7 @@ def test_a_direction_with_floats_that_cancel():
             return {"B": Guard("fly", y.gap, reset=reset, rests="together")}
 
         def section(self, t, y):
-            return Section("B", ("one", "other"))
+            return PoincareSection("B", ("one", "other"))
 
     returns = Pair().first_return([[1.0, -1.0]])  # apart at the speed 1, with 1 of relative acceleration: for a time of 2
     assert returns.image.ravel() == pytest.approx([-0.5 - 0.75 + 1, -0.5 + 0.25 - 1], abs=1e-14)

@@ -9,7 +9,7 @@ from nsmaps_soft_impact import SoftImpact
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 from nsmaps.errors import SystemDefinitionError
 
 SOFT = {"xi": 0.05, "e": 0.3, "a": 0.7, "beta": 29.0}
@@ -22,7 +22,7 @@ class Strobe(SoftImpact):
         return {**super().guards(t, y), "strobe": Guard(("free", "contact"), -sp.sin(self.w * t))}
 
     def section(self, t, y):
-        return Section("strobe", ("x", "v"))
+        return PoincareSection("strobe", ("x", "v"))
 
 
 class Lowest(SoftImpact):
@@ -32,7 +32,7 @@ class Lowest(SoftImpact):
         return {**super().guards(t, y), "lowest": Guard("free", -y.v)}
 
     def section(self, t, y):
-        return Section("lowest", ("x", "phi"))
+        return PoincareSection("lowest", ("x", "phi"))
 
 
 class Rising(SoftImpact):
@@ -45,7 +45,7 @@ class Rising(SoftImpact):
         return ()
 
     def section(self, t, y):
-        return Section("up", ("v", "phi"))
+        return PoincareSection("up", ("v", "phi"))
 
 
 class Slowly(Rising):
@@ -144,14 +144,14 @@ class Ball(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("down", ("v", "phi"))
+        return PoincareSection("down", ("v", "phi"))
 
 
 class AtPlate(Ball):
     """The same at the plate."""
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def down_again(v, phi):
@@ -235,7 +235,7 @@ class Jerk(HybridSystem):
         return {"turn": Guard("free", y.v), "E": Guard("free", 20 - y.x)}
 
     def section(self, t, y):
-        return Section("E", ("v", "a")) if self.wall else Section("turn", ("x", "a"))
+        return PoincareSection("E", ("v", "a")) if self.wall else PoincareSection("turn", ("x", "a"))
 
 
 @pytest.mark.parametrize("wall", [False, True])

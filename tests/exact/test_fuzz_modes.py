@@ -8,7 +8,7 @@ import sympy as sp
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 
 STEP, HORIZON, BITS = 0.02, 12.0, 90  # of the march, its longest time, bisections of a step
 COUNT, MARCHED = 18, 4  # starts, which are computed in parallel, and how many of them are marched
@@ -48,7 +48,7 @@ def random_system(n, m, rng):
             return found
 
         def section(self, t, y):
-            return Section("U0", (*names[1:], "phi"))
+            return PoincareSection("U0", (*names[1:], "phi"))
 
     return Random(), SimpleNamespace(n=n, m=m, rates=rates, jumps=jumps)
 

@@ -6,7 +6,7 @@ import sympy as sp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection, SlidingSurface
 
 STEPS = 400  # of the march in one period
 CLEAR, FAST = 0.01, 0.05  # margins of returns that the march cannot miss
@@ -43,7 +43,7 @@ def random_system(rng):
             }
 
         def section(self, t, y):
-            return Section("O", NAMES)
+            return PoincareSection("O", NAMES)
 
     fields = []
     for sign in (-1, 1):

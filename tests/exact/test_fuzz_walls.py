@@ -6,7 +6,7 @@ import sympy as sp
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 
 STEP, LONGEST = 2 * np.pi / 240, 9.0  # of the march
 CLEAR, FAST = 0.01, 0.05  # margins of motions that the march, which looks at ends of steps, cannot miss
@@ -52,7 +52,7 @@ def random_system(rng):
             return found
 
         def section(self, t, y):
-            return Section("U0", (*names[1:], "phi"))
+            return PoincareSection("U0", (*names[1:], "phi"))
 
     flows = np.zeros((m, n + 3, n + 3))
     flows[:, :n] = rates

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection, SlidingSurface
 
 FLIGHTS = ("R", "L")
 
@@ -40,7 +40,7 @@ class Hopper(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("c", self.states)
+        return PoincareSection("c", self.states)
 
     def follow(self, state):
         """The states a period later, by an integrator and the law of impacts in one line."""

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 from pydantic import Field
 
-from nsmaps import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
@@ -38,8 +38,8 @@ class Plate(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"I": Guard("flight", y.x - sp.sin(t), reset={"v": -y.v / 2 + 3 * sp.cos(t) / 2})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("I", ("v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("I", ("v", "phi"))
 
 
 class Spring(Plate):
@@ -51,8 +51,8 @@ class Spring(Plate):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"M": Guard("flight", y.v)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("M", ("x", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("M", ("x", "phi"))
 
 
 @pytest.mark.parametrize(
@@ -157,8 +157,8 @@ def test_drag_of_a_speed_times_its_size_is_that_of_the_closed_form() -> None:
         def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {"I": Guard("flight", y.x, reset={"v": -y.v})}
 
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("I", ("v",))
+        def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+            return PoincareSection("I", ("v",))
 
     ball, u = Ball(), np.array([1e-4, 0.9, 3.0])
     returns = ball.first_return(-u[:, None], derivative=True)
@@ -180,8 +180,8 @@ class Dish(HybridSystem):
         across = (y.v - y.x * y.u) / (1 + y.x**2)
         return {"W": Guard("flight", y.y - y.x**2 / 2, reset={"u": y.u + 2 * across * y.x, "v": y.v - 2 * across})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("W", ("x", "u", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("W", ("x", "u", "v"))
 
 
 def test_a_curved_wall_with_a_curved_reset_is_that_of_an_integrator() -> None:
@@ -204,8 +204,8 @@ class Shot(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"T": Guard("air", 1 - y.x, reset={"x": y.x - 1})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("T", ("v",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("T", ("v",))
 
 
 @pytest.mark.parametrize(("p", "drag", "slope"), [(0.5, 0.75, 2.0), (-0.5, 0.25, -1.0), (1.5, 4.5, 1.0), (-2.0, 3.0, 0.0)])
@@ -261,8 +261,8 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
         def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
             return {"stick": SlidingSurface("fast", "slow", y.v - 2), "turn": Guard("slow", y.v)}
 
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("turn", ("x", "phi"))
+        def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+            return PoincareSection("turn", ("x", "phi"))
 
     definition = definition_of(Rubbing())
     (surface,) = definition.surfaces

@@ -244,7 +244,7 @@ class Coulomb(nsmaps.HybridSystem):
         }
 
     def section(self, t, y):
-        return nsmaps.Section(("stick to slower", "stick to faster"), ("x", "phi"))
+        return nsmaps.PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 def test_sliding_and_starts_outside_of_the_domain():

@@ -11,7 +11,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -34,8 +34,8 @@ class Corner(HybridSystem):
     def others(self, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"S": Guard("flight", y.x + y.y - 2)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("S", ("x", "u", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("S", ("x", "u", "v"))
 
 
 def test_two_walls_at_once_are_an_outcome() -> None:
@@ -102,8 +102,8 @@ def test_a_formula_that_cannot_be_followed_is_refused_with_its_place() -> None:
             )
             return {"I": one[self.kind]}
 
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("I", ("x", "u", "v"))
+        def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+            return PoincareSection("I", ("x", "u", "v"))
 
     place = re.escape(f"({__file__}:{Bent.guards.__code__.co_firstlineno})")
     whys = (
@@ -154,8 +154,8 @@ def test_random_systems_end_and_stay_on_the_right_side_of_guards(data: Any) -> N
                 found[f"L{k}"] = Guard(f"m{k}", 1 + y.x0, to=f"m{(k + 2) % m}", reset=after[1])
             return found
 
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("U0", (*names, "phi"))
+        def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+            return PoincareSection("U0", (*names, "phi"))
 
     rng = np.random.default_rng(0)
     starts = np.column_stack([np.ones(6), rng.uniform(-1, 1, (6, n - 1)), rng.uniform(0, 6.28, 6)])
@@ -193,8 +193,8 @@ class Plain(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"B": Guard("m", y.x, reset={"v": -y.v / 2})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("B", ("v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("B", ("v", "phi"))
 
 
 WRONG = [

@@ -9,7 +9,7 @@ import sympy as sp
 from hybrid import numbers, reference, system
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -34,7 +34,7 @@ class Stop(HybridSystem):
         return {"C": Guard("free", -y.x, to="contact"), "F": Guard("contact", y.x, to="free")}
 
     def section(self, t, y):
-        return Section("C", ("v", "phi"))
+        return PoincareSection("C", ("v", "phi"))
 
 
 def test_a_torus_begins_where_damping_vanishes():
@@ -102,7 +102,7 @@ class Far(Stop):
         return {**super().guards(t, y), "O": Guard(("free", "contact"), 100 - y.x)}
 
     def section(self, t, y):
-        return Section("O", ("v", "phi"))
+        return PoincareSection("O", ("v", "phi"))
 
 
 def test_a_motion_that_meets_other_events_alone_says_so():
@@ -131,8 +131,8 @@ def test_a_motion_that_meets_other_events_alone_says_so():
             r"guards is \[Guard.*; expected: a `Guard` or a `SlidingSurface` by its",
         ),
         ("guards", lambda self, t, y: {"C": ("free", -y.x)}, "expected: a `Guard` or a `SlidingSurface` by its name"),
-        ("section", lambda self, t, y: "C", "section is 'C'; expected: a `Section`"),
-        ("section", lambda self, t, y: Section("C", ("v", "phi"), side="left"), "its side as 'before' or 'after'"),
+        ("section", lambda self, t, y: "C", "section is 'C'; expected: a `PoincareSection`"),
+        ("section", lambda self, t, y: PoincareSection("C", ("v", "phi"), side="left"), "its side as 'before' or 'after'"),
     ],
 )
 def test_slips_in_a_class_are_told_with_the_formula(formula, given, said):

@@ -193,8 +193,8 @@ def broken(**changes):
         ({"modes": lambda self, t, y: {"free": {"x": y.v}, "contact": {"x": 0, "v": 0}}}, "rates of x; expected: of x, v"),
         ({"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}}, "'fre'; expected: one of free, contact, did you"),
         ({"guards": lambda self, t, y: {"C": nsmaps.Guard("free", y.x, reset={"z": 0})}}, "resets 'z'"),
-        ({"section": lambda self, t, y: nsmaps.Section("D", ("v", "phi"))}, "'D'; expected: one of C, F"),
-        ({"section": lambda self, t, y: nsmaps.Section("C", ("phi",))}, "leaves x and v open"),
+        ({"section": lambda self, t, y: nsmaps.PoincareSection("D", ("v", "phi"))}, "'D'; expected: one of C, F"),
+        ({"section": lambda self, t, y: nsmaps.PoincareSection("C", ("phi",))}, "leaves x and v open"),
         ({"period": lambda self: None}, "has no `period`"),
     ],
 )  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.build import definition_of
@@ -35,8 +35,8 @@ class Pendulum(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"I": Guard("m", self.stop - y.a, reset={"b": -y.b / 2}, rests="stick")}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("I", ("b", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("I", ("b", "phi"))
 
 
 class Hopper(HybridSystem):
@@ -59,8 +59,8 @@ class Hopper(HybridSystem):
             "C": Guard("stance", length - 1 / sp.S(2), ends=True),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("A", ("y", "u"), states={"x": 0})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("A", ("y", "u"), states={"x": 0})
 
 
 class Moving(HybridSystem):
@@ -79,8 +79,8 @@ class Moving(HybridSystem):
         wall = 1 - y.x - self.d * y.v**2 * sp.sin(t) + sp.cos(t)
         return {"I": Guard("m", wall, reset={"v": -y.v / 2}, where=[y.v**2 - y.x**2])}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("I", ("v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("I", ("v", "phi"))
 
 
 class Belt(HybridSystem):
@@ -96,8 +96,8 @@ class Belt(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"stick": SlidingSurface("fast", "slow", y.v - 1), "turn": Guard("slow", y.v)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("turn", ("x",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("turn", ("x",))
 
 
 def read(system: HybridSystem) -> tuple[Definition, dict[sp.Symbol, sp.Expr]]:
@@ -219,8 +219,8 @@ class Crane(HybridSystem):
             "S": Guard(("free", "still"), y.a),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("S", ("x", "v", "b"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("S", ("x", "v", "b"))
 
 
 def test_a_body_at_rest_on_a_wall_takes_what_hangs_on_it_along_its_own_direction() -> None:
@@ -254,8 +254,8 @@ class Ring(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"ring": SlidingSurface("out", "in", y.x**2 + y.y**2 - 1), "S": Guard(("out", "in", "ring"), y.y)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("S", ("x",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("S", ("x",))
 
 
 def test_motions_slide_along_a_curved_surface() -> None:
@@ -269,22 +269,22 @@ def test_motions_slide_along_a_curved_surface() -> None:
 class Curved(Hopper):
     """A section at the curved surface."""
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("L", ("y", "u", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("L", ("y", "u", "v"))
 
 
 class Known(Curved):
     """The same with the formula that the surface does not give."""
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("L", ("y", "u", "v"), states={"x": sp.sqrt(1 - y.y**2)})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("L", ("y", "u", "v"), states={"x": sp.sqrt(1 - y.y**2)})
 
 
 class Wrong(Curved):
     """The same with another formula."""
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("L", ("y", "u", "v"), states={"x": y.y**2})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("L", ("y", "u", "v"), states={"x": y.y**2})
 
 
 class Resting(Hopper):
@@ -303,8 +303,8 @@ class Clocked(Moving):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"S": Guard("m", -sp.sin(t) * sp.exp(sp.sin(t)))}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("S", ("x", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("S", ("x", "v"))
 
 
 class Stepping(Hopper):
@@ -348,7 +348,7 @@ class Clocked(HybridSystem):
         return {"B": Guard("fly", y.x, reset={"v": -y.v / 2}, rests="floor"), "E": clock}
 
     def section(self, t, y):
-        return Section("E", ("x", "z"))
+        return PoincareSection("E", ("x", "z"))
 
 
 def test_states_beside_a_section_are_moved_onto_it_where_a_nonlinear_function_gives_another_state() -> None:

@@ -10,7 +10,7 @@ from nsmaps_vi_pair import VIPair
 from pydantic import Field
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, ImpactSystem, Section, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
 from nsmaps.errors import ParameterError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -82,7 +82,7 @@ class ThrownInModes(HybridSystem):
         return {"B": Guard("fly", y.x, reset={"v": -y.v})}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 @pytest.mark.parametrize("number", [1, 40])

@@ -6,7 +6,7 @@ import re
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, ImpactSystem, Outcome, Section, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, Outcome, PoincareSection, Wall
 
 
 class Shaft(HybridSystem):
@@ -29,7 +29,7 @@ class Shaft(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("lid", ("v", "z", "phi"))
+        return PoincareSection("lid", ("v", "z", "phi"))
 
 
 class Closed(Shaft):

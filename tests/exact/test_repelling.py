@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Noise, Section, SlidingSurface, noisy_orbits
+from nsmaps import Guard, HybridSystem, Noise, PoincareSection, SlidingSurface, noisy_orbits
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.trajectory import track
@@ -30,14 +30,14 @@ class Pushed(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("K", ("u", "phi"))
+        return PoincareSection("K", ("u", "phi"))
 
 
 class Half(Pushed):
     """The same seen half a unit of time after the kick."""
 
     def section(self, t, y):
-        return Section("H", ("u", "phi"))
+        return PoincareSection("H", ("u", "phi"))
 
 
 PHASES = np.linspace(0.02, 6.26, 64)

@@ -11,7 +11,7 @@ import sympy as sp
 from hybrid import BeforeWall
 from nsmaps_impact_oscillator import ImpactOscillator
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -38,8 +38,8 @@ class SpinningBall(HybridSystem):
         spin = y.spin + self.mu * u * y.spin / sp.sqrt(1 + y.spin**2) * sp.sin(t)
         return {"B": Guard("flight", y.x - self.A * sp.sin(t), reset={"v": after, "spin": spin})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("B", ("v", "spin", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("B", ("v", "spin", "phi"))
 
 
 def bounced(A: Any, r: Any, p: Any, mu: Any, v: Any, spin: Any, phi: Any) -> list[Any]:

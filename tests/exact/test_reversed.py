@@ -13,7 +13,7 @@ from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.systems.reversed import inverse_map, reversed_system
 
@@ -39,14 +39,14 @@ class Swing(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 class Either(RecoilPair):
     """The pair seen before an impact on either wall."""
 
     def section(self, t, y):
-        return Section(("B", "T"), ("x", "v", "X", "V", "phi"))
+        return PoincareSection(("B", "T"), ("x", "v", "X", "V", "phi"))
 
 
 CASES = [
@@ -125,7 +125,7 @@ class Ball(HybridSystem):
         return {"B": Guard("flight", y.x, reset={"v": speed}), **again}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def test_the_stable_manifold_is_that_of_the_impact_system():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 
@@ -27,8 +27,8 @@ class Saddle(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"R": Guard("free", 1 - y.x, reset={"v": -y.v}), "L": Guard("free", 1 + y.x, reset={"v": -y.v})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("R", ("v",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("R", ("v",))
 
 
 class Shaken(HybridSystem):
@@ -48,8 +48,8 @@ class Shaken(HybridSystem):
         x, back = y.z - self.a * sp.sin(t), {"w": 2 * self.a * sp.cos(t) - y.w}
         return {"R": Guard("free", 1 - x, reset=back), "L": Guard("free", 1 + x, reset=back)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("R", ("w", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("R", ("w", "phi"))
 
 
 def beside_the_separatrix() -> tuple[Floats, Floats]:
@@ -92,8 +92,8 @@ class Delayed(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
         return {"out": Guard("slow", 1 - y.z + sp.sin(y.y), reset={"z": sp.sin(y.y) + sp.Rational(1, 2), "y": -y.y})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("out", ("y",), states={"z": 1 + sp.sin(y.y)})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("out", ("y",), states={"z": 1 + sp.sin(y.y)})
 
 
 def test_errors_that_come_in_where_a_slow_manifold_becomes_unstable_are_counted() -> None:

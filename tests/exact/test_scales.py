@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 
 
 class Units(HybridSystem):
@@ -32,7 +32,7 @@ class Units(HybridSystem):
         return {"B": Guard("free", self.length / 2 - y.x, reset={"v": -sp.Rational(4, 5) * y.v})}
 
     def section(self, t, y):
-        return Section("B", ("v", "y", "u", "phi"))
+        return PoincareSection("B", ("v", "y", "u", "phi"))
 
     def scale(self):
         """The units of the coordinates."""

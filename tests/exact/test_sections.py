@@ -8,7 +8,7 @@ from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Outcome, Section, SlidingSurface, orbit, periodic_orbit
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection, SlidingSurface, orbit, periodic_orbit
 from nsmaps.errors import ProofError, SystemDefinitionError
 
 
@@ -40,7 +40,7 @@ class Plank(HybridSystem):
         return {"stick": SlidingSurface("right", "left", y.v, letters={"stick": "K"}), "clock": clock}
 
     def section(self, t, y):
-        return Section("clock", ("v",))
+        return PoincareSection("clock", ("v",))
 
 
 def plank_later(v, a, mu, c, p):
@@ -102,7 +102,7 @@ def test_an_event_at_the_strobe_is_not_a_return():
             return {"L": Guard("up", y.x, reset={"v": -y.v / 2}), "c": Guard("up", -sp.sin(2 * sp.pi * t))}
 
         def section(self, t, y):
-            return Section("c", ("x", "v"))
+            return PoincareSection("c", ("x", "v"))
 
     returns = Table().first_return([[0.0, -3.0]])
     assert returns.words.tolist() == ["cLc"]
@@ -129,7 +129,7 @@ class Late(HybridSystem):
         return {"c": Guard("m", sp.sin(self.w * t - self.p)), "W": Guard("m", 1 + y.x, reset={"v": -0.7 * y.v})}
 
     def section(self, t, y):
-        return Section("c", ("x", "v"))
+        return PoincareSection("c", ("x", "v"))
 
 
 def late_later(x, v, z, A, w, p):
@@ -181,7 +181,7 @@ class Turning(HybridSystem):
         return {"U": Guard("m", y.v), "D": Guard("m", -y.v)}
 
     def section(self, t, y):
-        return Section(("U", "D"), ("x",))
+        return PoincareSection(("U", "D"), ("x",))
 
 
 def test_turning_points_of_either_direction():
@@ -209,7 +209,7 @@ class Tube(HybridSystem):
         return {"R": Guard("fly", 1 - y.x, reset={"v": -y.v}), "L": Guard("fly", 1 + y.x, reset={"v": -y.v})}
 
     def section(self, t, y):
-        return Section(("R", "L"), ("v",))
+        return PoincareSection(("R", "L"), ("v",))
 
 
 def test_ends_that_a_velocity_tells_apart():
@@ -236,7 +236,7 @@ class Ramp(HybridSystem):
         return {"J": Guard("run", 3 - y.x, reset=self.reset(y))}
 
     def section(self, t, y):
-        return Section("J", ("u",), side="after")
+        return PoincareSection("J", ("u",), side="after")
 
 
 class Set(Ramp):
@@ -251,7 +251,7 @@ class Turned(Ramp):
         return {"x": y.u, "u": y.x - sp.Rational(5, 2)}
 
     def section(self, t, y):
-        return Section("J", ("x",), side="after")
+        return PoincareSection("J", ("x",), side="after")
 
 
 class Root(Ramp):
@@ -290,21 +290,24 @@ def ends(self, t, y):
 @pytest.mark.parametrize(
     ("system", "why"),
     [
-        (stated(Tube, Section(("R", "F"), ("v",)), ends), r"at 'R' and 'F', whose .* different x .* expected: 'x' among"),
+        (stated(Tube, PoincareSection(("R", "F"), ("v",)), ends), r"at 'R' and 'F', whose .* different x .* expected: 'x' among"),
         (
-            stated(Tube, Section("R", ())),
+            stated(Tube, PoincareSection("R", ())),
             r"has no coordinates, and a map needs one; expected: names of the states x, v, such as \('x',\)",
         ),
-        (stated(Tube, Section("R", ("v",), states={"x": 2})), r"none is just before 'R': .* is -1\.0"),
-        (stated(Tube, Section("R", ("v",), states={"y": 2})), r"gives the state 'y'; expected: one of x, v"),
-        (stated(Tube, Section("R", ("x",), states={"v": 0, "x": 1})), "expected: a formula in the coordinates, of another state"),
+        (stated(Tube, PoincareSection("R", ("v",), states={"x": 2})), r"none is just before 'R': .* is -1\.0"),
+        (stated(Tube, PoincareSection("R", ("v",), states={"y": 2})), r"gives the state 'y'; expected: one of x, v"),
         (
-            stated(Ramp, Section("J", ("x",), side="after")),
+            stated(Tube, PoincareSection("R", ("x",), states={"v": 0, "x": 1})),
+            "expected: a formula in the coordinates, of another state",
+        ),
+        (
+            stated(Ramp, PoincareSection("J", ("x",), side="after")),
             r"leaves u open, .* with its reset does not depend on u; .* after the reset",
         ),
-        (stated(Late, Section("W", ("v",))), r"no phase among its coordinates, and the function of 'W' does not fix it"),
+        (stated(Late, PoincareSection("W", ("v",))), r"no phase among its coordinates, and the function of 'W' does not fix it"),
         (
-            stated(Late, Section("c", ("x", "v")), lambda self, t, y: {"c": Guard("m", sp.sin(2 * self.w * t))}),
+            stated(Late, PoincareSection("c", ("x", "v")), lambda self, t, y: {"c": Guard("m", sp.sin(2 * self.w * t))}),
             r"clock 'c' falls through zero 2 times a period",
         ),
     ],
@@ -331,7 +334,7 @@ class Boost(HybridSystem):
         return {"F": Guard("on", 2 - y.i, to="off"), "N": Guard("off", clock, to="on"), "P": Guard("on", clock)}
 
     def section(self, t, y):
-        return Section(("N", "P"), ("i",))
+        return PoincareSection(("N", "P"), ("i",))
 
 
 def test_guards_met_at_once_at_the_section_where_both_orders_have_one_image():
@@ -358,7 +361,7 @@ class Cart(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("push", ("x", "v"), side="after")
+        return PoincareSection("push", ("x", "v"), side="after")
 
 
 def test_just_after_an_event_of_several_modes_and_of_parts_of_them():
@@ -376,7 +379,7 @@ def test_turning_points_are_never_undecided():
 
     class Top(Turning):
         def section(self, t, y):
-            return Section("U", ("x",))
+            return PoincareSection("U", ("x",))
 
     starts = np.linspace(0.31, 3, 50)[:, None]
     for system, images in ((Top(), starts), (Turning(), 0.6 - starts)):
@@ -411,7 +414,7 @@ class Weights(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section(("L", "H"), ("w", "phi"))
+        return PoincareSection(("L", "H"), ("w", "phi"))
 
     def follow(self, z, v, phi, word):
         """The speed and the time of the next impact, and its word, from parabola to parabola."""
@@ -474,7 +477,7 @@ class Held(HybridSystem):
         return {"hold": SlidingSurface("right", "left", y.v)}
 
     def section(self, t, y):
-        return Section("hold to right", ("phi",), side=self.side)
+        return PoincareSection("hold to right", ("phi",), side=self.side)
 
 
 def test_a_start_just_after_an_event_without_a_reset_is_one_where_the_event_takes_place():
@@ -510,7 +513,7 @@ class Spokes(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("F", ("th", "w"), side=self.side)
+        return PoincareSection("F", ("th", "w"), side=self.side)
 
 
 @pytest.mark.parametrize("unit", [1.0, 180 / np.pi, 1e-7])
@@ -552,7 +555,7 @@ class Carried(Held):
     """The block, with its place as a coordinate that the phase gives: a force that it takes begins it to slip."""
 
     def section(self, t, y):
-        return Section("hold to right", ("x", "phi"), side=self.side)
+        return PoincareSection("hold to right", ("x", "phi"), side=self.side)
 
 
 def test_a_coordinate_that_passes_zero_on_the_surface():
@@ -570,21 +573,21 @@ class EitherWall(RecoilPair):
     """The pair seen just before an impact with either wall, which the sign of the relative speed distinguishes."""
 
     def section(self, t, y):
-        return Section(("B", "T"), ("v", "X", "V", "phi"))
+        return PoincareSection(("B", "T"), ("v", "X", "V", "phi"))
 
 
 class EitherPlace(RecoilPair):
     """The same, where the place distinguishes the walls."""
 
     def section(self, t, y):
-        return Section(("B", "T"), ("x", "v", "X", "V", "phi"))
+        return PoincareSection(("B", "T"), ("x", "v", "X", "V", "phi"))
 
 
 class EitherAfter(RecoilPair):
     """The same, just after the impacts."""
 
     def section(self, t, y):
-        return Section(("B", "T"), ("x", "v", "X", "V", "phi"), side="after")
+        return PoincareSection(("B", "T"), ("x", "v", "X", "V", "phi"), side="after")
 
 
 @pytest.mark.parametrize("kind", [EitherWall, EitherPlace, EitherAfter])

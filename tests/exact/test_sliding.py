@@ -11,7 +11,7 @@ import sympy as sp
 from nsmaps_belt import Belt
 from scipy.integrate import solve_ivp
 
-from nsmaps import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
@@ -40,8 +40,8 @@ class Coulomb(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section(("stick to slower", "stick to faster"), ("x", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 def test_friction_without_a_static_surplus_is_the_belt() -> None:
@@ -60,8 +60,8 @@ def test_friction_without_a_static_surplus_is_the_belt() -> None:
 class Stop(Coulomb):
     """As its base, taken where sticking begins."""
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section(("slower to stick", "faster to stick"), ("x", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection(("slower to stick", "faster to stick"), ("x", "phi"))
 
 
 def stopped(x: Any, phi: Any, kick: Any) -> tuple[Any, Any]:
@@ -117,8 +117,8 @@ class Through(Coulomb):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {**super().guards(t, y), "0": Guard(("slower", "faster", "stick"), -y.x)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("0", ("u", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("0", ("u", "phi"))
 
 
 @pytest.mark.parametrize("load", [0.0, 0.4])
@@ -176,8 +176,8 @@ class Relays(HybridSystem):
             "T": Guard("left", y.x - sp.Rational(1, 5)),
         }
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section(("T", "S"), ("x", "v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection(("T", "S"), ("x", "v", "phi"))
 
 
 def test_a_surface_may_be_passed_and_passed_again_in_one_mode() -> None:
@@ -200,8 +200,8 @@ def test_a_surface_may_be_passed_and_passed_again_in_one_mode() -> None:
                 "up": Guard(("soft", "hard"), self.place - y.x),
             }
 
-        def section(self, t: Any, y: SimpleNamespace) -> Section:
-            return Section("up", ("v",))
+        def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+            return PoincareSection("up", ("v",))
 
     whole = np.pi + np.pi / 2
     for place in (-0.3, 0.4):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section, SlidingSurface
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.arrays import Floats
 from nsmaps.exact.observables.formulas import plan_of
 from nsmaps.exact.observables.spec import Observable
@@ -42,8 +42,8 @@ class Straight(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"hit": Guard("free", 1 - y.x, reset={"v": -self.r * y.v}), "middle": Guard("free", y.x, crossing=True)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("hit", ("v", "phi"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("hit", ("v", "phi"))
 
 
 class Bent(Straight):
@@ -60,8 +60,8 @@ class Bent(Straight):
         x, v = y.u + y.u**3, y.w + y.u**2
         return {"hit": Guard("free", 1 - x, reset={"w": -self.r * v - y.u**2}), "middle": Guard("free", x, crossing=True)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("hit", ("w", "phi"), states={"u": PLACE})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("hit", ("w", "phi"), states={"u": PLACE})
 
 
 PLACE = 0.6823278038280193  #: where u + u**3 = 1
@@ -79,8 +79,8 @@ class Cubic(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"hit": Guard("free", y.x, reset={"v": -self.r * y.v})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("hit", ("v",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("hit", ("v",))
 
 
 class Cup(HybridSystem):
@@ -98,8 +98,8 @@ class Cup(HybridSystem):
         jump = (1 + self.r) * (y.v - slope * y.u) / (1 + slope**2)
         return {"hit": Guard("free", y.y - self.a * y.x**2, reset={"u": y.u + slope * jump, "v": y.v - jump})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("hit", ("x", "u", "v"), side="after", states={"y": self.a * y.x**2})
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("hit", ("x", "u", "v"), side="after", states={"y": self.a * y.x**2})
 
 
 @pytest.fixture(scope="module")
@@ -174,8 +174,8 @@ class Lift(HybridSystem):
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
         return {"wall": Guard("free", y.x, reset={"v": -y.v}), "top": Guard("free", y.v, crossing=True)}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("top", ("x",))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("top", ("x",))
 
 
 @pytest.mark.parametrize("power", [1, 3])

@@ -114,7 +114,7 @@ def test_returns_through_python_are_those_of_linked_steps(monkeypatch):
             return {"R": nsmaps.Guard("m", self.a - y.x, reset={"v": -y.v}), "L": nsmaps.Guard("m", y.x + 1, reset={"v": -y.v})}
 
         def section(self, t, y):
-            return nsmaps.Section("R", ("v",))
+            return nsmaps.PoincareSection("R", ("v",))
 
     starts = np.linspace(0.2, 3, 50)[:, None]
     machine = Swing(a=0.5).first_return(starts)

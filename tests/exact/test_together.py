@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsmaps import Guard, HybridSystem, Outcome, Section
+from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 
 
 class TwoBalls(HybridSystem):
@@ -25,7 +25,7 @@ class TwoBalls(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("top", ("x", "y", "u"))
+        return PoincareSection("top", ("x", "y", "u"))
 
 
 HEIGHTS = (0.3, 0.5, 0.7123, 1.0, 2.9)
@@ -74,7 +74,7 @@ class Corner(TwoBalls):
         return {name: guard for name, guard in super().guards(t, y).items() if name != "top"}
 
     def section(self, t, y):
-        return Section("A", ("v", "y", "u"))
+        return PoincareSection("A", ("v", "y", "u"))
 
 
 def test_an_event_at_the_time_of_the_section_matters_where_it_changes_the_image():
@@ -99,7 +99,7 @@ class Ball(HybridSystem):
         return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}), "C": Guard("flight", 100 - y.x)}
 
     def section(self, t, y):
-        return Section("C", ("v",))
+        return PoincareSection("C", ("v",))
 
 
 def test_impacts_that_never_end_are_an_outcome_of_their_own():

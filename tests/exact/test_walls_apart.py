@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 from proved import first
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.coordinates import TWO_PI
 from nsmaps.testing import check_system
 
@@ -41,7 +41,7 @@ class Shaft(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("F", ("v", "phi"))
+        return PoincareSection("F", ("v", "phi"))
 
 
 def floor(t):

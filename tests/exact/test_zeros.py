@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.exact.modes.enclosure.tables import ball_tables
 
 FORMS = {
@@ -33,8 +33,8 @@ class Pair(HybridSystem):
         first, second = 3 * slope * y.x - slope * y.v, share * 3 * slope * y.x - share * slope * y.v + self.gap
         return {"I": Guard("flight", first, to="other"), "J": Guard("other", second, to="flight", reset={"v": -y.v})}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
-        return Section("J", ("x", "v"))
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("J", ("x", "v"))
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from hybrid import BeforeWall, Friction
 from run_c import Program
 
 import nsmaps
-from nsmaps import Guard, Section
+from nsmaps import Guard, PoincareSection
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.modes.blocks.batch_scheduler import FEW
 
@@ -40,7 +40,7 @@ class Ball(nsmaps.HybridSystem):
         return {"B": Guard("flight", y.x - self.A * sp.sin(t), reset={"v": after})}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def slow(rows, n=5):

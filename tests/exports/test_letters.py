@@ -5,7 +5,7 @@ import re
 import sympy as sp
 from pydantic import Field
 
-from nsmaps import Guard, HybridSystem, ImpactSystem, Section, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
 from nsmaps.exports.equations.letters import CHOICES, letters_beside
 from nsmaps.exports.equations.modes import mode_files
 from nsmaps.exports.equations.system import system_files
@@ -54,7 +54,7 @@ class Parcel(HybridSystem):
         return {"B": Guard("fly", y.t, reset={"v": -0.5 * y.v})}
 
     def section(self, t, y):
-        return Section("B", ("v", "phi"))
+        return PoincareSection("B", ("v", "phi"))
 
 
 def test_quantities_have_letters_that_no_parameter_has():

@@ -130,7 +130,7 @@ def test_a_nonlinear_system_has_its_formulas_and_a_kink_as_it_is_written():
             return {"W": nsmaps.Guard("m", sp.sin(y.a), reset={"b": -y.b})}
 
         def section(self, t, y):
-            return nsmaps.Section("W", ("b",), states={"a": 0})
+            return nsmaps.PoincareSection("W", ("b",), states={"a": 0})
 
     text = nsmaps.export(Pendulum(), "latex")
     assert text.count("Mode m:") == 1

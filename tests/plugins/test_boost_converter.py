@@ -9,7 +9,7 @@ from nsmaps_boost_converter import BoostConverter
 from piecewise_references import cyclic, number, rows
 
 import nsmaps
-from nsmaps import Along, Guard, HybridSystem, Section
+from nsmaps import Along, Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.search import periodic_orbits_by_word
 from nsmaps.proof.horseshoe import prove_horseshoe
 from nsmaps.proof.maps.prove import prove_map
@@ -153,7 +153,7 @@ class Circuit(HybridSystem):
         }
 
     def section(self, t, y):
-        return Section("C", ("i",))
+        return PoincareSection("C", ("i",))
 
 
 CIRCUITS = [

@@ -19,7 +19,7 @@ from nsmaps.study import steps
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
 SQUARED = """
 import sympy as sp
-from nsmaps import HybridSystem, Section
+from nsmaps import HybridSystem, PoincareSection
 
 class Squared(HybridSystem):
     \"\"\"A guard of half the frequency.\"\"\"
@@ -34,7 +34,7 @@ class Squared(HybridSystem):
         return {"free": {"x": sp.cos(t) - self.k * y.x**2}}
 
     def section(self, t, y):
-        return Section("s", ("x",))
+        return PoincareSection("s", ("x",))
 
     def guards(self, t, y):
         from nsmaps import Guard

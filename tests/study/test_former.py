@@ -92,10 +92,12 @@ def classes() -> Iterator[type]:
 
 
 def test_former_names_are_those_listed_by_hand() -> None:
-    found = {cls.__name__: cls.was for cls in classes() if cls.__name__ not in ("_Head", "Section")}
+    found = {cls.__name__: cls.was for cls in classes() if cls.__name__ not in ("_Head", "PoincareSection")}
     assert {name: dict(was) for name, was in found.items()} == {n: was for n, was in FORMER.items() if n != "Study"}
     assert Study.was == FORMER["Study"]
-    assert {model.__name__ for _, model, _, _ in ENTRIES} == {name for name in FORMER if name.endswith(("Section", "Study"))}
+    assert {model.__name__ for _, model, _, _ in ENTRIES} == {
+        name for name in FORMER if name.endswith(("PoincareSection", "Study"))
+    }
     assert FORMER_CLASSES == {"Ending": "LimitSet", "Transient": "ExitTimes"}
 
 

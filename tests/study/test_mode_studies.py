@@ -35,13 +35,13 @@ families: {both: [MKMKM], one: [MKM], other: [MPKM, MKPKM]}
 
 
 RELEASE = """
-from nsmaps import Section
+from nsmaps import PoincareSection
 from nsmaps_belt import Belt
 
 
 class Release(Belt):
     def section(self, t, y):
-        return Section("M", ("phi",), states={"u": self.vb})
+        return PoincareSection("M", ("phi",), states={"u": self.vb})
 """
 
 

@@ -9,7 +9,7 @@ from hybrid import SYSTEMS, Friction, numbers, reference, system
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 
-from nsmaps import Guard, HybridSystem, Section
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.errors import CheckError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.testing import check_system
@@ -76,7 +76,7 @@ class FromTop(RecoilPair):
     """The pair from impacts at the top, between which it may rest at the base."""
 
     def section(self, t, y):
-        return Section("T", ("v", "X", "V", "phi"))
+        return PoincareSection("T", ("v", "X", "V", "phi"))
 
 
 def derived(name):
@@ -138,12 +138,12 @@ class Wheel(HybridSystem):
         return {"th": y.th + 2 * side * self.a, "w": self.e * y.w}
 
     def section(self, t, y):
-        return Section("F", ("w",), side="after")
+        return PoincareSection("F", ("w",), side="after")
 
 
 class Sides(Wheel):
     def section(self, t, y):
-        return Section(("F", "B"), ("w",))
+        return PoincareSection(("F", "B"), ("w",))
 
 
 class AtPhase(SoftImpact):
@@ -153,7 +153,7 @@ class AtPhase(SoftImpact):
         return {**super().guards(t, y), "strobe": Guard(("free", "contact"), sp.cos(self.w * t))}
 
     def section(self, t, y):
-        return Section("strobe", ("x", "v"))
+        return PoincareSection("strobe", ("x", "v"))
 
 
 class Fire(HybridSystem):
@@ -172,7 +172,7 @@ class Fire(HybridSystem):
         return {"F": Guard("m", 1 - y.u, reset={"u": 0})}
 
     def section(self, t, y):
-        return Section("F", ("phi",))
+        return PoincareSection("F", ("phi",))
 
 
 class Held(HybridSystem):
@@ -192,7 +192,7 @@ class Held(HybridSystem):
         return {"U": Guard("on", 1.2 - y.T, to="off"), "D": Guard("off", y.T - 0.8, to="on")}
 
     def section(self, t, y):
-        return Section(("U", "D"), ("T", "phi"))
+        return PoincareSection(("U", "D"), ("T", "phi"))
 
 
 @pytest.mark.filterwarnings("ignore:.*has no description")
@@ -240,7 +240,7 @@ def test_walls_in_the_wrong_order_are_found():
             return {"R": Guard("fly", self.a - y.x, reset={"v": -y.v}), "L": Guard("fly", self.a + y.x, reset={"v": -y.v})}
 
         def section(self, t, y):
-            return Section("R", ("v",))
+            return PoincareSection("R", ("v",))
 
     with pytest.raises(CheckError, match=r"cannot continue from \[2\.\]: The guard 'L' is negative where the mode 'fly' begins"):
         check_system(Crossed(), states=[[2.0]])

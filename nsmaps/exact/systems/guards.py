@@ -55,7 +55,7 @@ class SlidingSurface:
 
 
 @dataclass(frozen=True, slots=True)
-class Section:
+class PoincareSection:
     """The events between which the return map leads, and the coordinates of states there."""
 
     guards: str | Sequence[str]  #: names of the events
@@ -84,7 +84,7 @@ class HybridFormulas(ExactSystem):
         """The events by their names, and surfaces by the names of the modes that slide along them."""
 
     @abstractmethod
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Where the return map is taken."""
 
     def phase_rate(self) -> float:

@@ -11,7 +11,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
 from nsmaps.exact.systems.guards import HybridFormulas
-from nsmaps.exact.systems.guards import Section as Section
+from nsmaps.exact.systems.guards import PoincareSection as PoincareSection
 from nsmaps.exact.systems.guards import SlidingSurface as SlidingSurface
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection
 from nsmaps.exact.systems.walls import ImpactFormulas
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def _modes_class(cls: type[HybridFormulas], signs: Signs) -> type[HybridFormulas
                 found[f"{name} without past"] = replace(one, to="", reset={}, where=(), letter="", ends=True, rests="")
         return found
 
-    def section(self: Any, t: Any, y: SimpleNamespace) -> Section:
+    def section(self: Any, t: Any, y: SimpleNamespace) -> PoincareSection:
         given = cls.section(self, -t, y)
         return replace(given, side="after" if given.side == "before" else "before")
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection
 
 FLIGHT = "flight"  #: the mode between impacts
 
@@ -75,9 +75,9 @@ class ImpactFormulas(HybridFormulas):
         """An impact with each wall, on which the ball rests where the impact law leaves no speed of none."""
         return {letter: self._impact(letter, wall, y) for letter, wall in self.walls().items()}
 
-    def section(self, t: Any, y: SimpleNamespace) -> Section:
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
         """Just before an impact with the base wall."""
-        return Section(self.section_letters, self.coordinates)
+        return PoincareSection(self.section_letters, self.coordinates)
 
     def _impact(self, letter: str, wall: Wall, y: SimpleNamespace) -> Guard:
         onto = wall.side * self._base.side  #: velocities v towards the wall have this sign

@@ -9,7 +9,7 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
-from nsmaps.exact.systems.guards import Guard, Section, SlidingSurface
+from nsmaps.exact.systems.guards import Guard, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exports.equations.letters import letters_beside
@@ -111,7 +111,7 @@ def _reset(reset: Mapping[str, Any]) -> Iterator[str]:
         yield aligned(rf"{math(state)}^+", terms_of(sp.sympify(given)))
 
 
-def _section(section: Section, states: Sequence[str]) -> str:
+def _section(section: PoincareSection, states: Sequence[str]) -> str:
     """The section of the return map."""
     names = (section.guards,) if isinstance(section.guards, str) else tuple(section.guards)
     known = "".join(f", ${math(name)} = {math(sp.sympify(given))}$" for name, given in section.states.items())

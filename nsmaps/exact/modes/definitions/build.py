@@ -19,7 +19,7 @@ from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, 
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
 from nsmaps.exact.modes.definitions.rows import Row, affine_row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, SlidingSurface
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.parameters import choices_of
 
 
@@ -59,7 +59,7 @@ def _build_definition(
     symbols: tuple[sp.Symbol, ...],
     rates: dict[str, Rates],
     guards: Mapping[str, Guard | SlidingSurface],
-    section: Section,
+    section: PoincareSection,
     horizon: sp.Expr,
 ) -> Definition:
     """The definition from the rates of the modes that are given, the events, and the section."""

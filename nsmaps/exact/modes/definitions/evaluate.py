@@ -8,9 +8,9 @@ import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.source import ADVICE
-from nsmaps.exact.systems.guards import Guard, HybridFormulas, Section, SlidingSurface
+from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection, SlidingSurface
 
-Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | SlidingSurface], Section]
+Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | SlidingSurface], PoincareSection]
 SIDES = "before", "after"
 
 
@@ -27,8 +27,8 @@ def evaluate_formulas(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) ->
         )
     if not isinstance(guards, Mapping) or not all(isinstance(one, Guard | SlidingSurface) for one in guards.values()):
         raise _wrong_kind(system, "guards", guards, "a `Guard` or a `SlidingSurface` by its name, as {'I': Guard('flight', y.x)}")
-    if not isinstance(section, Section):
-        raise _wrong_kind(system, "section", section, "a `Section`, as Section('I', ('v', 'phi'))")
+    if not isinstance(section, PoincareSection):
+        raise _wrong_kind(system, "section", section, "a `PoincareSection`, as PoincareSection('I', ('v', 'phi'))")
     if section.side not in SIDES:
         raise _wrong_kind(system, "section", section.side, f"its side as {' or '.join(map(repr, SIDES))}")
     return modes, guards, section

@@ -12,10 +12,10 @@ from nsmaps.exact.modes.definitions.definition import Start, Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
 from nsmaps.exact.modes.definitions.rows import NEAR, Row, equal, factor_of, vanishes
-from nsmaps.exact.systems.guards import Section
+from nsmaps.exact.systems.guards import PoincareSection
 
 
-def coordinates_of(name: str, states: tuple[str, ...], section: Section, forced: bool) -> Coordinates:
+def coordinates_of(name: str, states: tuple[str, ...], section: PoincareSection, forced: bool) -> Coordinates:
     """The coordinates of the section of a class of this name.
 
     Raises:
@@ -34,7 +34,7 @@ def coordinates_of(name: str, states: tuple[str, ...], section: Section, forced:
     return Coordinates(tuple(section.coordinates), angles=others)
 
 
-def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition]) -> tuple[Start, ...]:
+def starts_of(reader: Reader, section: PoincareSection, transitions: Sequence[Transition]) -> tuple[Start, ...]:
     """What the coordinates give at each event of the section.
 
     Raises:
@@ -49,7 +49,7 @@ def starts_of(reader: Reader, section: Section, transitions: Sequence[Transition
     return starts
 
 
-def _start(reader: Reader, section: Section, number: int, transition: Transition) -> Start:
+def _start(reader: Reader, section: PoincareSection, number: int, transition: Transition) -> Start:
     states = _states(reader, section, transition)
     surface = tuple(zeros_at(section, transition))
     zeros = (row.at(states) for row in surface)
@@ -73,7 +73,7 @@ def _check_bound(reader: Reader, transitions: Sequence[Transition], starts: Sequ
             )
 
 
-def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
+def _states(reader: Reader, section: PoincareSection, transition: Transition) -> Rates:
     """The states by the coordinates: themselves, as given, or those that are left by what is zero at the event."""
     rows = {state: reader.same(state) for state in reader.states if state in section.coordinates}
     for state, given in section.states.items():
@@ -98,7 +98,7 @@ def _states(reader: Reader, section: Section, transition: Transition) -> Rates:
 
 
 def _solve_states(
-    reader: Reader, section: Section, transition: Transition, left: Sequence[str], rows: Mapping[str, Row]
+    reader: Reader, section: PoincareSection, transition: Transition, left: Sequence[str], rows: Mapping[str, Row]
 ) -> dict[str, Row]:
     """The states that are left by the zeros at an event."""
     states = [rows.get(state, reader.same(state)) for state in reader.states]
@@ -141,7 +141,7 @@ def _solutions(zeros: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> list[d
     return [one for one in found if not any(value.is_real is False for value in one.values())]
 
 
-def zeros_at(section: Section, transition: Transition) -> list[Row]:
+def zeros_at(section: PoincareSection, transition: Transition) -> list[Row]:
     """Functions of the states that are zero at an event, on the side of the reset at which the section is.
 
     Before it they are the event's function and what is zero all along. With the reset R b + r of a state b at which rows G b + g
@@ -185,7 +185,7 @@ def _after(way: list[sp.Expr], reset: list[Row], before: list[Row], places: list
 
 def check_starts(
     reader: Reader,
-    section: Section,
+    section: PoincareSection,
     transitions: Sequence[Transition],
     starts: Sequence[Start],
     flows: Sequence[Rates],
