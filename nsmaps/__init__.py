@@ -134,7 +134,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.fit.filter import diagonal_region as diagonal_region
     from nsmaps.reduced.fit.polyfit import Full as Full
     from nsmaps.reduced.fit.polyfit import PolyFit as PolyFit
-    from nsmaps.reduced.fit.polyfit import Separable as Separable
+    from nsmaps.reduced.fit.polyfit import SeparableFit as SeparableFit
     from nsmaps.reduced.fit.polyfit import compare_orders as compare_orders
     from nsmaps.reduced.fit.polymap import FitReport as FitReport
     from nsmaps.reduced.fit.polymap import PolyMap as PolyMap
@@ -228,7 +228,7 @@ _PUBLIC = {
     "reduced.partition.result": ("PartitionResult",),
     "reduced.partition.spec": ("Partition",),
     "reduced.fit.basis": ("BasisFit", "Fourier"),
-    "reduced.fit.polyfit": ("Full", "PolyFit", "Separable", "compare_orders"),
+    "reduced.fit.polyfit": ("Full", "PolyFit", "SeparableFit", "compare_orders"),
     "reduced.fit.polymap": ("PolyMap", "FitReport"),
     "reduced.composite.printed": ("TabulatedMap",),
     "reduced.conditions.region": ("Box", "Region", "Where"),

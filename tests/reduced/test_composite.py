@@ -15,7 +15,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.polyfit import Full, PolyMap, Separable
+from nsmaps.reduced.fit.polyfit import Full, PolyMap, SeparableFit
 from nsmaps.reduced.validation.words import misleads
 
 NAMES = ("v", Angle("phi"))
@@ -79,7 +79,7 @@ def test_where_a_composite_map_misleads():
 
 RESET = where("reset", "phi > pi or phi < 0", reset={"phi": 1.2})
 R1 = PieceSpec(name="R1", region=Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="BTB", fit=LINEAR)
-R2 = fitted("R2", "v > 0.5", "BTB", Separable(degrees={"v": 1, "phi": 1}))
+R2 = fitted("R2", "v > 0.5", "BTB", SeparableFit(degrees={"v": 1, "phi": 1}))
 R3 = fitted("R3", "v < 0.3", "BB")
 MAP = composite(RESET, R1, R2, R3)
 
@@ -171,7 +171,7 @@ def test_a_negative_image_is_data_and_then_lies_in_no_piece():
 
 def test_a_polynomial_that_overflows_escapes():
     surfaces = {"F": surface_of(lambda v, phi: (v**3, phi), lambda v, phi: "BB")}
-    map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "v >= 0", "F", Separable(degrees={"v": 3, "phi": 1}))])
+    map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "v >= 0", "F", SeparableFit(degrees={"v": 3, "phi": 1}))])
     returns = map.first_return([[1e200, 1.0], [1.0, 1.0]])
     assert returns.outcome.tolist() == [Outcome.escaped, Outcome.returned]
     assert returns.valid.tolist() == [False, True]

@@ -14,7 +14,7 @@ from nsmaps.errors import FitError, NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.polyfit import Full, Separable
+from nsmaps.reduced.fit.polyfit import Full, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
 LOW, HIGH = 0.26, 0.35
@@ -72,7 +72,7 @@ def test_every_value_shares_one_scaling_though_the_data_do_not():
 
 
 def test_data_on_one_line_at_every_value():
-    line = PieceSpec(name="line", region=PIECES[1].region, family="F", fit=Separable(degrees={"v": 2, "phi": 0}))
+    line = PieceSpec(name="line", region=PIECES[1].region, family="F", fit=SeparableFit(degrees={"v": 2, "phi": 0}))
     nodes = {}
     for d in NODES.tolist():
         surface = surface_of(lambda v, phi, d=d: smooth(d, v, phi))

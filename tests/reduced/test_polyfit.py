@@ -15,7 +15,7 @@ from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.fit.leastsquares import Design
 from nsmaps.reduced.fit.lifts import unwrapped
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable, compare_orders
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit, compare_orders
 from nsmaps.reduced.fit.polymap import design
 
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
@@ -71,7 +71,7 @@ def test_other_counts_of_matlabs_rule():
 
 
 def test_separable_monomials():
-    fit = Separable(degrees={"v": 2, "phi": 1})
+    fit = SeparableFit(degrees={"v": 2, "phi": 1})
     assert fit.exponents(NAMES, "v").tolist() == [[0, 0], [1, 0], [2, 0]]
     assert fit.exponents(NAMES, "phi").tolist() == [[0, 0], [0, 1]]
 
@@ -178,7 +178,7 @@ def test_separable_along_the_papers_curves():
     f = lambda v, phi: (v**2 + 3 * (phi - 0.36) * v, phi + 5 * (v - 0.84) * phi**2)  # noqa: E731
     surface = surface_of(f, v=(0.6, 0.9, 6), phi=(0.15, 0.45, 11))
     assert {round(x, 12) for x in surface.start[:, 0]} >= {0.84}
-    polymap = Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.352, "v": 0.85}).fit(surface)
+    polymap = SeparableFit(degrees={"v": 2, "phi": 2}, lines={"phi": 0.352, "v": 0.85}).fit(surface)
     step = 0.03 * round((0.352 - 0.15) / 0.03) + 0.15
     np.testing.assert_allclose(list(polymap.monomials("v").values()), [0, 3 * (step - 0.36), 1], atol=1e-12)
     np.testing.assert_allclose(list(polymap.monomials("phi").values()), [0, 1, 0], atol=1e-12)
@@ -190,7 +190,7 @@ def test_separable_along_the_papers_curves():
 
 
 def test_separable_over_all_data_is_the_least_squares_mean():
-    polymap = Separable(degrees={"v": 1, "phi": 1}).fit(surface_of(lambda v, phi: (v + (phi - 0.3), phi + 7 * (v - 0.75))))
+    polymap = SeparableFit(degrees={"v": 1, "phi": 1}).fit(surface_of(lambda v, phi: (v + (phi - 0.3), phi + 7 * (v - 0.75))))
     np.testing.assert_allclose(list(polymap.monomials("v").values()), [0, 1], atol=1e-12)
     np.testing.assert_allclose(list(polymap.monomials("phi").values()), [0, 1], atol=1e-11)
     assert polymap.report.points.tolist() == [525, 525]
@@ -199,11 +199,11 @@ def test_separable_over_all_data_is_the_least_squares_mean():
 def test_along_a_line_without_data_is_refused():
     surface = surface_of(cubic, phi=(1.1, 2.5, 15))
     with pytest.raises(FitError, match=r"lines: no data within a grid step of phi = 0.35; the data lie in \[1.1, 2.5\]"):
-        Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "v": 0.75}).fit(surface)
+        SeparableFit(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "v": 0.75}).fit(surface)
     with pytest.raises(FitError, match="lines: no value of 'phi'"):
-        Separable(degrees={"v": 2, "phi": 2}, lines={"v": 0.75}).fit(surface)
+        SeparableFit(degrees={"v": 2, "phi": 2}, lines={"v": 0.75}).fit(surface)
     with pytest.raises(FitError, match="lines: no coordinate 'w'"):
-        Separable(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "w": 0.75}).fit(surface)
+        SeparableFit(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "w": 0.75}).fit(surface)
 
 
 # ------------------------------------------------------------------------------------------------------- angles
@@ -288,7 +288,7 @@ def test_collinear_points():
     with pytest.raises(FitError, match="at 2 values of phi; degree 2 needs 3"):
         POLY23.fit(scattered(np.column_stack([v, np.where(v > 0.7, 0.3, 0.4)])))
     line = scattered(np.column_stack([v, np.full(50, 0.3)]), lambda v, phi: (v**3, phi))
-    along = Separable(degrees={"v": 3, "phi": 0}).fit(line)
+    along = SeparableFit(degrees={"v": 3, "phi": 0}).fit(line)
     np.testing.assert_allclose(list(along.monomials("v").values()), [0, 0, 0, 1], atol=1e-11)
     assert along.scale[1] == 1
 
@@ -350,7 +350,7 @@ def test_orthogonal_polynomials_span_the_same_and_find_the_same_minimum():
 
 @pytest.mark.parametrize(
     ("fit", "width"),
-    [(POLY23, 3e-3), (Separable(degrees={"v": 5, "phi": 4}), 3e-3), (Full(degrees={"v": 2, "phi": 5}), 3e-3)],
+    [(POLY23, 3e-3), (SeparableFit(degrees={"v": 5, "phi": 4}), 3e-3), (Full(degrees={"v": 2, "phi": 5}), 3e-3)],
     ids=["poly23", "separable", "poly52"],
 )
 def test_data_along_a_curve_recover_what_the_monomials_span(fit, width):
@@ -425,8 +425,8 @@ def test_a_doubtful_condition_is_reported():
         (Full(degrees={"v": {"v": 1}}), "degrees: none for the output 'phi'"),
         (Full(degrees={"v": {"w": 1}, "phi": {"v": 1}}), "degrees of v': no coordinate 'w'"),
         (Full(degrees={"v": 1, "phi": 1}, absolute=("w",)), "absolute: no coordinate 'w'"),
-        (Separable(degrees={"v": 1}), "degrees: none for 'phi'"),
-        (Separable(degrees={"v": 1, "phi": 1, "w": 1}), "degrees: no coordinate 'w'"),
+        (SeparableFit(degrees={"v": 1}), "degrees: none for 'phi'"),
+        (SeparableFit(degrees={"v": 1, "phi": 1, "w": 1}), "degrees: no coordinate 'w'"),
     ],
 )
 def test_names_that_are_no_coordinates_are_refused(fit, message):

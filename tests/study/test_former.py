@@ -17,7 +17,7 @@ import nsmaps
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.files.complaints import accepted_keys, bare, inside, refused
 from nsmaps.reduced.fit.filter import Diagonal
-from nsmaps.reduced.fit.polyfit import Separable
+from nsmaps.reduced.fit.polyfit import SeparableFit
 from nsmaps.study.store.renewed import renewed
 from nsmaps.study.store.serialize import FORMER as FORMER_CLASSES
 from nsmaps.study.store.serialize import HOME, KIND, decode, stored_class
@@ -46,7 +46,7 @@ FORMER = {
     "ParametricReport": {"apart": "difference"},
     "Diagonal": {"within": "region"},
     "ReturnFamily": {"most": "max_returns"},
-    "Separable": {"along": "lines"},
+    "SeparableFit": {"along": "lines"},
 }
 Steps = tuple[str | int, ...]
 
@@ -132,7 +132,7 @@ def test_a_former_field_of_a_stored_object_is_read_into_the_new_one(name: str, o
     ("model", "given"),
     [
         (WordFamily, {"name": "low", "words": ("BB",), "most": 2}),
-        (Separable, {"degrees": {"v": 1}, "along": {"v": 1}}),
+        (SeparableFit, {"degrees": {"v": 1}, "along": {"v": 1}}),
         (Diagonal, {"delta": 1.2, "within": None}),
     ],
 )

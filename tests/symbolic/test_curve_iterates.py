@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.fit.polyfit import Full, Separable
+from nsmaps.reduced.fit.polyfit import Full, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import envelope_curves, held_iterate, second_iterate
 
@@ -85,7 +85,7 @@ def test_phi_is_iterated_at_extremes_of_v():
 
 
 def test_separable_fits_hold_nothing():
-    alpha = second_iterate(Separable(degrees={"v": 2, "phi": 1}), variable="phi").alpha
+    alpha = second_iterate(SeparableFit(degrees={"v": 2, "phi": 1}), variable="phi").alpha
     a = sp.symbols("a_0:2", real=True)
     assert [sp.expand(x) for x in alpha] == [a[0] + a[0] * a[1], a[1] ** 2]
 

@@ -12,7 +12,7 @@ from nsmaps.errors import CheckError
 from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily
 from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.reduced.fit.basis import BasisFit, Fourier
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit
 from nsmaps.testing import check_family, check_polyfit, check_region
 
 NAMES = ("v", Angle("phi"))
@@ -271,8 +271,8 @@ def test_a_family_that_is_none(family, why):
         Full(degrees={"v": 3, "phi": 2}),
         Full(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}, absolute=("v",)),
         Full(degrees={}),
-        Separable(degrees={"v": 5, "phi": 7}),
-        Separable(degrees={"v": 4, "phi": 3}, lines={"v": 0.7, "phi": 1.1}, absolute=("v",)),
+        SeparableFit(degrees={"v": 5, "phi": 7}),
+        SeparableFit(degrees={"v": 4, "phi": 3}, lines={"v": 0.7, "phi": 1.1}, absolute=("v",)),
     ],
 )
 def test_fits_that_are_there_pass(fit):

@@ -18,7 +18,7 @@ from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
 from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol
 from nsmaps.reduced.fit.lifts import unwrapped
-from nsmaps.reduced.fit.polyfit import Separable
+from nsmaps.reduced.fit.polyfit import SeparableFit
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh
@@ -88,7 +88,7 @@ class _Part:
 
     name: str
     map: "PolyMap"
-    fit: Separable  #: with the values that each coordinate's line is held at
+    fit: SeparableFit  #: with the values that each coordinate's line is held at
     surface: "Surface"  #: M states of its family, in its region
     mesh: "Mesh"  #: the same as triangles
     start: Floats  #: (M, n), angles on one stretch
@@ -130,5 +130,5 @@ def _part(result: "StudyResult", piece: str) -> _Part:
     mesh = result.mesh(family, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
-    fit = Separable(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
+    fit = SeparableFit(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
     return _Part(spec.name, composite.piece(spec.name).map, fit, surface, mesh, start, target)

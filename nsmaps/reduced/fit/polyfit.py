@@ -144,7 +144,7 @@ class Full(PolyFit):
         return np.ones(len(surface.start), bool)
 
 
-class Separable(PolyFit):
+class SeparableFit(PolyFit):
     """Polynomials of one coordinate each, its own: v' = f(v), phi' = g(phi) (remark separable)."""
 
     was: ClassVar = {"along": "lines"}

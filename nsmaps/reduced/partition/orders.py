@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, Separable
+from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.cell import Sample
 
@@ -59,7 +59,7 @@ def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterato
             found.append((name, fit, n * len(fit.exponents(coordinates, coordinates[0])), min(degrees.values())))
         if separable and a:
             degrees = dict.fromkeys(coordinates, a)
-            found.append((f"separable {_text(degrees)}", Separable(degrees=degrees, lines=None, absolute=()), n * (a + 1), a))
+            found.append((f"separable {_text(degrees)}", SeparableFit(degrees=degrees, lines=None, absolute=()), n * (a + 1), a))
     yield from sorted(found, key=lambda each: each[2])
 
 
