@@ -132,8 +132,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.fit.filter import Diagonal as Diagonal
     from nsmaps.reduced.fit.filter import DiagonalRegion as DiagonalRegion
     from nsmaps.reduced.fit.filter import diagonal_region as diagonal_region
-    from nsmaps.reduced.fit.polyfit import Full as Full
     from nsmaps.reduced.fit.polyfit import PolyFit as PolyFit
+    from nsmaps.reduced.fit.polyfit import PolynomialFit as PolynomialFit
     from nsmaps.reduced.fit.polyfit import SeparableFit as SeparableFit
     from nsmaps.reduced.fit.polyfit import compare_orders as compare_orders
     from nsmaps.reduced.fit.polymap import FitReport as FitReport
@@ -228,7 +228,7 @@ _PUBLIC = {
     "reduced.partition.result": ("PartitionResult",),
     "reduced.partition.spec": ("Partition",),
     "reduced.fit.basis": ("BasisFit", "Fourier"),
-    "reduced.fit.polyfit": ("Full", "PolyFit", "SeparableFit", "compare_orders"),
+    "reduced.fit.polyfit": ("PolynomialFit", "PolyFit", "SeparableFit", "compare_orders"),
     "reduced.fit.polymap": ("PolyMap", "FitReport"),
     "reduced.composite.printed": ("TabulatedMap",),
     "reduced.conditions.region": ("Box", "Region", "Where"),

@@ -10,7 +10,7 @@ from nsmaps.coordinates import Angle
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.reduced.conditions.region import Box, Region, Where
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import held_iterate, second_iterate
 from nsmaps.symbolic.map_iterates import symbolic_iterate
@@ -40,7 +40,7 @@ class Disc(Region):
 def random_map(box, degrees=(3, 2), absolute=(), names=NAMES, seed=0, size=0.3):
     """A map of random coefficients in Chebyshev products of a box, with images near its middle."""
     rng = np.random.default_rng(seed)
-    exponents = Full(degrees=dict(zip(names, degrees, strict=True))).exponents(names, names[0])
+    exponents = PolynomialFit(degrees=dict(zip(names, degrees, strict=True))).exponents(names, names[0])
     box = np.array(box, float)
     coefficients = []
     for low, high in box:

@@ -101,7 +101,7 @@ def _general(fit: PolyFit, names: Coordinates) -> Formula:
     """The images of a fit with symbols for its coefficients."""
     if fit.variables(names) is not None:
         raise NsmapsError(
-            f"a {type(fit).__name__} has no closed iterates: it is not of monomials; expected: `Full` or `SeparableFit`"
+            f"a {type(fit).__name__} has no closed iterates: it is not of monomials; expected: `PolynomialFit` or `SeparableFit`"
         )
     rows = {name: fit.exponents(names, name).tolist() for name in names}
     letters = zip(LETTERS, names, strict=False)

@@ -12,12 +12,12 @@ import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.parametric import ParametricReport
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.study.store.serialize import decode, encode
 from nsmaps.symbolic.curve_iterates import second_iterate
 
 CASES = exported.cases()
-GENERAL = second_iterate(Full(degrees={"v": 3, "phi": 2}))
+GENERAL = second_iterate(PolynomialFit(degrees={"v": 3, "phi": 2}))
 
 
 def same(a, b):
@@ -84,7 +84,7 @@ def fit_of_a_sheet():
     from sheets import surface_of
 
     surface = surface_of(lambda v, phi: (np.cos(v) * phi, v + np.sin(phi)), (0.1, 0.9, 12), (0.2, 1.1, 11))
-    return Full(degrees={"v": 2, "phi": 2}).fit(surface)
+    return PolynomialFit(degrees={"v": 2, "phi": 2}).fit(surface)
 
 
 def test_angles_are_told_from_other_coordinates(tmp_path):

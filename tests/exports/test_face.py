@@ -20,7 +20,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exports.exportables import held_by
 from nsmaps.exports.program import identifiers
 from nsmaps.reduced.composite.composite import CompositeMap
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.symbolic.curve_iterates import second_iterate
 
 STUDY = f"""\
@@ -59,11 +59,11 @@ def test_errors_name_what_is_accepted():
     with pytest.raises(NsmapsError, match="BouncingBall as 'matlab': its map is implicit; expected: latex, or c and julia of"):
         nsmaps.export(toys.BouncingBall(a=0.3), "matlab")
     with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*expected: numbers, as by at"):
-        nsmaps.export(second_iterate(Full(degrees={"v": 3, "phi": 2})), "c")
+        nsmaps.export(second_iterate(PolynomialFit(degrees={"v": 3, "phi": 2})), "c")
     with pytest.raises(NsmapsError, match="the map has no piece"):
         nsmaps.export(CompositeMap(exported.NAMES, ("B",), ()), "matlab")
     with pytest.raises(NsmapsError, match="the coefficients have symbols: b_0, b_1"):
-        nsmaps.export(nsmaps.symbolic_iterate(Full(degrees={"x": 1}), 2, coordinates=("x",)), "c")
+        nsmaps.export(nsmaps.symbolic_iterate(PolynomialFit(degrees={"x": 1}), 2, coordinates=("x",)), "c")
 
 
 def test_the_header_says_what_it_is():

@@ -10,10 +10,10 @@ import sympy as sp
 import toys
 
 import nsmaps
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.symbolic.curve_iterates import second_iterate
 
-POLY23 = Full(degrees={"v": 3, "phi": 2})
+POLY23 = PolynomialFit(degrees={"v": 3, "phi": 2})
 THINGS = {name: case[0] for name, case in exported.cases().items()} | {
     "awkward": exported.awkward(),
     "general": second_iterate(POLY23),

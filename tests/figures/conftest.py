@@ -45,7 +45,7 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
@@ -59,7 +59,7 @@ from nsmaps.symbolic.curve_iterates import SecondIterate
 COORDINATES = ("v", Angle("phi"))
 WALLS = ("B", "T")
 GRID = Grid(axes={"v": Axis(low=0.1, high=1.0, points=37), "phi": Axis(low=0.0, high=np.pi, points=41)})
-ORDERS = {"poly11": Full(degrees={"v": 1, "phi": 1}), "poly01": Full(degrees={"v": 1, "phi": 0})}
+ORDERS = {"poly11": PolynomialFit(degrees={"v": 1, "phi": 1}), "poly01": PolynomialFit(degrees={"v": 1, "phi": 0})}
 LINEAR = np.array([[0, 0], [0, 1], [1, 0]])
 
 

@@ -17,7 +17,7 @@ from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.plugins import study_files
 from nsmaps.reduced.conditions.region import Where
 from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.study.conclusions.verdict import conclusion
 
 BTB = WordFamily(name="BTB", words=("BTB",))
@@ -135,7 +135,7 @@ TABLE = {
     (1.4, "poly23"): (0.99735, 0.99981),
     (1.4, "poly33"): (0.99735, 0.9999),
 }
-ORDERS = {"poly23": Full(degrees={"v": 3, "phi": 2}), "poly33": Full(degrees={"v": 3, "phi": 3})}
+ORDERS = {"poly23": PolynomialFit(degrees={"v": 3, "phi": 2}), "poly33": PolynomialFit(degrees={"v": 3, "phi": 3})}
 
 
 def test_table_of_fits(pair):
@@ -248,7 +248,7 @@ def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):
     """A fit of degree 8 at d = 0.35, moved out by its held-out error, holds what the exact map's own bound holds."""
     box = [[0.7, 1], [0.2, 1.14]]
     grid = Grid(axes={"v": Axis(low=0.69, high=1.01, points=100), "phi": Axis(low=0.19, high=1.15, points=100)})
-    fit = Full(degrees={"v": 8, "phi": 8}).fit(BTB.surface(pair(0.35), grid))
+    fit = PolynomialFit(degrees={"v": 8, "phi": 8}).fit(BTB.surface(pair(0.35), grid))
     error = held_out_error(fit, pair(0.35), box)
     domain = attracting_domain(fit, box, updates=3, error=error)
     assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")

@@ -18,7 +18,7 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import parametric_map
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.basis import BasisFit, Fourier
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.store.serialize import decode, encode
 
@@ -377,6 +377,6 @@ def test_harmonics_need_an_angle():
 
 
 def test_a_map_of_a_plain_fit_has_no_variables():
-    polymap = Full(degrees={"phi": 3}).fit(on_circle(wavy))
+    polymap = PolynomialFit(degrees={"phi": 3}).fit(on_circle(wavy))
     assert polymap.variables is None
     assert polymap.depends("phi").tolist() == [True]

@@ -15,13 +15,13 @@ from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.polyfit import Full, PolyMap, SeparableFit
+from nsmaps.reduced.fit.polyfit import PolyMap, PolynomialFit, SeparableFit
 from nsmaps.reduced.validation.words import misleads
 
 NAMES = ("v", Angle("phi"))
 WALLS = ("B", "T")
 TWO_PI = 2 * math.pi
-LINEAR = Full(degrees={"v": 1, "phi": 1})
+LINEAR = PolynomialFit(degrees={"v": 1, "phi": 1})
 
 
 def surface_of(f, words, v=(0.0, 1.0, 41), phi=(0.0, 3.0, 61), member=None):

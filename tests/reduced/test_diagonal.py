@@ -14,7 +14,7 @@ from nsmaps.errors import FitError
 from nsmaps.reduced.conditions.region import Box, Where
 from nsmaps.reduced.fit.filter import Diagonal, diagonal_region, near_diagonal, own_slopes
 from nsmaps.reduced.fit.filter_errors import compare_deltas
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 
 surface_of = partial(sheets.surface_of, v=(0.1, 1.0, 31), phi=(0.1, 3.0, 41))
 
@@ -99,7 +99,7 @@ def test_the_union_over_a_parameter():
 
 def test_fits_are_compared_for_each_delta_once():
     surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi + v**2 / 100))
-    orders = {"line": Full(degrees={"v": 1, "phi": 1}), "square": Full(degrees={"v": 2, "phi": 1})}
+    orders = {"line": PolynomialFit(degrees={"v": 1, "phi": 1}), "square": PolynomialFit(degrees={"v": 2, "phi": 1})}
     made = compare_deltas(Diagonal(delta=1.2), surface, [1.5, 1.2, 1.8], orders)
     assert [near.delta for near in made] == [1.2, 1.5, 1.8]
     v = np.linspace(0.1, 1.0, 31)
@@ -114,7 +114,7 @@ def test_fits_are_compared_for_each_delta_once():
 
 def test_a_fit_that_fails_names_its_delta_and_its_order():
     surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi))
-    orders = {"high": Full(degrees={"v": 9, "phi": 1})}
+    orders = {"high": PolynomialFit(degrees={"v": 9, "phi": 1})}
     with pytest.raises(FitError, match=r"delta 1\.1: fit 'high': .*degree 9 needs 10 distinct values"):
         compare_deltas(Diagonal(delta=1.8), surface, [1.1], orders)
 

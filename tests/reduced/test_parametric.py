@@ -14,7 +14,7 @@ from nsmaps.errors import FitError, NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.polyfit import Full, SeparableFit
+from nsmaps.reduced.fit.polyfit import PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
 LOW, HIGH = 0.26, 0.35
@@ -32,7 +32,7 @@ PIECES = [
         name="low",
         region=Where(text="v <= 0.9", coordinates=NAMES),
         family="F",
-        fit=Full(degrees={"v": 2, "phi": 2}, absolute=("v",)),
+        fit=PolynomialFit(degrees={"v": 2, "phi": 2}, absolute=("v",)),
     ),
 ]
 
@@ -149,7 +149,9 @@ def quadratic(a, v, phi):  # periods double at a = 3/4 and 5/4
     return 1 - a * v**2, 1 + a**2 * v / 4
 
 
-WHOLE = PieceSpec(name="low", region=Where(text="0 < 1", coordinates=NAMES), family="F", fit=Full(degrees={"v": 2, "phi": 0}))
+WHOLE = PieceSpec(
+    name="low", region=Where(text="0 < 1", coordinates=NAMES), family="F", fit=PolynomialFit(degrees={"v": 2, "phi": 0})
+)
 
 
 def quadratics(orders):

@@ -15,7 +15,7 @@ from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.reduced.fit.leastsquares import Design
 from nsmaps.reduced.fit.lifts import unwrapped
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit, compare_orders
+from nsmaps.reduced.fit.polyfit import PolyFit, PolynomialFit, SeparableFit, compare_orders
 from nsmaps.reduced.fit.polymap import design
 
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
@@ -28,8 +28,8 @@ def scattered(start, f=lambda v, phi: (v, phi)):
     return Surface("F", grid, np.arange(grid.size) < len(start), returns_of(start, np.column_stack(f(*start.T))))
 
 
-POLY23 = Full(degrees={"v": 3, "phi": 2})
-R3 = Full(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}})
+POLY23 = PolynomialFit(degrees={"v": 3, "phi": 2})
+R3 = PolynomialFit(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}})
 
 
 # --------------------------------------------------------------------------------- monomials as the paper has them
@@ -60,11 +60,11 @@ def test_the_papers_monomials_in_the_papers_order(fit, output, text, terms):
 
 
 def test_other_counts_of_matlabs_rule():
-    assert len(Full(degrees={"v": 3, "phi": 3}).exponents(NAMES, "v")) == 10
-    assert len(Full(degrees={"v": 1, "phi": 1}).exponents(NAMES, "v")) == 3
-    assert Full(degrees={"v": 0, "phi": 0}).exponents(NAMES, "v").tolist() == [[0, 0]]
-    assert Full(degrees={"v": 2}).exponents(NAMES, "phi").tolist() == [[0, 0], [1, 0], [2, 0]]
-    three = Full(degrees={"x": 2, "y": 1, "z": 2}).exponents(("x", "y", "z"), "x")
+    assert len(PolynomialFit(degrees={"v": 3, "phi": 3}).exponents(NAMES, "v")) == 10
+    assert len(PolynomialFit(degrees={"v": 1, "phi": 1}).exponents(NAMES, "v")) == 3
+    assert PolynomialFit(degrees={"v": 0, "phi": 0}).exponents(NAMES, "v").tolist() == [[0, 0]]
+    assert PolynomialFit(degrees={"v": 2}).exponents(NAMES, "phi").tolist() == [[0, 0], [1, 0], [2, 0]]
+    three = PolynomialFit(degrees={"x": 2, "y": 1, "z": 2}).exponents(("x", "y", "z"), "x")
     assert {tuple(row) for row in three.tolist()} == {
         (a, b, c) for a in range(3) for b in range(2) for c in range(3) if a + b + c <= 2
     }
@@ -115,7 +115,7 @@ def test_a_fit_of_its_own_order_leaves_nothing_to_a_higher_one():
 
 def test_degree_16_is_well_conditioned_where_monomials_are_hopeless():
     f = lambda v, phi: (np.sin(9 * v + phi), 1 + np.exp(-v) * np.cos(7 * phi))  # noqa: E731
-    polymap = Full(degrees={"v": 16, "phi": 16}).fit(surface_of(f, v=(0.6, 0.9, 60), phi=(0.15, 0.45, 60)))
+    polymap = PolynomialFit(degrees={"v": 16, "phi": 16}).fit(surface_of(f, v=(0.6, 0.9, 60), phi=(0.15, 0.45, 60)))
     assert polymap.report.condition.max() < 1e3
     assert polymap.report.max_error.max() < 1e-13
     points = np.random.default_rng(0).uniform([0.6, 0.15], [0.9, 0.45], (200, 2))
@@ -142,7 +142,7 @@ def test_figures_of_merit_by_hand():
     # the line through (0, 0), (1, 1), (2, 0), (3, 1) is 0.2 + 0.2 v: errors -0.2, 0.6, -0.6, 0.2
     start = np.column_stack([[0, 1, 2, 3], [0.0, 0, 0, 0]])
     surface = scattered(start, lambda v, phi: (np.array([0.0, 1, 0, 1]), 1 + v))
-    report = Full(degrees={"v": 1, "phi": 0}).fit(surface).report
+    report = PolynomialFit(degrees={"v": 1, "phi": 0}).fit(surface).report
     assert report.sse[0] == pytest.approx(0.8, rel=1e-12)
     assert report.r2[0] == pytest.approx(1 - 0.8 / 1.0, rel=1e-12)
     assert report.max_error[0] == pytest.approx(0.6, rel=1e-12)
@@ -163,7 +163,7 @@ def test_r2_of_data_that_do_not_vary_is_unknown():
 
 def test_absolute_values():
     f = lambda v, phi: (np.abs(0.2 + v - 2 * v**2), phi)  # noqa: E731
-    fit = Full(degrees={"v": 2, "phi": 1}, absolute=("v",))
+    fit = PolynomialFit(degrees={"v": 2, "phi": 1}, absolute=("v",))
     polymap = fit.fit(surface_of(f, v=(0.0, 0.6, 30)))
     assert polymap.absolute == ("v",)
     np.testing.assert_allclose(list(polymap.monomials("v").values()), [0.2, 0, 1, 0, -2], atol=1e-12)
@@ -210,14 +210,14 @@ def test_along_a_line_without_data_is_refused():
 @pytest.mark.parametrize("turns", [-2, 0, 3])
 def test_whole_turns_common_to_all_images_are_dropped(turns):
     f = lambda v, phi: (v, 6.0 + v * phi + TWO_PI * turns)  # noqa: E731
-    polymap = Full(degrees={"v": 1, "phi": 1}).fit(surface_of(f, phi=(0.1, 0.2, 9)))
-    expected = Full(degrees={"v": 1, "phi": 1}).fit(surface_of(lambda v, phi: (v, 6.0 + v * phi), phi=(0.1, 0.2, 9)))
+    polymap = PolynomialFit(degrees={"v": 1, "phi": 1}).fit(surface_of(f, phi=(0.1, 0.2, 9)))
+    expected = PolynomialFit(degrees={"v": 1, "phi": 1}).fit(surface_of(lambda v, phi: (v, 6.0 + v * phi), phi=(0.1, 0.2, 9)))
     np.testing.assert_allclose(list(polymap.monomials("phi").values()), list(expected.monomials("phi").values()), atol=1e-11)
 
 
 def test_images_over_two_pi_are_followed_and_reported():
     f = lambda v, phi: (v, 5.4 + 1.5 * (v - 0.6) / 0.3)  # noqa: E731
-    polymap = Full(degrees={"v": 1, "phi": 1}).fit(surface_of(f))
+    polymap = PolynomialFit(degrees={"v": 1, "phi": 1}).fit(surface_of(f))
     assert polymap.report.max_error[1] < 1e-13
     assert polymap([[0.9, 0.3]])[0, 1] == pytest.approx(6.9)
     (warning,) = polymap.report.warnings
@@ -242,7 +242,7 @@ def test_a_region_over_the_seam_is_fitted_on_one_stretch():
     returns = around.returns  # phi' = 1 + 2 phi with phi continued below zero; the start keeps its own turn
     lifted = np.where(returns.start[:, 1] > np.pi, returns.lifted[:, 1] + TWO_PI, returns.lifted[:, 1])
     around = Surface("F", around.grid, around.member, returns_of(returns.start, np.column_stack([returns.image[:, 0], lifted])))
-    polymap = Full(degrees={"v": 3, "phi": 3}).fit(around)
+    polymap = PolynomialFit(degrees={"v": 3, "phi": 3}).fit(around)
     np.testing.assert_allclose(polymap.domain[1], [-0.4, 0.4], atol=TWO_PI / 400)
     assert polymap.report.max_error.max() < 1e-3
     np.testing.assert_allclose(polymap([[0.7, -0.1]]), [[0.7 + np.sin(-0.1), 0.8]], atol=1e-3)
@@ -259,7 +259,7 @@ def test_plain_coordinates_are_never_turned():
     grid = Grid(axes={"x": Axis(low=0, high=1, points=25), "y": Axis(low=0, high=1, points=2)})
     lifted = start @ [[1, 2], [3, 4]] + 100
     surface = Surface("F", grid, np.ones(50, bool), returns_of(start, lifted, ("x", "y")))
-    polymap = Full(degrees={"x": 1, "y": 1}).fit(surface)
+    polymap = PolynomialFit(degrees={"x": 1, "y": 1}).fit(surface)
     np.testing.assert_allclose(list(polymap.monomials("x").values()), [100, 3, 1], rtol=1e-11)
     assert polymap.report.warnings == ()
 
@@ -321,7 +321,7 @@ def test_degree_16_where_the_region_is_no_box(name):
     """Chebyshev products of the box have condition 1e8 and more on these data; polynomials orthogonal on them do not."""
     states = 0.7 + 0.3 * AWKWARD[name]
     f = lambda v, phi: (np.exp(np.sin(7 * v + 3 * phi)), 1 + np.cos(10 * v * phi) ** 2)  # noqa: E731
-    fit = Full(degrees={"v": 16, "phi": 16})
+    fit = PolynomialFit(degrees={"v": 16, "phi": 16})
     polymap = fit.fit(scattered(states[::2], f))
     plain = np.column_stack([states[::2, 0] ** i * states[::2, 1] ** j for i, j in fit.exponents(NAMES, "v").tolist()])
     assert np.linalg.cond(plain) > 1e13
@@ -339,7 +339,7 @@ def test_degree_16_where_the_region_is_no_box(name):
 def test_orthogonal_polynomials_span_the_same_and_find_the_same_minimum():
     states = 0.7 + 0.3 * AWKWARD["triangle"][:400]
     f = lambda v, phi: (np.exp(v * phi), 2 + np.sin(3 * v) * phi**3)  # noqa: E731
-    fit = Full(degrees={"v": 7, "phi": 7})
+    fit = PolynomialFit(degrees={"v": 7, "phi": 7})
     report = fit.fit(scattered(states, f)).report
     with mpmath.workdps(40):
         rows = [[mpmath.mpf(v) ** i * mpmath.mpf(phi) ** j for i, j in fit.exponents(NAMES, "v").tolist()] for v, phi in states]
@@ -350,7 +350,7 @@ def test_orthogonal_polynomials_span_the_same_and_find_the_same_minimum():
 
 @pytest.mark.parametrize(
     ("fit", "width"),
-    [(POLY23, 3e-3), (SeparableFit(degrees={"v": 5, "phi": 4}), 3e-3), (Full(degrees={"v": 2, "phi": 5}), 3e-3)],
+    [(POLY23, 3e-3), (SeparableFit(degrees={"v": 5, "phi": 4}), 3e-3), (PolynomialFit(degrees={"v": 2, "phi": 5}), 3e-3)],
     ids=["poly23", "separable", "poly52"],
 )
 def test_data_along_a_curve_recover_what_the_monomials_span(fit, width):
@@ -370,15 +370,15 @@ def test_points_on_a_conic_or_given_again_tell_nothing_apart():
     angle = np.linspace(0, 6, 200)
     circle = 0.5 + 0.3 * np.column_stack([np.cos(angle), np.sin(angle)])
     with pytest.raises(FitError, match=r"200 data points distinguish only 5 of 6 terms"):
-        Full(degrees={"v": 2, "phi": 2}).fit(scattered(circle))
+        PolynomialFit(degrees={"v": 2, "phi": 2}).fit(scattered(circle))
     again = np.repeat(np.random.default_rng(1).uniform(0.2, 0.8, (5, 2)), 10, axis=0)
     with pytest.raises(FitError, match=r"50 data points distinguish only 5 of 6 terms"):
-        Full(degrees={"v": 2, "phi": 2}).fit(scattered(again))
+        PolynomialFit(degrees={"v": 2, "phi": 2}).fit(scattered(again))
 
 
 def test_an_order_higher_than_the_data_bear_is_told():
     runge = lambda v, phi: (1 / (1 + 25 * (2 * v - 1) ** 2 + 25 * (2 * phi - 1) ** 2), v)  # noqa: E731
-    fit, points = Full(degrees={"v": 16, "phi": 16}), np.random.default_rng(2).uniform(0, 1, (2000, 2))
+    fit, points = PolynomialFit(degrees={"v": 16, "phi": 16}), np.random.default_rng(2).uniform(0, 1, (2000, 2))
     warned = {}
     for count in (17, 60):
         polymap = fit.fit(surface_of(runge, v=(0, 1, count), phi=(0, 1, count)))
@@ -413,7 +413,7 @@ def test_data_that_are_not_finite_are_refused(bad):
 def test_a_doubtful_condition_is_reported():
     v = np.linspace(0.6, 0.9, 50)
     phi = v + 1e-10 * np.sin(40 * v)
-    report = Full(degrees={"v": 1, "phi": 1}).fit(scattered(np.column_stack([v, phi]))).report
+    report = PolynomialFit(degrees={"v": 1, "phi": 1}).fit(scattered(np.column_stack([v, phi]))).report
     assert report.condition.min() > 1e8
     assert sum("few digits are correct" in text for text in report.warnings) == 2
 
@@ -421,10 +421,10 @@ def test_a_doubtful_condition_is_reported():
 @pytest.mark.parametrize(
     ("fit", "message"),
     [
-        (Full(degrees={"v": 3, "ph": 2}), "degrees: no coordinate 'ph', did you mean 'phi'"),
-        (Full(degrees={"v": {"v": 1}}), "degrees: none for the output 'phi'"),
-        (Full(degrees={"v": {"w": 1}, "phi": {"v": 1}}), "degrees of v': no coordinate 'w'"),
-        (Full(degrees={"v": 1, "phi": 1}, absolute=("w",)), "absolute: no coordinate 'w'"),
+        (PolynomialFit(degrees={"v": 3, "ph": 2}), "degrees: no coordinate 'ph', did you mean 'phi'"),
+        (PolynomialFit(degrees={"v": {"v": 1}}), "degrees: none for the output 'phi'"),
+        (PolynomialFit(degrees={"v": {"w": 1}, "phi": {"v": 1}}), "degrees of v': no coordinate 'w'"),
+        (PolynomialFit(degrees={"v": 1, "phi": 1}, absolute=("w",)), "absolute: no coordinate 'w'"),
         (SeparableFit(degrees={"v": 1}), "degrees: none for 'phi'"),
         (SeparableFit(degrees={"v": 1, "phi": 1, "w": 1}), "degrees: no coordinate 'w'"),
     ],
@@ -437,7 +437,7 @@ def test_names_that_are_no_coordinates_are_refused(fit, message):
 @pytest.mark.parametrize("degrees", [{"v": -1}, {"v": 1.5}, {"v": 41}, {"v": "x"}, {"v": {"v": -1}}])
 def test_degrees_that_are_no_degrees_are_refused(degrees):
     with pytest.raises(ValidationError):
-        Full(degrees=degrees)
+        PolynomialFit(degrees=degrees)
 
 
 def test_a_fit_of_ones_own_is_a_class_with_two_methods():
@@ -460,7 +460,11 @@ def test_a_fit_of_ones_own_is_a_class_with_two_methods():
 def test_orders_are_compared_in_the_order_given():
     f = lambda v, phi: (np.exp(v * phi), 2 + np.sin(3 * v) * phi**3)  # noqa: E731
     surface = surface_of(f)
-    orders = {"poly23": POLY23, "poly11": Full(degrees={"v": 1, "phi": 1}), "poly33": Full(degrees={"v": 3, "phi": 3})}
+    orders = {
+        "poly23": POLY23,
+        "poly11": PolynomialFit(degrees={"v": 1, "phi": 1}),
+        "poly33": PolynomialFit(degrees={"v": 3, "phi": 3}),
+    }
     table = compare_orders(surface, orders)
     assert [name for name, _ in table] == list(orders)
     sse = {name: report.sse for name, report in table}

@@ -21,7 +21,7 @@ from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map
 from nsmaps.reduced.conditions.region import Where
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.validation.words import misleads
 
 WALLS = ("B", "T")
@@ -54,7 +54,7 @@ def families(*words):
 
 def piece(name, text, family, degree=1):
     region = Where(text=text, coordinates=("x",))
-    return PieceSpec(name=name, region=region, family=family, fit=Full(degrees={"x": degree}))
+    return PieceSpec(name=name, region=region, family=family, fit=PolynomialFit(degrees={"x": degree}))
 
 
 def augmented(tent, *words, family="BBTB"):

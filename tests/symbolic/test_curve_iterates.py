@@ -8,11 +8,11 @@ import pytest
 import sympy as sp
 
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.fit.polyfit import Full, SeparableFit
+from nsmaps.reduced.fit.polyfit import PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import envelope_curves, held_iterate, second_iterate
 
-POLY23 = Full(degrees={"v": 3, "phi": 2})
+POLY23 = PolynomialFit(degrees={"v": 3, "phi": 2})
 B = sp.symbols("b_0:9", real=True)
 V, LOW, HIGH = sp.symbols("v phi_min phi_max", real=True)
 
@@ -92,7 +92,7 @@ def test_separable_fits_hold_nothing():
 
 def polynomial_map(names, degrees, box, seed):
     rng = np.random.default_rng(seed)
-    fit, box = Full(degrees=dict(zip(names, degrees, strict=True))), np.array(box, float)
+    fit, box = PolynomialFit(degrees=dict(zip(names, degrees, strict=True))), np.array(box, float)
     exponents = tuple(fit.exponents(names, name) for name in names)
     coefficients = tuple(rng.normal(size=len(each)) * 0.2 for each in exponents)
     return PolyMap(names, exponents, coefficients, box.mean(axis=1), np.ptp(box, axis=1) / 2, box)

@@ -12,7 +12,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.reduced.conditions.region import Where
-from nsmaps.reduced.fit.polyfit import Full
+from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import second_iterate
 from nsmaps.symbolic.map_iterates import compose_pieces, symbolic_iterate
@@ -96,7 +96,7 @@ def test_the_whole_second_iterate_in_d_is_within_reason():
 
 
 def test_general_coefficients_and_refusals():
-    line = symbolic_iterate(Full(degrees={"x": 1}), 3, coordinates=("x",))
+    line = symbolic_iterate(PolynomialFit(degrees={"x": 1}), 3, coordinates=("x",))
     x, b0, b1 = sp.symbols("x b_0 b_1", real=True)
     assert sp.expand(line.images["x"] - (b0 + b1 * (b0 + b1 * (b0 + b1 * x)))) == 0
     assert line.at(b_0=0.5, b_1=-1).images["x"] == sp.Rational(1, 2) - x

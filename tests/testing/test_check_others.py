@@ -12,7 +12,7 @@ from nsmaps.errors import CheckError
 from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily
 from nsmaps.reduced.conditions.region import Box, Region, Where
 from nsmaps.reduced.fit.basis import BasisFit, Fourier
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit
+from nsmaps.reduced.fit.polyfit import PolyFit, PolynomialFit, SeparableFit
 from nsmaps.testing import check_family, check_polyfit, check_region
 
 NAMES = ("v", Angle("phi"))
@@ -268,9 +268,9 @@ def test_a_family_that_is_none(family, why):
 @pytest.mark.parametrize(
     "fit",
     [
-        Full(degrees={"v": 3, "phi": 2}),
-        Full(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}, absolute=("v",)),
-        Full(degrees={}),
+        PolynomialFit(degrees={"v": 3, "phi": 2}),
+        PolynomialFit(degrees={"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}, absolute=("v",)),
+        PolynomialFit(degrees={}),
         SeparableFit(degrees={"v": 5, "phi": 7}),
         SeparableFit(degrees={"v": 4, "phi": 3}, lines={"v": 0.7, "phi": 1.1}, absolute=("v",)),
     ],
@@ -280,7 +280,7 @@ def test_fits_that_are_there_pass(fit):
 
 
 def test_a_fit_in_other_coordinates():
-    check_polyfit(Full(degrees={"x": 2, "y": 1, "z": 1}), ("x", "y", "z"))
+    check_polyfit(PolynomialFit(degrees={"x": 2, "y": 1, "z": 1}), ("x", "y", "z"))
 
 
 class Even(PolyFit):

@@ -131,7 +131,9 @@ class Fourier(PolyFit):
         """The powers of sines (0 or 1), of the other coordinates and of cosines, shape (m, k)."""
         angles, others = ([name for name in coordinates if is_angle(name) == kind] for kind in (True, False))
         if not angles:
-            raise FitError(f"harmonics: none of {', '.join(coordinates)} is an angle; expected: a map with an angle, or `Full`")
+            raise FitError(
+                f"harmonics: none of {', '.join(coordinates)} is an angle; expected: a map with an angle, or `PolynomialFit`"
+            )
         by = self.harmonics if isinstance(self.harmonics, dict) else dict.fromkeys(angles, self.harmonics)
         for name in by:
             known(name, angles, "harmonics")

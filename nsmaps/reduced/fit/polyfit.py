@@ -117,7 +117,7 @@ class PolyFit(BaseModel, Transferable, ABC):
         return {i: times for i, times in found.items() if times is not None}
 
 
-class Full(PolyFit):
+class PolynomialFit(PolyFit):
     """Polynomials in all coordinates, by MATLAB's rule of polyNM: in each coordinate at most its own degree, and in total
     at most the largest of them; `{"v": 3, "phi": 2}` is the paper's poly23 (eq. cubic2dv).
 

@@ -10,7 +10,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import FitError
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.reduced.fit.polyfit import Full, PolyFit, SeparableFit
+from nsmaps.reduced.fit.polyfit import PolyFit, PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.cell import Sample
 
@@ -54,7 +54,7 @@ def orders(coordinates: Sequence[str], highest: int, separable: bool) -> Iterato
     for a in range(highest + 1):
         for beside in range(max(0, a - 1), min(highest, a + 1) + 1) if n == 2 else (a,):
             degrees = dict.fromkeys(coordinates, beside) | {coordinates[0]: a}
-            fit = Full(degrees=degrees, absolute=())
+            fit = PolynomialFit(degrees=degrees, absolute=())
             name = f"full {_text(degrees)}" if any(degrees.values()) else "constant"
             found.append((name, fit, n * len(fit.exponents(coordinates, coordinates[0])), min(degrees.values())))
         if separable and a:
@@ -74,7 +74,7 @@ def orders_of(spec: "Partition", role: "Role", coordinates: Sequence[str]) -> di
     a chaotic attractor through even the smallest is a stable cycle of the composite map.
     """
     if spec.orders:
-        return {**spec.orders, "constant": Full(degrees={}, absolute=())}
+        return {**spec.orders, "constant": PolynomialFit(degrees={}, absolute=())}
     lowest = int(role == "attracting")
     known = orders(coordinates, spec.max_order, spec.separable and not lowest)
     return {name: fit for name, fit, _, degree in sorted(known, key=lambda each: each[3] < lowest)}
@@ -82,7 +82,7 @@ def orders_of(spec: "Partition", role: "Role", coordinates: Sequence[str]) -> di
 
 def highest_of(spec: "Partition", coordinates: Sequence[str]) -> PolyFit:
     """The last of the given fits, or the polynomials of highest order."""
-    return [*spec.orders.values(), Full(degrees=dict.fromkeys(coordinates, spec.max_order), absolute=())][
+    return [*spec.orders.values(), PolynomialFit(degrees=dict.fromkeys(coordinates, spec.max_order), absolute=())][
         max(len(spec.orders) - 1, 0)
     ]
 

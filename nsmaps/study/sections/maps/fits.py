@@ -7,7 +7,7 @@ from pydantic import BaseModel, Discriminator, Tag, model_validator
 
 from nsmaps.plugins import FIT
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.reduced.fit.polyfit import Degree, Full, PolyFit, SeparableFit
+from nsmaps.reduced.fit.polyfit import Degree, PolyFit, PolynomialFit, SeparableFit
 from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import COPIES, Size
 from nsmaps.study.reading.classes import CLASS, OWN, Instance, calling, created, form_of
@@ -69,7 +69,7 @@ def bind_fit(loc: Loc, section: FitSection | Instance, binding: "Binding") -> Po
         by_output = any(isinstance(degree, dict) for degree in section.full.values())
         (binding.every_coordinate if by_output else binding.some_coordinates)((*loc, "full"), section.full)
         with source.located(loc, FitSection, degrees="full"):
-            return Full(degrees=section.full, absolute=section.absolute)
+            return PolynomialFit(degrees=section.full, absolute=section.absolute)
     with source.located(loc, FitSection, degrees="separable"):
         return SeparableFit(degrees=section.separable or {}, lines=section.lines, absolute=section.absolute)
 
