@@ -129,8 +129,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.conditions.region import Where as Where
     from nsmaps.reduced.fit.basis import BasisFit as BasisFit
     from nsmaps.reduced.fit.basis import Fourier as Fourier
-    from nsmaps.reduced.fit.filter import Diagonal as Diagonal
     from nsmaps.reduced.fit.filter import DiagonalRegion as DiagonalRegion
+    from nsmaps.reduced.fit.filter import NearDiagonal as NearDiagonal
     from nsmaps.reduced.fit.filter import diagonal_region as diagonal_region
     from nsmaps.reduced.fit.polyfit import PolyFit as PolyFit
     from nsmaps.reduced.fit.polyfit import PolynomialFit as PolynomialFit
@@ -222,7 +222,7 @@ _PUBLIC = {
     "parallel": ("Jobs",),
     "plugins": ("load_system", "systems"),
     "reduced.composite.composite": ("CompositeMap", "Piece", "Coverage", "PieceSpec", "build_composite"),
-    "reduced.fit.filter": ("Diagonal", "DiagonalRegion", "diagonal_region"),
+    "reduced.fit.filter": ("NearDiagonal", "DiagonalRegion", "diagonal_region"),
     "reduced.composite.parametric": ("ParametricMap", "parametric_map", "chebyshev_nodes"),
     "reduced.partition.partition": ("partition",),
     "reduced.partition.result": ("PartitionResult",),

@@ -43,7 +43,7 @@ from nsmaps.exact.words import encode
 from nsmaps.figures.style import axes_in
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
+from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
@@ -290,8 +290,8 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         system=ToyPair(**study.system_object().parameters),
         surfaces=surfaces,
         slices=(cut(),),
-        diagonal=diagonal_region(Diagonal(delta=1.2), swept(surfaces["BTB"])),
-        near=compare_deltas(Diagonal(delta=1.2), surfaces["BTB"], [1.4], ORDERS),
+        diagonal=diagonal_region(NearDiagonal(delta=1.2), swept(surfaces["BTB"])),
+        near=compare_deltas(NearDiagonal(delta=1.2), surfaces["BTB"], [1.4], ORDERS),
         composite=composite,
         partition=told(stored["partition"], composite),
         accurate=stored["accurate"].accurate,

@@ -20,7 +20,7 @@ from nsmaps.figures.fits.separable import separable, separable_surface
 from nsmaps.figures.fits.separable import sheets as separable_sheets
 from nsmaps.figures.returns.diagonal_surface import diagonal_surface
 from nsmaps.figures.style import GREEN, ORANGE
-from nsmaps.reduced.fit.filter import Attracting, Diagonal
+from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
 
 TWO_PI = 2 * np.pi
 IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)
@@ -102,7 +102,7 @@ def test_a_bound_on_slopes_is_that_of_exact_derivatives():
     start = np.random.default_rng(2).uniform((0.6, 0.2), (0.9, 0.5), (400, 2))
     returns = system.first_return(start)
     returns = returns.select(returns.has_word("BTB"))
-    free, bound = (Attracting(Diagonal(delta=1.4, slope=slope), system, family)(returns) for slope in (None, 0.5))
+    free, bound = (Attracting(NearDiagonal(delta=1.4, slope=slope), system, family)(returns) for slope in (None, 0.5))
     step = 1e-6 * np.eye(2)
     slopes = [np.abs(system.first_return(returns.start + h).lifted - system.first_return(returns.start - h).lifted) for h in step]
     gentle = np.column_stack([slopes[k][:, k] for k in (0, 1)]).max(axis=1) / 2e-6

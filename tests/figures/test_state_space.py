@@ -28,7 +28,7 @@ from nsmaps.reduced.adaptive.accurate import accurate
 from nsmaps.reduced.adaptive.kernel import DEGREE
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Where
-from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
+from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.polymap import PolyMap
 
 
@@ -264,7 +264,7 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
     """phi -> 0.2 + 0.8 phi up to 1, three times as steep beyond it; v -> 0.1 + 0.8 v is gentle everywhere."""
     bent = lambda v, phi: (0.1 + 0.8 * v, np.where(phi < 1, 0.2 + 0.8 * phi, 3 * phi - 2))  # noqa: E731
     made = surface_of(bent, (0.3, 0.7, 21), (0.6, 1.4, 41))
-    region = diagonal_region(Diagonal(delta=1.3, slope=1), [(0.0, made)])
+    region = diagonal_region(NearDiagonal(delta=1.3, slope=1), [(0.0, made)])
     projections(replace(result, system=Analytic(bent), surfaces={"BB": made}, diagonal=region), ax, "phi")
     stars = {line.get_label(): line for line in ax.lines if line.get_marker() == "*"}
     gentle, steep = stars["near both diagonals, gentle"], stars["near both diagonals, steep"]

@@ -12,7 +12,7 @@ from sheets import NAMES, TWO_PI, returns_of
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import FitError
 from nsmaps.reduced.conditions.region import Box, Where
-from nsmaps.reduced.fit.filter import Diagonal, diagonal_region, near_diagonal, own_slopes
+from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region, near_diagonal, own_slopes
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 
@@ -62,8 +62,8 @@ def test_slopes_pass_over_the_seam_of_the_circle():
 
 def test_only_gentle_slopes_attract():
     surface = surface_of(lambda v, phi: (0.8 + 3 * (v - 0.8) ** 2, 0.9 * phi))
-    near = Diagonal(delta=1.2)
-    gentle = Diagonal(delta=1.2, slope=1.0)
+    near = NearDiagonal(delta=1.2)
+    gentle = NearDiagonal(delta=1.2, slope=1.0)
     v = surface.start[:, 0]
     inner = surface.on_grid(np.ones(len(v)))
     passing = near.near(surface).member[surface.member]
@@ -76,13 +76,13 @@ def test_only_gentle_slopes_attract():
 def test_a_region_restricts():
     surface = surface_of(lambda v, phi: (v, phi))
     for region in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
-        kept = Diagonal(delta=1.2, region=region).near(surface).start
+        kept = NearDiagonal(delta=1.2, region=region).near(surface).start
         np.testing.assert_array_equal(kept, surface.start[surface.start[:, 1] < math.pi / 2])
 
 
 def test_the_union_over_a_parameter():
     sweeps = [(c, surface_of(lambda v, phi, c=c: (np.full_like(v, c), phi))) for c in (0.4, 0.5, 0.8)]
-    found = diagonal_region(Diagonal(delta=1.25), sweeps)
+    found = diagonal_region(NearDiagonal(delta=1.25), sweeps)
     v = np.linspace(0.1, 1.0, 31)
     passing = [v[(c / v < 1.25) & (c / v > 0.8)] for c in (0.4, 0.5, 0.8)]
     union = np.unique(np.concatenate(passing))
@@ -100,7 +100,7 @@ def test_the_union_over_a_parameter():
 def test_fits_are_compared_for_each_delta_once():
     surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi + v**2 / 100))
     orders = {"line": PolynomialFit(degrees={"v": 1, "phi": 1}), "square": PolynomialFit(degrees={"v": 2, "phi": 1})}
-    made = compare_deltas(Diagonal(delta=1.2), surface, [1.5, 1.2, 1.8], orders)
+    made = compare_deltas(NearDiagonal(delta=1.2), surface, [1.5, 1.2, 1.8], orders)
     assert [near.delta for near in made] == [1.2, 1.5, 1.8]
     v = np.linspace(0.1, 1.0, 31)
     for near in made:
@@ -116,18 +116,18 @@ def test_a_fit_that_fails_names_its_delta_and_its_order():
     surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi))
     orders = {"high": PolynomialFit(degrees={"v": 9, "phi": 1})}
     with pytest.raises(FitError, match=r"delta 1\.1: fit 'high': .*degree 9 needs 10 distinct values"):
-        compare_deltas(Diagonal(delta=1.8), surface, [1.1], orders)
+        compare_deltas(NearDiagonal(delta=1.8), surface, [1.1], orders)
 
 
 def test_no_state_near_the_diagonals_is_an_answer():
-    found = diagonal_region(Diagonal(delta=1.2), [(0.0, surface_of(lambda v, phi: (9 * v, phi)))])
+    found = diagonal_region(NearDiagonal(delta=1.2), [(0.0, surface_of(lambda v, phi: (9 * v, phi)))])
     assert found.start.shape == (0, 2)
     assert np.isnan(found.box).all()
 
 
 def test_what_is_refused():
     with pytest.raises(FitError, match="coordinates none"):
-        diagonal_region(Diagonal(delta=1.2), [])
+        diagonal_region(NearDiagonal(delta=1.2), [])
     for bad in ({"delta": 1.0}, {"delta": "1/2"}, {"delta": 1.2, "slope": 0}, {"delta": math.inf}, {"delta": 1.2, "slop": 1}):
         with pytest.raises(ValidationError):
-            Diagonal(**bad)
+            NearDiagonal(**bad)

@@ -21,7 +21,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
 from nsmaps.reduced.conditions.region import Region, Where
-from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.partition.candidates import attracting_boxes
 from nsmaps.reduced.partition.cell import Cell, Cut, roots, sample
@@ -238,7 +238,7 @@ def test_resets_lead_to_states_from_which_the_exact_map_stays_in_the_box(pair: C
 
 def test_attracting_boxes_hold_the_attractor(pair: Callable):
     system, over = pair(0.26), grid((0.0033, 1), (0, np.pi), 100)
-    (box,), states = attracting_boxes(system, system.first_return(over.states()), over, Diagonal(delta=1.2, slope=2.0))
+    (box,), states = attracting_boxes(system, system.first_return(over.states()), over, NearDiagonal(delta=1.2, slope=2.0))
     path = orbit(system, [0.7, 0.2], 3000).states[500:]
     assert ((path >= box[:, 0]) & (path <= box[:, 1])).all()
     assert ((states >= box[:, 0]) & (states <= box[:, 1])).all()

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 import nsmaps
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.files.complaints import accepted_keys, bare, inside, refused
-from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.polyfit import SeparableFit
 from nsmaps.study.store.renewed import renewed
 from nsmaps.study.store.serialize import FORMER as FORMER_CLASSES
@@ -44,7 +44,7 @@ FORMER = {
     "ImpactDiagram": {"follow": "direction"},
     "HeldOut": {"most": "high"},
     "ParametricReport": {"apart": "difference"},
-    "Diagonal": {"within": "region"},
+    "NearDiagonal": {"within": "region"},
     "ReturnFamily": {"most": "max_returns"},
     "SeparableFit": {"along": "lines"},
 }
@@ -133,7 +133,7 @@ def test_a_former_field_of_a_stored_object_is_read_into_the_new_one(name: str, o
     [
         (WordFamily, {"name": "low", "words": ("BB",), "most": 2}),
         (SeparableFit, {"degrees": {"v": 1}, "along": {"v": 1}}),
-        (Diagonal, {"delta": 1.2, "within": None}),
+        (NearDiagonal, {"delta": 1.2, "within": None}),
     ],
 )
 def test_a_former_argument_of_a_public_model_is_answered_by_the_new_one(model: type[BaseModel], given: dict[str, Any]) -> None:

@@ -12,7 +12,7 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import TINT, part_of, raised
 from nsmaps.figures.style import BLUE, family_colours, tint
 from nsmaps.reduced.conditions.region import Where
-from nsmaps.reduced.fit.filter import Attracting, Diagonal
+from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh
@@ -54,7 +54,7 @@ def _mesh(result: "StudyResult") -> "Mesh":
     """The surface, whose part 1 passes the filter of the study."""
     asked = section(result.study.diagonal, "diagonal")
     region = None if asked.region is None else Where(coordinates=result.system.coordinates, text=asked.region)
-    filter = Diagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
+    filter = NearDiagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
     return result.mesh(asked.family, Attracting(filter, result.system, result.family(asked.family)))
 
 

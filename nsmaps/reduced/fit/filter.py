@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
 
 
-class Diagonal(BaseModel):
+class NearDiagonal(BaseModel):
     """The criterion for potentially attracting states: near all diagonals, and not on steep parts of the surfaces."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -82,7 +82,7 @@ def own_slopes(surface: Surface) -> Floats:
 class Attracting:
     """The filter for first returns anywhere, with exact derivatives: 1 for those that pass, else 0, as parts of a `Mesh`."""
 
-    diagonal: Diagonal
+    diagonal: NearDiagonal
     system: "System"
     family: "ReturnFamily"
 
@@ -99,7 +99,7 @@ class Attracting:
         return mask.astype(np.int64)
 
 
-def diagonal_region(diagonal: Diagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:
+def diagonal_region(diagonal: NearDiagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:
     """The states that pass the filter on one of the surfaces, one for each value of a parameter; eq. r1uniond.
 
     Raises:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.polyfit import PolyFit, fit_orders
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -20,7 +20,7 @@ class NearDiagonals:
 
 
 def compare_deltas(
-    diagonal: Diagonal, surface: Surface, deltas: Sequence[float], fits: Mapping[str, PolyFit]
+    diagonal: NearDiagonal, surface: Surface, deltas: Sequence[float], fits: Mapping[str, PolyFit]
 ) -> tuple[NearDiagonals, ...]:
     """The fits to the part of a surface near the diagonals, for the filter's own delta and then each other one, once.
 

@@ -10,7 +10,7 @@ from nsmaps.dynamics.orbit import orbit
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
-from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.lifts import stretch_of
 from nsmaps.reduced.partition.cell import BY_WORDS, Sorting, rounded, side_of
 
@@ -21,7 +21,7 @@ MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 
 
 def attracting_boxes(
-    map: ReturnMap, returns: Returns, grid: Grid, filter: Diagonal, sorting: Sorting = BY_WORDS
+    map: ReturnMap, returns: Returns, grid: Grid, filter: NearDiagonal, sorting: Sorting = BY_WORDS
 ) -> tuple[Floats, Floats]:
     """Boxes around possible attractors, shape (B, n, 2), and the states in them that indicate these, shape (M, n).
 
@@ -51,7 +51,7 @@ def attracting_boxes(
     return boxes, np.concatenate([*kept, _beside_cuts(boxes, circles)])
 
 
-def near_diagonals(returns: Returns, grid: Grid, filter: Diagonal, sorting: Sorting = BY_WORDS) -> Floats:
+def near_diagonals(returns: Returns, grid: Grid, filter: NearDiagonal, sorting: Sorting = BY_WORDS) -> Floats:
     """The grid's states near both diagonals on parts of the surface of their word or family with small slopes, shape (M, n)."""
     found, sorts = [np.empty((0, len(returns.coordinates)))], sorting(returns)
     for number in np.unique(sorts[returns.valid]):

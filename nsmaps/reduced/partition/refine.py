@@ -15,7 +15,7 @@ from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Region
-from nsmaps.reduced.fit.filter import Diagonal
+from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.partition.candidates import attracting_boxes, box_of
 from nsmaps.reduced.partition.cell import HELD_OUT, Cell, Cut, Sample, Sorting, cells_of, parts_of, roots, rounded, sample
 from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, commonest, errors, highest_of, orders_of
@@ -121,7 +121,7 @@ class Refinement:
         """Step iii: cells around possible attractors with states that indicate them, or given ones with states everywhere."""
         names = self.system.coordinates
         if not self.spec.attracting:
-            filter = Diagonal(delta=self.spec.delta, slope=self.spec.slope, region=None)
+            filter = NearDiagonal(delta=self.spec.delta, slope=self.spec.slope, region=None)
             boxes, states = attracting_boxes(self.system, returns, self.grid, filter, Sorting(self.spec.families))
             return [cell for box in boxes for cell in roots(names, box)], states
         cells = [cell for each in self.spec.attracting for cell in cells_of(names, each, box_of(self.grid))]

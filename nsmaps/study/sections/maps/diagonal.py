@@ -12,7 +12,7 @@ from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.reduced.fit.filter import Diagonal, diagonal_region
+from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.classes import Condition
@@ -63,7 +63,7 @@ class DiagonalSection(BaseModel):
 class Near:
     """The filter, its grid, and the fits that are compared."""
 
-    filter: Diagonal
+    filter: NearDiagonal
     grid: Grid
     own: bool  #: True if the section defines the grid
     orders: "dict[str, PolyFit]"
@@ -84,8 +84,8 @@ def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
     if spec.sweep:
         binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
     region = None if spec.region is None else binding.region(("diagonal", "region"), spec.region)
-    with source.located(("diagonal",), Diagonal):
-        filter = Diagonal(delta=spec.delta, slope=spec.slope, region=region)
+    with source.located(("diagonal",), NearDiagonal):
+        filter = NearDiagonal(delta=spec.delta, slope=spec.slope, region=region)
     loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
     grid = binding.grid(loc, study.grid if spec.grid is None else spec.grid)
     orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
