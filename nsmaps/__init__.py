@@ -125,8 +125,8 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite.parametric import parametric_map as parametric_map
     from nsmaps.reduced.composite.printed import TabulatedMap as TabulatedMap
     from nsmaps.reduced.conditions.region import Box as Box
+    from nsmaps.reduced.conditions.region import ConditionRegion as ConditionRegion
     from nsmaps.reduced.conditions.region import Region as Region
-    from nsmaps.reduced.conditions.region import Where as Where
     from nsmaps.reduced.fit.basis import BasisFit as BasisFit
     from nsmaps.reduced.fit.basis import Fourier as Fourier
     from nsmaps.reduced.fit.filter import DiagonalRegion as DiagonalRegion
@@ -231,7 +231,7 @@ _PUBLIC = {
     "reduced.fit.polyfit": ("PolynomialFit", "PolyFit", "SeparableFit", "compare_orders"),
     "reduced.fit.polymap": ("PolyMap", "FitReport"),
     "reduced.composite.printed": ("TabulatedMap",),
-    "reduced.conditions.region": ("Box", "Region", "Where"),
+    "reduced.conditions.region": ("Box", "Region", "ConditionRegion"),
     "reduced.adaptive.surrogate": ("StripMap", "strip_map"),
     "auxiliary.bounds": ("envelopes",),
     "auxiliary.envelope": ("Envelope",),

@@ -9,7 +9,7 @@ import sympy as sp
 from nsmaps.coordinates import Angle
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import held_iterate, second_iterate
@@ -53,7 +53,7 @@ def random_map(box, degrees=(3, 2), absolute=(), names=NAMES, seed=0, size=0.3):
 
 def composite():
     """Pieces of every kind: boxes over the seam, conditions with functions and constants, a reset, an absolute value."""
-    where = lambda text: Where(text=text, coordinates=NAMES)  # noqa: E731
+    where = lambda text: ConditionRegion(text=text, coordinates=NAMES)  # noqa: E731
     pieces = (
         Piece("R1", Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (-0.3, 0.5)}),
               random_map([[0.6, 0.9], [-0.3, 0.5]]), "BTB"),
@@ -77,7 +77,10 @@ def parametric():
         identity = (np.array([[0, 0, 0], [0, 0, 1]]), np.array([(low + high) / 2, (high - low) / 2]))
         exponents, coefficients = (*polymap.exponents[:2], identity[0]), (*polymap.coefficients[:2], identity[1])
         made.append(PolyMap(names, exponents, coefficients, polymap.centre, polymap.scale, polymap.domain))
-    regions = (Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), Where(text="v < 0.6", coordinates=NAMES))
+    regions = (
+        Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}),
+        ConditionRegion(text="v < 0.6", coordinates=NAMES),
+    )
     pieces = tuple(Piece(f"P{k}", region, each, "BB") for k, (region, each) in enumerate(zip(regions, made, strict=True)))
     return ParametricMap("d", low, high, NAMES, ("B",), pieces, np.array([low, 0.3, high]), 1.5)
 
@@ -95,7 +98,7 @@ def space():
 def awkward():
     """A map whose names are words of languages, or of a kind that a language takes for its own."""
     names = ("end", "lambda")
-    region = Where(text="end < 0.5", coordinates=names)
+    region = ConditionRegion(text="end < 0.5", coordinates=names)
     polymap = random_map([[0.0, 1.0], [0.0, 1.0]], names=names)
     return CompositeMap(names, ("B",), (Piece('*/ """ "$x" \\ % 1 & #_{^~', region, polymap),))
 
@@ -105,7 +108,9 @@ def shadowing(own="left"):
     names = (own, Angle("pow"))
     first = "left**1.5 < 0.5 and left**left > 0.9 and pow > 1"
     last = "sqrt(left) < 0.8 and 1 < pow < 2 or 1/pow < -9 or 6.28 < pow and left > 0.1"
-    regions = [Where(text=text, coordinates=names) for text in (t.replace("left", own) for t in (first, last, "left > 0.9"))]
+    regions = [
+        ConditionRegion(text=text, coordinates=names) for text in (t.replace("left", own) for t in (first, last, "left > 0.9"))
+    ]
     maps = [random_map([[0.0, 1.0], [0.0, 1.0]], names=names, seed=seed) for seed in (1, 2, 3)]
     pieces = [Piece(*each) for each in zip(("R1", "r1", "of"), regions, maps, strict=True)]
     return CompositeMap(names, ("B",), tuple(pieces))
@@ -118,7 +123,7 @@ def functions():
         "max(asin(phi), -9) >= 0.3 or sign(v - 0.2)*floor(phi) == 2 and not acos(v - 0.6) < 1.5",
         "min(v, phi, 2*v - 0.1) > 0.05 and abs(tanh(v - 0.5)) < 0.3 and cosh(v) < 1.2 and max(v, atan(phi)) < sinh(1)",
     )
-    regions = [Where(text=text, coordinates=NAMES) for text in texts]
+    regions = [ConditionRegion(text=text, coordinates=NAMES) for text in texts]
     regions.append(Disc(coordinates=NAMES, centre=(0.9, 6.0), radius=0.4))
     maps = [random_map([[0.0, 1.0], [0.0, 1.0]], seed=seed) for seed in (1, 2, 3, 4)]
     return CompositeMap(NAMES, ("B",), tuple(Piece(f"F{k}", *each) for k, each in enumerate(zip(regions, maps, strict=True))))
@@ -140,7 +145,7 @@ def series():
         NAMES, (units, units), tuple(rng.normal(size=(2, 7)) * 0.2), rng.uniform(-1, 1, 5), rng.uniform(0.5, 2, 5),
         np.array([[0.0, 1.0], [-1.0, 1.5]]), ("v",), variables=texts,
     )  # fmt: skip
-    where = [Where(text=text, coordinates=NAMES) for text in ("phi > 4", "v < 0.3 and phi > 1", "v > 0.1", "v > 0")]
+    where = [ConditionRegion(text=text, coordinates=NAMES) for text in ("phi > 4", "v < 0.3 and phi > 1", "v > 0.1", "v > 0")]
     pieces = zip(
         ("whole", "wound", "own", "plain"), where, (circle, wound, own, random_map([[0.0, 1.0], [0.0, 1.0]])), strict=True
     )

@@ -113,7 +113,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "curve_cycles": lambda s: nsmaps.curve_cycles(s),
     "doubled_branch": lambda s: nsmaps.doubled_branch(along(s), s, tuple(values(s))),
     "switched_branch": lambda s: nsmaps.switched_branch(along(s), s, tuple(values(s))),
-    "exit_times": lambda s: nsmaps.exit_times(s, {"all": nsmaps.Where(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2),
+    "exit_times": lambda s: nsmaps.exit_times(
+        s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2
+    ),
     "certificate_of": lambda s: nsmaps.certificate_of(s, [near(s)]),
     "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), 3, "sampled"),
     "periodic_orbits_by_word": lambda s: nsmaps.periodic_orbits_by_word(s, 1),
@@ -257,7 +259,7 @@ PLANE: dict[str, Callable[[Any], int]] = {
     "PolyMap": lambda none: len(exported.composite().pieces[0].map(none)),
     "PolyMap.derivative": lambda none: len(exported.composite().pieces[0].map.derivative(none)),
     "Box": lambda none: len(nsmaps.Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (0, 1)}).contains(none)),
-    "Where": lambda none: len(nsmaps.Where(text="v > phi", coordinates=NAMES).contains(none)),
+    "ConditionRegion": lambda none: len(nsmaps.ConditionRegion(text="v > phi", coordinates=NAMES).contains(none)),
     "image_boxes": lambda none: len(nsmaps.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
     "orbit": lambda none: nsmaps.orbit(exported.composite(), none, 3).states.shape[1],
     "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),

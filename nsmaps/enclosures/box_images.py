@@ -19,7 +19,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
 EVERYWHERE = "0 == 0"
@@ -95,7 +95,7 @@ class FittedBoxes(ReturnMap):
         Maps given by formulas are enclosed at the values of their parameters, of which the rounding is not counted.
         """
         if isinstance(map, PolyMap):
-            everywhere = Where(coordinates=map.coordinates, text=EVERYWHERE)
+            everywhere = ConditionRegion(coordinates=map.coordinates, text=EVERYWHERE)
             map = CompositeMap(map.coordinates, (), (Piece("fitted", everywhere, map),))
         if isinstance(map, PiecewiseMap):
             from nsmaps.reduced.composite.formulas import composite_of

@@ -17,7 +17,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.enclosures import intervals
 from nsmaps.enclosures.intervals import ROUNDING, Interval, difference
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, as_where
+from nsmaps.reduced.conditions.region import Box, Region, as_condition
 
 Formula = Callable[[Ints], Bools]  #: signs (S, A) of all comparisons -> shape (S,)
 Enclose = Callable[[Floats], Interval]  #: boxes (N, n, 2) -> the values of a term
@@ -58,7 +58,7 @@ class Winners:
         winners = cls()
         for region in regions:
             box = winners._box(region) if type(region) is Box else None
-            winners.formulas.append(box or fold(as_where(region).text, region.coordinates, _Formulas(winners)))
+            winners.formulas.append(box or fold(as_condition(region).text, region.coordinates, _Formulas(winners)))
         return winners
 
     def __call__(self, boxes: Floats) -> tuple[Bools, Bools]:

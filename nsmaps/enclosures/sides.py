@@ -7,7 +7,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.fold import Algebra, fold
-from nsmaps.reduced.conditions.region import Box, Region, as_where
+from nsmaps.reduced.conditions.region import Box, Region, as_condition
 
 Side = int | float | None  #: a coordinate by its number, a number, or neither
 OPPOSITE = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
@@ -27,7 +27,7 @@ def first_sides(regions: Sequence[Region]) -> Iterator[Floats]:
     before: Floats | None = None
     for region in regions:
         whole = np.tile([-np.inf, np.inf], (2, len(region.coordinates), 1))
-        there, others = whole if isinstance(region, Box) else sides_of(as_where(region).text, region.coordinates)
+        there, others = whole if isinstance(region, Box) else sides_of(as_condition(region).text, region.coordinates)
         yield there if before is None else common(there, before)
         before = others if before is None else common(others, before)
 

@@ -7,7 +7,7 @@ from nsmaps.coordinates import is_angle
 from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.reduced.conditions.algebras import NUMPY
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, as_where
+from nsmaps.reduced.conditions.region import Box, Region, as_condition
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Dialect:
             return self.joined(
                 self.both, [self._interval(name, names[name], *region.bounds[name]) for name in region.coordinates]
             )
-        text: str = fold(as_where(region).text, region.coordinates, self._writer(region.coordinates, names))
+        text: str = fold(as_condition(region).text, region.coordinates, self._writer(region.coordinates, names))
         return text
 
     def term(self, text: str, coordinates: Sequence[str], names: Mapping[str, str]) -> str:

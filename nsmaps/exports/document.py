@@ -36,7 +36,7 @@ from nsmaps.exports.program import Exportable
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport
-from nsmaps.reduced.conditions.region import Box, Region, Where, as_where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region, as_condition
 from nsmaps.reduced.fit.polymap import FitReport, PolyMap
 from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, held_of
 from nsmaps.symbolic.map_iterates import ClosedMap
@@ -150,7 +150,7 @@ def _polymap_of(data: Document) -> PolyMap:
 
 
 def _region(region: Region) -> Document:
-    return {"box": numbers(region.array)} if type(region) is Box else {"where": as_where(region).text}
+    return {"box": numbers(region.array)} if type(region) is Box else {"where": as_condition(region).text}
 
 
 def _piece(piece: Piece) -> Document:
@@ -160,7 +160,7 @@ def _piece(piece: Piece) -> Document:
 
 def _piece_of(data: Document, names: Coordinates) -> Piece:
     region = data["region"]
-    held: Region = Box.of(names, region["box"]) if "box" in region else Where(text=region["where"], coordinates=names)
+    held: Region = Box.of(names, region["box"]) if "box" in region else ConditionRegion(text=region["where"], coordinates=names)
     returns = data["returns"]
     if type(returns) is not int or returns < 1:
         raise NsmapsError(f"{returns!r:.60} returns of the piece {data['name']!r:.60}; expected: a whole number from 1 on")

@@ -16,7 +16,7 @@ from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.words import encode
 from nsmaps.parallel import SERIAL, Jobs
 from nsmaps.plugins import FAMILY, REGION
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.study.reading.classes import Instance, created
 from nsmaps.study.reading.head import Head as Study
 from nsmaps.study.reading.locations import Loc
@@ -99,12 +99,12 @@ class Binding:
         with self.study.source.located(loc, Box, bounds=""):
             return Box(coordinates=self.system.coordinates, bounds=ordered)
 
-    def where(self, loc: Loc, text: str, parameters: bool = False) -> Where:
+    def where(self, loc: Loc, text: str, parameters: bool = False) -> ConditionRegion:
         """The states at which a condition holds; with `parameters`, one that may name the system's parameters."""
         names = self.system.coordinates
         others = {name: value for name, value in self.system.parameters.items() if parameters and name not in names}
-        with self.study.source.located(loc, Where, text=""):
-            condition = Where(text=text, coordinates=Coordinates([*names, *others]))
+        with self.study.source.located(loc, ConditionRegion, text=""):
+            condition = ConditionRegion(text=text, coordinates=Coordinates([*names, *others]))
             condition.at(others)
             return condition
 

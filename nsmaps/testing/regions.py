@@ -10,7 +10,7 @@ from nsmaps.arrays import ArrayLike, Bools, Floats
 from nsmaps.coordinates import TWO_PI, as_states, wrap
 from nsmaps.errors import CheckError, ConditionError
 from nsmaps.exact.systems.files import place_of
-from nsmaps.reduced.conditions.region import Region, as_where
+from nsmaps.reduced.conditions.region import Region, as_condition
 
 TRIALS, SIZES = 2000, (0.01, 0.1, 1.0, 10.0, 100.0)  #: random states of each size that are tried, of both signs
 
@@ -126,7 +126,7 @@ def _check_condition(region: Region, states: Floats, inside: np.ndarray) -> None
             f"{', '.join(map(str, symbols))}, each as sp.Symbol(name, real=True)"
         )
     try:
-        holds = as_where(region).contains(states)
+        holds = as_condition(region).contains(states)
     except ConditionError as error:
         raise CheckError(str(error)) from error
     if (holds != inside).any():

@@ -14,7 +14,7 @@ from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
 
@@ -145,10 +145,12 @@ def linear(x, y, room=((-4, 4), (-4, 4))):
 
 
 WEDGE = Piece(
-    "wedge", Where(coordinates=NAMES, text="x >= 0 and y >= 0 and x + y <= 1"), linear(("0", "0.5", "0.3"), ("2", "0", "0.5"))
+    "wedge",
+    ConditionRegion(coordinates=NAMES, text="x >= 0 and y >= 0 and x + y <= 1"),
+    linear(("0", "0.5", "0.3"), ("2", "0", "0.5")),
 )
 ROOM = Piece("room", Box.of(NAMES, [[-1, 1], [-1, 0]]), linear(("0", "-0.5", "0.1"), ("-0.5", "0", "0.2")))
-REST = Piece("rest", Where(coordinates=NAMES, text="0 == 0"), linear(("0.3", "0", "0"), ("-0.5", "0", "0")))
+REST = Piece("rest", ConditionRegion(coordinates=NAMES, text="0 == 0"), linear(("0.3", "0", "0"), ("-0.5", "0", "0")))
 MAP = CompositeMap(NAMES, ("S",), (ROOM, WEDGE, REST))
 FULL = FullAuxiliaryMap(MAP, [[[-1.0, 1.0], [-1.0, 0.0]]], ((WEDGE, [[0, 1], [0, 1]]),))
 

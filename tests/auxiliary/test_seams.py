@@ -10,7 +10,7 @@ from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.auxiliary.sampled import zoomed
 from nsmaps.coordinates import Coordinates
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = Coordinates(("x", "y"))
@@ -53,7 +53,7 @@ def test_a_composite_map_is_sampled_within_its_enclosure_at_a_seam():
     pieces = []
     for name, sign, slope in (("below", "<", Fraction(3, 10)), ("above", ">=", Fraction(-1, 10))):
         map = PolyMap.of_monomials(NAMES, {"x": {**falls, (0, 1): slope}, "y": {(0, 1): Fraction(1, 2)}}, room)
-        pieces.append(Piece(name, Where(coordinates=NAMES, text=f"y {sign} {SEAM}"), map))
+        pieces.append(Piece(name, ConditionRegion(coordinates=NAMES, text=f"y {sign} {SEAM}"), map))
     domain = attracting_domain(CompositeMap(NAMES, ("S",), tuple(pieces)), [[-1, 1], [-1, 1]], updates=1)
     assert domain.status == "enclosed"
     assert domain.box[0] == pytest.approx([P, Q], abs=1e-4)

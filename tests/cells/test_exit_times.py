@@ -11,12 +11,12 @@ from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 
 WINDOW = [[-5.5, 2.5], [-2, 2]]
 REGIONS = {
     "inner": Box(coordinates=("x", "y"), bounds={"x": (0.5, 2), "y": (-1, 1)}),
-    "below": Where(text="y < -0.5", coordinates=("x", "y")),
+    "below": ConditionRegion(text="y < -0.5", coordinates=("x", "y")),
     "rest": Box(coordinates=("x", "y"), bounds={"x": (-6, 6), "y": (-2, 2)}),
 }
 

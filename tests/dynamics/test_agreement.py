@@ -10,7 +10,7 @@ from nsmaps.dynamics.diagrams.agreement import agreement
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = Coordinates(("x",))
@@ -20,7 +20,7 @@ def quadratic(a, unit=1.0):
     """The map x -> unit (1 - a (x / unit)^2): periods double at a = 3/4 and 5/4."""
     box = np.array([[-2.0, 2.0]]) * unit
     polymap = PolyMap.of_monomials(NAMES, {"x": {(0,): unit, (2,): -a / unit}}, box)
-    return CompositeMap(NAMES, ("B",), (Piece("P", Where(text="0 < 1", coordinates=NAMES), polymap, "BB"),))
+    return CompositeMap(NAMES, ("B",), (Piece("P", ConditionRegion(text="0 < 1", coordinates=NAMES), polymap, "BB"),))
 
 
 @lru_cache

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import CompositeMap, PolyMap, Where, bifurcation, orbit, periodic_orbit
+from nsmaps import CompositeMap, ConditionRegion, PolyMap, bifurcation, orbit, periodic_orbit
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
@@ -139,7 +139,7 @@ def test_a_map_that_does_not_tell_times_has_no_periods_of_the_forcing():
     domain = [(0.0, 1.0), (0.0, 6.0)]
     there = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(7, 2)}}, domain)
     back = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(13, 2)}}, domain)
-    low, high = (Where(coordinates=names, text=text) for text in ("phi < 3", "phi >= 3"))
+    low, high = (ConditionRegion(coordinates=names, text=text) for text in ("phi < 3", "phi >= 3"))
     map = CompositeMap(names, ("B", "T"), (Piece("low", low, there, "BTB"), Piece("high", high, back, "BB")))
     path = orbit(map, (0.5, 0.2), 60)
     assert map.first_return([[0.5, 3.5]]).turns.tolist() == [[0, 1]]

@@ -19,7 +19,7 @@ from nsmaps.enclosures.box_images import FittedBoxes, box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("v", Angle("phi"))
@@ -37,7 +37,7 @@ def polymap(names, degree, seed, centre=0.5, scale=1.0, absolute=()):
 
 
 def where(text):
-    return Where(coordinates=NAMES, text=text)
+    return ConditionRegion(coordinates=NAMES, text=text)
 
 
 def box(v, phi):

@@ -42,7 +42,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
 from nsmaps.figures.style import axes_in
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import PolynomialFit
@@ -205,7 +205,7 @@ def _gated(value: float) -> Toy:
 def _fixed(d: float) -> CompositeMap:
     """The coupled map with an attracting fixed point that moves with a parameter."""
     moved = linear((0.9 + d / 2, -0.15, -0.2), (0.5, -0.3, 0.05))
-    return CompositeMap(COORDINATES, WALLS, (Piece("R1", Where(text="v > 0", coordinates=COORDINATES), moved, "BTB"),))
+    return CompositeMap(COORDINATES, WALLS, (Piece("R1", ConditionRegion(text="v > 0", coordinates=COORDINATES), moved, "BTB"),))
 
 
 def _stability() -> dict[str, Any]:
@@ -274,9 +274,9 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
     members = {word: returns.has_word(word) for word in ("BB", "BTB")}
     surfaces = {word: Surface(word, GRID, member, returns.select(member)) for word, member in members.items()}
     pieces = (
-        Piece("reset", Where(text="phi > pi", coordinates=COORDINATES), PolyMap.reset(COORDINATES, {"phi": 1.2})),
+        Piece("reset", ConditionRegion(text="phi > pi", coordinates=COORDINATES), PolyMap.reset(COORDINATES, {"phi": 1.2})),
         Piece("R1", Box.of(COORDINATES, [[0.6, 0.95], [0.1, 0.8]]), COUPLED, "BTB"),
-        Piece("R2", Where(text="v > 0.3", coordinates=COORDINATES), SEPARABLE, "BTB"),
+        Piece("R2", ConditionRegion(text="v > 0.3", coordinates=COORDINATES), SEPARABLE, "BTB"),
     )
     composite = CompositeMap(COORDINATES, WALLS, pieces)
     starts = np.array([[0.35, 1.5], [0.9, 2.5]])

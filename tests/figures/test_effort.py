@@ -146,10 +146,10 @@ from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.composite.areas import pieces_on
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 
 names = ("x", "y")
-piece = Piece("R1", Where(text="x > 0.5", coordinates=names), PolyMap.reset(names, {"x": 1.0}))
+piece = Piece("R1", ConditionRegion(text="x > 0.5", coordinates=names), PolyMap.reset(names, {"x": 1.0}))
 grid = Grid(axes={name: Axis(low=0, high=1, points=101) for name in names})
 assert (pieces_on(CompositeMap(names, ("B",), (piece,)), grid) == np.where(grid.states()[:, 0] > 0.5, 0, -1)).all()
 sys.exit("numba" in sys.modules)

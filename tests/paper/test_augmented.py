@@ -16,7 +16,7 @@ from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.plugins import study_files
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.study.sections.longrun.basins import BASINS
 from nsmaps.study.sections.longrun.noise import NOISE
@@ -162,7 +162,7 @@ def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
         for p in YAML(typ="safe").load(study_files("vi_pair")["augmented"].read_text())["composite"]
         if p["name"] == "L5"
     )
-    region = Where(text=where, coordinates=system.coordinates)
+    region = ConditionRegion(text=where, coordinates=system.coordinates)
     piece = PieceSpec(name="L5", region=region, family="BBTB", fit=PolynomialFit(degrees={"v": 4, "phi": 4}))
     grid = Grid(axes={"v": Axis(low=0.62, high=0.7, points=40), "phi": Axis(low=0.28, high=0.48, points=80)})
     family = nsmaps.WordFamily(name="BBTB", words=("BBTB",))

@@ -15,7 +15,7 @@ from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.surfaces.sweep import sweep
 from nsmaps.plugins import study_files
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.study.conclusions.verdict import conclusion
@@ -122,7 +122,7 @@ def test_orbits_of_both_maps_arrive_at_the_attractor(case):
 def test_diagonal_region_is_the_papers_r1(swept, pair):
     """Eq. r1uniond, delta = 1.2, union over d, restricted by slope: [0.63, 0.94] x [0.15, 0.45] within 0.04."""
     names = pair(0.3).coordinates
-    diagonal = NearDiagonal(delta=1.2, slope=2, region=Where(text="phi < pi/2", coordinates=names))
+    diagonal = NearDiagonal(delta=1.2, slope=2, region=ConditionRegion(text="phi < pi/2", coordinates=names))
     region = diagonal_region(diagonal, swept)
     assert region.box == pytest.approx(np.array([[0.63, 0.94], [0.15, 0.45]]), abs=0.04)
 
@@ -142,7 +142,7 @@ def test_table_of_fits(pair):
     """Table TableDeltaErr at d = 0.35 on a 300 x 300 grid: ours is above the paper's R2 but for phi at poly23, 1.3 and 1.4."""
     system = pair(0.35)
     surface = BTB.surface(system, GRID)
-    region = Where(text="phi < pi/2", coordinates=system.coordinates)
+    region = ConditionRegion(text="phi < pi/2", coordinates=system.coordinates)
     ours = {}
     for delta, order in TABLE:
         near = NearDiagonal(delta=delta, region=region).near(surface)

@@ -23,7 +23,7 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.bytecode import code_of, depth_of
 from nsmaps.reduced.conditions.condition import read_condition
 from nsmaps.reduced.conditions.interpreter import evaluate_condition
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.reduced.fit.polymap import PolyMap
 
 NAMES = ("v", Angle("phi"))
@@ -77,7 +77,7 @@ def test_any_condition_says_the_same_as_in_numpy(text: str) -> None:
     states = np.array([(v, phi) for v in PLACES for phi in PLACES])
     try:
         asked = read_condition(text, NAMES)
-        region = Where(text=text, coordinates=NAMES)
+        region = ConditionRegion(text=text, coordinates=NAMES)
     except ValueError:  # a constant without a real value, a division by zero
         return
     moved = 1e-9 * np.array([[1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
@@ -107,7 +107,7 @@ not min(1/v, log(v)) < max(phi, -1/v, 0)"""
 @pytest.mark.parametrize("text", EDGES.splitlines())
 def test_conditions_at_their_edges(text: str) -> None:
     states = [(v, phi) for v in PLACES for phi in PLACES]
-    assert numbers(Where(text=text, coordinates=NAMES), states) == read_condition(text, NAMES)(states).tolist()
+    assert numbers(ConditionRegion(text=text, coordinates=NAMES), states) == read_condition(text, NAMES)(states).tolist()
 
 
 @given(st.tuples(st.floats(-7, 7), st.floats(0.1, 6.0)), st.lists(st.floats(-7, 14), min_size=1, max_size=5))
@@ -131,14 +131,14 @@ def random_map(names: Sequence[str], seed: int) -> CompositeMap:
     rng, first, last = np.random.default_rng(seed), names[0], names[-1]
     regions: list[Region] = [
         Box(coordinates=names, bounds=dict.fromkeys(names, (-0.3, 0.4))),
-        Where(coordinates=names, text=f"{first} > 0.9 and {last} > 1"),
-        Where(coordinates=names, text=f"{first} < -0.8 or ({last} > 5 and {first} > 0)"),
-        Where(coordinates=names, text=f"{first} < 0.8 and {last}**2 < 30"),
+        ConditionRegion(coordinates=names, text=f"{first} > 0.9 and {last} > 1"),
+        ConditionRegion(coordinates=names, text=f"{first} < -0.8 or ({last} > 5 and {first} > 0)"),
+        ConditionRegion(coordinates=names, text=f"{first} < 0.8 and {last}**2 < 30"),
     ]
     maps = [polymap(names, rng), PolyMap.reset(names, {last: 0.3}), polymap(names, rng, (first,)), polymap(names, rng)]
     high = tuple(np.where(np.arange(len(names)) == 0, 300, 0)[None] for _ in names)
     huge = PolyMap(tuple(names), high, (np.ones(1),) * len(names), *(np.full(len(names), x) for x in (0.0, 1e-3)), maps[0].domain)
-    regions.append(Where(coordinates=names, text=f"{last} < 5.5"))
+    regions.append(ConditionRegion(coordinates=names, text=f"{last} < 5.5"))
     words = ("BTB", "BB", "", "BTB", "BB")
     pieces = zip(regions, [*maps, huge], words, strict=True)
     return CompositeMap(tuple(names), ("B", "T"), tuple(Piece(str(k), *piece) for k, piece in enumerate(pieces)))
@@ -203,8 +203,8 @@ def test_exponents_of_a_map_known_by_hand() -> None:
     quarter = {(0, 1): Fraction(1, 4)}
     line = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2)}, "y": quarter}, domain)
     back = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2), (0, 0): Fraction(-1)}, "y": quarter}, domain)
-    low = Piece("low", Where(coordinates=("x", "y"), text="x < 0.5"), line)
-    map = CompositeMap(("x", "y"), ("B",), (low, Piece("high", Where(coordinates=("x", "y"), text="x >= 0.5"), back)))
+    low = Piece("low", ConditionRegion(coordinates=("x", "y"), text="x < 0.5"), line)
+    map = CompositeMap(("x", "y"), ("B",), (low, Piece("high", ConditionRegion(coordinates=("x", "y"), text="x >= 0.5"), back)))
     found = lyapunov(map, (0.2137, 0.6), 40, 0)
     assert np.allclose(found.exponents, [math.log(2), -math.log(4)], rtol=1e-12)
     assert np.isclose(found.log_det, math.log(0.5))
@@ -226,7 +226,7 @@ def test_a_region_of_a_class_is_compiled_by_its_condition() -> None:
         CompositeMap(NAMES, ("B",), (Piece("x", Unknown(coordinates=NAMES), pieces[0].map),)).piece_of(states)
 
 
-LOW = Where(coordinates=NAMES, text="v < 1.2")
+LOW = ConditionRegion(coordinates=NAMES, text="v < 1.2")
 
 
 class Unknown(Region):
@@ -245,7 +245,7 @@ def test_regions_of_a_class_in_orbits() -> None:
     disc = Disc(coordinates=NAMES, centre=(0.4, 1.0), radius=0.6)
     own, same = (
         CompositeMap(NAMES, ("B",), (Piece("half", region, made),))
-        for region in (disc, Where(coordinates=NAMES, text="(v - 0.4)**2 + (phi - 1)**2 < 0.6**2"))
+        for region in (disc, ConditionRegion(coordinates=NAMES, text="(v - 0.4)**2 + (phi - 1)**2 < 0.6**2"))
     )
     assert own.has_orbits
     assert same.has_orbits

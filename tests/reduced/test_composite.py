@@ -14,7 +14,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolyMap, PolynomialFit, SeparableFit
 from nsmaps.reduced.validation.words import misleads
 
@@ -53,7 +53,7 @@ SURFACES = {
 
 
 def where(name, text, **made):
-    return PieceSpec(name=name, region=Where(text=text, coordinates=("v", "phi")), **made)
+    return PieceSpec(name=name, region=ConditionRegion(text=text, coordinates=("v", "phi")), **made)
 
 
 def fitted(name, text, family, fit=LINEAR):
@@ -269,7 +269,7 @@ def test_what_cannot_be_made_names_its_piece(pieces, message):
 
 
 def test_a_region_of_other_coordinates_names_its_piece():
-    region = Where(text="x > 0", coordinates=("x", "y"))
+    region = ConditionRegion(text="x > 0", coordinates=("x", "y"))
     with pytest.raises(FitError, match=r"piece 'R': .*unknown name 'x'"):
         composite(PieceSpec(name="R", region=region, reset={"v": 1}))
 
@@ -296,6 +296,6 @@ def test_states_of_a_wrong_shape_are_refused():
 
 
 def test_a_composite_may_be_made_by_hand():
-    pieces = (Piece("all", Where(text="v > 0", coordinates=NAMES), PolyMap.reset(NAMES, {"v": 0.5})),)
+    pieces = (Piece("all", ConditionRegion(text="v > 0", coordinates=NAMES), PolyMap.reset(NAMES, {"v": 0.5})),)
     returns = CompositeMap(NAMES, WALLS, pieces).first_return([[0.1, 2.0], [0.0, 2.0]])
     np.testing.assert_array_equal(returns.image, [[0.5, 2.0], [np.nan, np.nan]])

@@ -11,7 +11,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.candidates import ends_of_orbits
 from nsmaps.reduced.partition.partition import partition
@@ -35,7 +35,7 @@ class Halves(ReturnMap):
 
 def piece(name, text, slope, offset):
     """x' = slope x + offset."""
-    region = Where(text=text, coordinates=("x",))
+    region = ConditionRegion(text=text, coordinates=("x",))
     terms = (np.array([[0], [1]]),)
     return Piece(name, region, PolyMap(("x",), terms, (np.array([offset, slope]),), np.zeros(1), np.ones(1), BOX))
 

@@ -11,7 +11,7 @@ from sheets import NAMES, TWO_PI, returns_of
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import FitError
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region, near_diagonal, own_slopes
 from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.reduced.fit.polyfit import PolynomialFit
@@ -75,7 +75,10 @@ def test_only_gentle_slopes_attract():
 
 def test_a_region_restricts():
     surface = surface_of(lambda v, phi: (v, phi))
-    for region in (Where(text="phi < pi/2", coordinates=NAMES), Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)})):
+    for region in (
+        ConditionRegion(text="phi < pi/2", coordinates=NAMES),
+        Box(coordinates=NAMES, bounds={"phi": (0, "pi/2"), "v": (0, 2)}),
+    ):
         kept = NearDiagonal(delta=1.2, region=region).near(surface).start
         np.testing.assert_array_equal(kept, surface.start[surface.start[:, 1] < math.pi / 2])
 

@@ -13,7 +13,7 @@ from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.errors import FitError, NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map, report_on
-from nsmaps.reduced.conditions.region import Box, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -27,10 +27,10 @@ def smooth(d, v, phi):
 
 
 PIECES = [
-    PieceSpec(name="up", region=Where(text="v > 0.9", coordinates=NAMES), reset={"phi": 1.2}),
+    PieceSpec(name="up", region=ConditionRegion(text="v > 0.9", coordinates=NAMES), reset={"phi": 1.2}),
     PieceSpec(
         name="low",
-        region=Where(text="v <= 0.9", coordinates=NAMES),
+        region=ConditionRegion(text="v <= 0.9", coordinates=NAMES),
         family="F",
         fit=PolynomialFit(degrees={"v": 2, "phi": 2}, absolute=("v",)),
     ),
@@ -150,7 +150,7 @@ def quadratic(a, v, phi):  # periods double at a = 3/4 and 5/4
 
 
 WHOLE = PieceSpec(
-    name="low", region=Where(text="0 < 1", coordinates=NAMES), family="F", fit=PolynomialFit(degrees={"v": 2, "phi": 0})
+    name="low", region=ConditionRegion(text="0 < 1", coordinates=NAMES), family="F", fit=PolynomialFit(degrees={"v": 2, "phi": 0})
 )
 
 

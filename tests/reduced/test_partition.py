@@ -20,7 +20,7 @@ from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.words import encode
 from nsmaps.reduced.adaptive.accurate import AccurateResult
-from nsmaps.reduced.conditions.region import Region, Where
+from nsmaps.reduced.conditions.region import ConditionRegion, Region
 from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.partition.candidates import attracting_boxes
@@ -292,7 +292,7 @@ def test_given_fits_are_tried_in_turn():
 
 
 def test_no_piece_lies_across_a_given_region():
-    corner = Where(text="v > 0.5 and phi < 1.2", coordinates=NAMES)
+    corner = ConditionRegion(text="v > 0.5 and phi < 1.2", coordinates=NAMES)
     result = partition(Known(), grid(), Partition(tolerance=1e-6, regions=(corner,)))
     assert result.met
     assert result.composite.coverage(grid()).covered

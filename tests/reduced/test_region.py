@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.errors import StateError
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 
 NAMES = ("v", Angle("phi"))
 TWO_PI = 2 * math.pi
@@ -61,7 +61,7 @@ def test_an_angle_lies_in_a_box_on_whatever_turn_it_is_given(low, width, phi):
     ],
 )
 def test_where_states_what_it_contains(text):
-    region = Where(text=text, coordinates=NAMES)
+    region = ConditionRegion(text=text, coordinates=NAMES)
     points = np.random.default_rng(1).uniform([-0.5, -1], [1.5, 7], (60, 2))
     condition = region.condition()
     found = region.contains(points)
@@ -93,7 +93,7 @@ def test_the_whole_circle_holds_every_angle():
     assert not box.condition().has(sp.Symbol("phi", real=True))
 
 
-EVERYWHERE = (Box(coordinates=NAMES, bounds={"v": (-9, 9), "phi": (-9, 9)}), Where(text="v < 9", coordinates=NAMES))
+EVERYWHERE = (Box(coordinates=NAMES, bounds={"v": (-9, 9), "phi": (-9, 9)}), ConditionRegion(text="v < 9", coordinates=NAMES))
 
 
 @pytest.mark.parametrize("region", EVERYWHERE)
@@ -119,7 +119,7 @@ def test_angles_stay_angles_and_the_coordinates_give_the_order():
     assert list(box.bounds) == ["v", "phi"]
     assert isinstance(box.coordinates[1], Angle)
     assert box.contains([[0.5, 6.2]]).all()
-    where = Where(text="v < phi", coordinates=("phi", "v")).over(NAMES)
+    where = ConditionRegion(text="v < phi", coordinates=("phi", "v")).over(NAMES)
     assert where.contains([[1, 2], [2, 1]]).tolist() == [True, False]
 
 
@@ -158,16 +158,16 @@ def test_a_box_needs_coordinates_which_state_the_angles_among_them():
 
 def test_a_bad_condition_is_refused_when_the_region_is_made():
     with pytest.raises(ValidationError, match="unknown name 'w'") as error:
-        Where(text="v > w", coordinates=NAMES)
+        ConditionRegion(text="v > w", coordinates=NAMES)
     assert error.value.errors()[0]["loc"] == ("text",)
     with pytest.raises(ValidationError, match="unknown name 'v'"):
-        Where(text="v > 1", coordinates=NAMES).over(("x", "y"))
+        ConditionRegion(text="v > 1", coordinates=NAMES).over(("x", "y"))
 
 
 def test_regions_are_frozen_values():
-    region = Where(text="v > 1", coordinates=NAMES)
+    region = ConditionRegion(text="v > 1", coordinates=NAMES)
     region.contains([[0, 0]])
-    assert region == Where(text="v > 1", coordinates=NAMES)
+    assert region == ConditionRegion(text="v > 1", coordinates=NAMES)
     with pytest.raises(ValidationError):
         region.text = "v > 2"
     with pytest.raises(TypeError, match="abstract"):
@@ -177,7 +177,7 @@ def test_regions_are_frozen_values():
 def test_a_condition_at_values_of_parameters_is_one_on_the_other_names():
     """Powers, products and signs of negative numbers stay what they are, and angles stay angles."""
     names = ("v", Angle("phi"), "d", "k")
-    condition = Where(text="0.65 + (d - 0.26)/3 <= v - d**2*k and not phi > 2*-d", coordinates=names)
+    condition = ConditionRegion(text="0.65 + (d - 0.26)/3 <= v - d**2*k and not phi > 2*-d", coordinates=names)
     states = np.random.default_rng(0).uniform([0, 0], [2, 6.2], (500, 2))
     for d, k in ((0.3, 2.0), (-0.7, -1.0), (-1e-30, 3e5)):
         there = condition.at({"d": d, "k": k, "r": 0.5})
@@ -186,7 +186,7 @@ def test_a_condition_at_values_of_parameters_is_one_on_the_other_names():
         assert np.array_equal(there.contains(states), (0.65 + (d - 0.26) / 3 <= v - d**2 * k) & ~(phi > 2 * -d))
     assert there.at({"r": 0.5}) is there
     with pytest.raises(ValueError, match=r"'1 / 0\.0' has no finite real value"):
-        Where(text="v > 1/d", coordinates=("v", "d")).at({"d": 0.0})
+        ConditionRegion(text="v > 1/d", coordinates=("v", "d")).at({"d": 0.0})
 
 
 @pytest.mark.parametrize("word", ["lambda", "in", "is", "if", "None", "async"])
@@ -194,10 +194,10 @@ def test_words_of_python_may_be_names(word):
     """The region of a condition with a word is that of the same condition with a plain name, also in symbols and at values."""
     text = "2*{0}**2 - x/3 < 0.2 and not ({0} > 0.3 or x <= -{0})"
     states = np.random.default_rng(7).uniform(-1, 1, (500, 2))
-    region, plain = (Where(text=text.format(name), coordinates=(name, "x")) for name in (word, "a"))
+    region, plain = (ConditionRegion(text=text.format(name), coordinates=(name, "x")) for name in (word, "a"))
     expected = [2 * a * a - x / 3 < 0.2 and not (a > 0.3 or x <= -a) for a, x in states]
     assert region.contains(states).tolist() == plain.contains(states).tolist() == expected
-    assert Where(**region.model_dump(mode="json")) == region
+    assert ConditionRegion(**region.model_dump(mode="json")) == region
     assert region.condition().subs(sp.Symbol(word, real=True), sp.Symbol("a", real=True)) == plain.condition()
     assert region.at({"x": 0.25}).contains(states[:, :1]).tolist() == plain.at({"x": 0.25}).contains(states[:, :1]).tolist()
     assert region.at({word: 0.25}).contains(states[:, 1:]).tolist() == [x > -0.225 and x > -0.25 for x in states[:, 1]]
@@ -205,8 +205,8 @@ def test_words_of_python_may_be_names(word):
 
 def test_errors_count_columns_of_the_text_with_words_of_python():
     with pytest.raises(ValidationError, match=r"column 17: unknown name 'w'"):
-        Where(text="lambda > 0 and (w > lambda)", coordinates=("lambda", "x"))
+        ConditionRegion(text="lambda > 0 and (w > lambda)", coordinates=("lambda", "x"))
     with pytest.raises(ValidationError, match=r"'lambda \+ x' is a number where a condition is needed"):
-        Where(text="lambda + x", coordinates=("lambda", "x"))
+        ConditionRegion(text="lambda + x", coordinates=("lambda", "x"))
     with pytest.raises(ValidationError, match="where or is an operator, no name: rename it"):
-        Where(text="or > 0", coordinates=("or", "x"))
+        ConditionRegion(text="or > 0", coordinates=("or", "x"))

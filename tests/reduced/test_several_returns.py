@@ -20,7 +20,7 @@ from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.validation.words import misleads
 
@@ -53,7 +53,7 @@ def families(*words):
 
 
 def piece(name, text, family, degree=1):
-    region = Where(text=text, coordinates=("x",))
+    region = ConditionRegion(text=text, coordinates=("x",))
     return PieceSpec(name=name, region=region, family=family, fit=PolynomialFit(degrees={"x": degree}))
 
 

@@ -143,7 +143,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
     states = np.random.default_rng(1).uniform([0, 0], [0.5, 6], (200, 2))
     assert (read.composite.piece_of(states) == result.composite.piece_of(states)).all()
     assert np.unique(read.composite.piece_of(states)).tolist() == [0, 1]
-    assert type(read.composite.pieces[0].region) is nsmaps.Where  # the condition, for which nothing is executed
+    assert type(read.composite.pieces[0].region) is nsmaps.ConditionRegion  # the condition, for which nothing is executed
     again = nsmaps.run(study, out=out, resume=True)
     assert again.timings == result.timings
     (folder / "own.yaml").write_text(STUDY.replace("speed: 3/10", "speed: 0.29"))

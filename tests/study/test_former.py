@@ -92,12 +92,10 @@ def classes() -> Iterator[type]:
 
 
 def test_former_names_are_those_listed_by_hand() -> None:
-    found = {cls.__name__: cls.was for cls in classes() if cls.__name__ not in ("_Head", "PoincareSection")}
+    found = {cls.__name__: cls.was for cls in classes() if cls.__name__ not in ("_Head", "Section")}
     assert {name: dict(was) for name, was in found.items()} == {n: was for n, was in FORMER.items() if n != "Study"}
     assert Study.was == FORMER["Study"]
-    assert {model.__name__ for _, model, _, _ in ENTRIES} == {
-        name for name in FORMER if name.endswith(("PoincareSection", "Study"))
-    }
+    assert {model.__name__ for _, model, _, _ in ENTRIES} == {name for name in FORMER if name.endswith(("Section", "Study"))}
     assert FORMER_CLASSES == {"Ending": "LimitSet", "Transient": "ExitTimes"}
 
 
@@ -124,7 +122,7 @@ def test_a_former_field_of_a_stored_object_is_read_into_the_new_one(name: str, o
     kept = {"coordinates": {KIND: "Coordinates", "names": ["v"], "angles": []}, "delta": 1.2}
     names = list(cls.model_fields) if issubclass(cls, BaseModel) else [field.name for field in fields(cls)]
     data = {old if each == new else each: kept.get(each) for each in names}
-    value = {KIND: "Where", "text": "v > 0", "coordinates": kept["coordinates"]} if new == "region" else "former"
+    value = {KIND: "ConditionRegion", "text": "v > 0", "coordinates": kept["coordinates"]} if new == "region" else "former"
     assert getattr(decode({KIND: name, **data, old: value}, {}), new) == decode(value, {})
 
 

@@ -22,7 +22,7 @@ from pydantic import BaseModel
 
 from nsmaps.study.estimates import RETURN, Size, states
 from nsmaps.study.reading.values import SPEC
-from nsmaps.study.sections.base import PoincareSection, Table, Verdict
+from nsmaps.study.sections.base import Section, Table, Verdict
 from nsmaps.study.conclusions.texts import yes
 
 
@@ -65,7 +65,7 @@ def tables(result):
         yield Table("Fastest", ("coordinate", "largest"), ((result.study.fastest.coordinate, f"{result.fastest[0]:.3g}"),))
 
 
-SECTION = PoincareSection(
+SECTION = Section(
     key="fastest",
     type=FastestSection | None,
     stored=Stored,

@@ -11,7 +11,7 @@ from nsmaps.coordinates import TWO_PI, Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import second_iterate
@@ -23,7 +23,7 @@ STATES = np.random.default_rng(0).uniform([0.5, 0.1], [1.0, 0.9], (50, 2))
 
 
 def piece(name, seed, absolute=()):
-    region = Where(text="v > 0", coordinates=exported.NAMES)
+    region = ConditionRegion(text="v > 0", coordinates=exported.NAMES)
     return Piece(name, region, exported.random_map([[0.5, 1.0], [0.1, 0.9]], (2, 2), absolute, seed=seed, size=0.1))
 
 
@@ -69,7 +69,7 @@ def test_a_word_with_d_and_with_a_reset():
         np.testing.assert_allclose(word.at(d=d).over()(states), expected, rtol=1e-12)
         with_d = np.column_stack([states, np.full(20, d)])
         np.testing.assert_allclose(word.over()(with_d), np.column_stack([expected, with_d[:, 2]]), rtol=1e-12)
-    reset = Piece("up", Where(text="v > 1", coordinates=exported.NAMES), PolyMap.reset(exported.NAMES, {"phi": 1.2}))
+    reset = Piece("up", ConditionRegion(text="v > 1", coordinates=exported.NAMES), PolyMap.reset(exported.NAMES, {"phi": 1.2}))
     after = compose_pieces(CompositeMap(exported.NAMES, ("B",), (piece("R1", 1), reset)), ["up", "R1"])
     v = sp.Symbol("v", real=True)
     assert after.images["phi"].free_symbols == {v}
@@ -88,7 +88,7 @@ def test_the_whole_second_iterate_in_d_is_within_reason():
     identity = np.array([[0, 0, 0], [0, 0, 1]]), np.array([0.305, 0.045])
     centre, scale = np.mean(box, axis=1), np.ptp(box, axis=1) / 2
     polymap = PolyMap(names, (exponents, exponents, identity[0]), (*coefficients, identity[1]), centre, scale, np.array(box))
-    region = Where(text="v > 0", coordinates=exported.NAMES)
+    region = ConditionRegion(text="v > 0", coordinates=exported.NAMES)
     in_d = ParametricMap("d", 0.26, 0.35, exported.NAMES, ("B",), (Piece("P", region, polymap),), np.array([0.3]), 1.0)
     twice = symbolic_iterate(in_d, 2)
     plane = in_d.at(0.3).piece("P").map

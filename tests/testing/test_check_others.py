@@ -10,7 +10,7 @@ import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.errors import CheckError
 from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily
-from nsmaps.reduced.conditions.region import Box, Region, Where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.reduced.fit.basis import BasisFit, Fourier
 from nsmaps.reduced.fit.polyfit import PolyFit, PolynomialFit, SeparableFit
 from nsmaps.testing import check_family, check_polyfit, check_region
@@ -24,8 +24,8 @@ NAMES = ("v", Angle("phi"))
         Box(coordinates=NAMES, bounds={"v": (0.63, 0.94), "phi": (0.15, 0.45)}),
         Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (-0.4, 0.4)}),
         Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (-1, 6)}),
-        Where(text="v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55", coordinates=NAMES),
-        Where(text="not (v < 1 or phi != 2) or v**2 < phi", coordinates=NAMES),
+        ConditionRegion(text="v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55", coordinates=NAMES),
+        ConditionRegion(text="not (v < 1 or phi != 2) or v**2 < phi", coordinates=NAMES),
     ],
 )
 def test_regions_that_are_there_pass(region):

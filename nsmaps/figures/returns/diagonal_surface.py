@@ -11,7 +11,7 @@ from nsmaps.figures.data import NEAR, plane, section
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import TINT, part_of, raised
 from nsmaps.figures.style import BLUE, family_colours, tint
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def diagonal_surface(result: "StudyResult", ax: Axes, coordinate: str = "") -> A
 def _mesh(result: "StudyResult") -> "Mesh":
     """The surface, whose part 1 passes the filter of the study."""
     asked = section(result.study.diagonal, "diagonal")
-    region = None if asked.region is None else Where(coordinates=result.system.coordinates, text=asked.region)
+    region = None if asked.region is None else ConditionRegion(coordinates=result.system.coordinates, text=asked.region)
     filter = NearDiagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
     return result.mesh(asked.family, Attracting(filter, result.system, result.family(asked.family)))
 

@@ -16,7 +16,7 @@ from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.composite.piece import Piece
 from nsmaps.reduced.conditions.condition import with_numbers
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.conditions.text import text_of
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -45,7 +45,7 @@ def composite_of(map: PiecewiseMap) -> CompositeMap:
     pieces = []
     for letter, condition, images in zip(formulas.letters, formulas.conditions, formulas.images, strict=True):
         try:
-            region = Where(coordinates=map.coordinates, text=text(condition))
+            region = ConditionRegion(coordinates=map.coordinates, text=text(condition))
             terms = [_monomials(image.xreplace(exact), formulas.variables) for image in images]
             known = [each for each in terms if each is not None]
             polynomial = len(known) == len(terms)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.files.expressions import FUNCTIONS as NAMES
 from nsmaps.reduced.conditions.fold import Algebra, fold, fold_term
-from nsmaps.reduced.conditions.region import Box, Region, as_where
+from nsmaps.reduced.conditions.region import Box, Region, as_condition
 
 PUSH, LOAD, AND, OR = range(4)  #: a number, a coordinate; jumps where the top of the stack decides for all states, false or true
 NEAR, RAISE, NOT, NEG, SQRT, SIN, COS, EXP, LOG = range(4, 13)  #: of one: the turn of an angle nearest to, a power of, a number
@@ -36,7 +36,7 @@ def code_of(region: Region) -> Code:
     """
     if type(region) is Box:
         return _box(region)
-    return fold(as_where(region).text, region.coordinates, _Codes())
+    return fold(as_condition(region).text, region.coordinates, _Codes())
 
 
 def code_of_term(text: str, names: Sequence[str]) -> Code:

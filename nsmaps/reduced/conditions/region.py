@@ -1,4 +1,4 @@
-"""Regions of the state space: the class `Region` of the domains of pieces, a `Box` and a `Where`."""
+"""Regions of the state space: the class `Region` of the domains of pieces, a `Box` and a `ConditionRegion`."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -117,7 +117,7 @@ def _meets(turn: int, lower: float, upper: float) -> bool:
     return lower + TWO_PI * turn < TWO_PI and upper + TWO_PI * turn >= 0
 
 
-class Where(Region):
+class ConditionRegion(Region):
     """The states that satisfy a condition in text, such as `v > 0.63 - 0.53*phi and v > 0.55`.
 
     The condition is applied as written: for an angle it sees the number it is given.
@@ -140,28 +140,30 @@ class Where(Region):
         """A mask of the states (N, n) that satisfy the condition, shape (N,)."""
         return self._condition(states)
 
-    def at(self, values: Mapping[str, float]) -> "Where":
+    def at(self, values: Mapping[str, float]) -> "ConditionRegion":
         """The condition at values of some of its names, such as parameters, over the others."""
         own = {name: values[name] for name in self.coordinates if name in values}
         others = [name for name in self.coordinates if name not in own]
-        return Where(text=with_numbers(self.text, own, self.coordinates), coordinates=Coordinates(others)) if own else self
+        return (
+            ConditionRegion(text=with_numbers(self.text, own, self.coordinates), coordinates=Coordinates(others)) if own else self
+        )
 
     def condition(self) -> "sp.Basic":
         """The condition as a sympy Boolean."""
         return self._condition.sympy()
 
 
-def as_where(region: Region) -> Where:
+def as_condition(region: Region) -> ConditionRegion:
     """The states of a region of any class by its `condition()` in text, which is compiled, enclosed, exported and stored.
 
     Raises:
         ConditionError: the condition has no text, as it has a function that conditions do not; says which.
     """
-    if isinstance(region, Where):
+    if isinstance(region, ConditionRegion):
         return region
     from nsmaps.reduced.conditions.text import text_of
 
     try:
-        return Where(coordinates=region.coordinates, text=text_of(region.condition(), region.coordinates))
+        return ConditionRegion(coordinates=region.coordinates, text=text_of(region.condition(), region.coordinates))
     except ConditionError as error:
         raise ConditionError(f"the region {type(region).__name__}: {error}") from error

@@ -14,7 +14,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import ReturnFamily, membership
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
-from nsmaps.reduced.conditions.region import Box, Region, Where, as_where
+from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region, as_condition
 
 SIDE, HELD_OUT = 40, 2000  #: points along a cell's grid in the plane, and random held-out points
 FIRST = np.iinfo(np.int64).min + 1  #: the number of the first family, which no word has
@@ -114,9 +114,9 @@ class Cell(WithCoordinates):
         return " and ".join(texts) or f"{self.coordinates[0]} == {self.coordinates[0]}"
 
     @cached_property
-    def region(self) -> Where:
+    def region(self) -> ConditionRegion:
         """The cell as a region of a composite map."""
-        return Where(text=self.text, coordinates=self.coordinates)
+        return ConditionRegion(text=self.text, coordinates=self.coordinates)
 
     @cached_property
     def around(self) -> Floats:
@@ -243,13 +243,13 @@ def roots(names: Sequence[str], box: Floats) -> list[Cell]:
 def cells_of(names: Sequence[str], given: Region | Mapping[str, tuple[float, float]], box: Floats) -> list[Cell]:
     """The cells that make up a given box, or the part of another region in a box (n, 2)."""
     if isinstance(given, Region) and not isinstance(given, Box):
-        return [cell.where([as_where(given).text]) for cell in roots(names, box)]
+        return [cell.where([as_condition(given).text]) for cell in roots(names, box)]
     bounds = given.bounds if isinstance(given, Box) else given
     return roots(names, Box.model_validate({"coordinates": names, "bounds": bounds}).array)
 
 
 def parts_of(cells: Sequence[Cell], regions: Sequence[Region]) -> list[Cell]:
     """The parts of cells in each of some regions and in none of those before it, and in none of them."""
-    texts = [as_where(region).text for region in regions]
+    texts = [as_condition(region).text for region in regions]
     parts = [[*(f"not ({text})" for text in texts[:k]), *texts[k : k + 1]] for k in range(len(texts) + 1)]
     return [cell.where(part) if part else cell for cell in cells for part in parts]

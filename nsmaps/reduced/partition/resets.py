@@ -11,7 +11,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import Piece
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.reduced.partition.candidates import box_of, inside
 from nsmaps.reduced.partition.cell import rounded
@@ -34,7 +34,7 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
     signed: Bools = np.any(returns.image[returns.valid] < 0, axis=0)
     for i, name in enumerate(names):
         for side, text in _outside(name, float(box[i, 0]), float(box[i, 1]), bool(signed[i])):
-            region = Where(text=text, coordinates=names)
+            region = ConditionRegion(text=text, coordinates=names)
             states = left[region.contains(left)] if len(left) else left
             if not len(states):
                 states = _beyond(box, i, side, bool(names.angles[i]))

@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.conditions.region import Region, as_where
+from nsmaps.reduced.conditions.region import Region, as_condition
 from nsmaps.results import Storable
 from nsmaps.study.sections.registry import SECTIONS
 
@@ -33,7 +33,7 @@ SHARED = {  #: classes of several sections, by module
     "reduced.composite.composite": ("CompositeMap", "Coverage"),
     "reduced.composite.piece": ("Piece",),
     "reduced.fit.polymap": ("FitReport", "PolyMap"),
-    "reduced.conditions.region": ("Box", "Where"),
+    "reduced.conditions.region": ("Box", "ConditionRegion"),
 }
 FORMER = {"Ending": "LimitSet", "Transient": "ExitTimes"}  #: names of classes in earlier files
 #: the module of every class that a file may name; files contain the name alone
@@ -66,7 +66,7 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
         pairs = [[encode(k, "", arrays), encode(v, f"{path}/{k}", arrays)] for k, v in value.items()]
         return {KIND: "dict", "value": pairs}
     if isinstance(value, Region) and HOME.get(type(value).__name__) != type(value).__module__:
-        value = as_where(value)  # of a class that files do not name the condition is stored
+        value = as_condition(value)  # of a class that files do not name the condition is stored
     return {KIND: _stored_name(value)} | {k: encode(v, f"{path}/{k}", arrays) for k, v in _members(value).items()}
 
 

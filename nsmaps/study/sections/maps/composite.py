@@ -13,7 +13,7 @@ from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.composite.printed import TabulatedMap
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.reduced.conditions.region import Region, Where
+from nsmaps.reduced.conditions.region import ConditionRegion, Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.validation.words import misleads
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
@@ -199,7 +199,7 @@ def region_of_data(system: "System", piece: PiecePlan) -> Region:
     """The region of the data of a piece at the parameters of a system."""
     data = piece.data or piece.region
     others = {name: value for name, value in system.parameters.items() if name not in system.coordinates}
-    return data.at(others) if isinstance(data, Where) else data
+    return data.at(others) if isinstance(data, ConditionRegion) else data
 
 
 def _describe(spec: Pieces, study: "Study") -> str:

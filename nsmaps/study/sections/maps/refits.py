@@ -11,7 +11,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.sweep import surfaces, surfaces_among
 from nsmaps.progress import beat
 from nsmaps.reduced.composite.composite import CompositeMap, data_of
-from nsmaps.reduced.conditions.region import Where
+from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.study.sections.maps.composite import Surfaces, composite_of, data_and_spec, region_of_data
 
 if TYPE_CHECKING:
@@ -81,7 +81,9 @@ def map_along(plan: "Plan", result: "StudyResult", of: str, parameter: str) -> "
     if of == "composite":
         return _Refitted(plan, system_at)
     (piece,) = (piece for piece in plan.bound["composite"] if piece.name == of)
-    anywhere = replace(piece, region=Where(text="0 < 1", coordinates=plan.system.coordinates), data=piece.data or piece.region)
+    anywhere = replace(
+        piece, region=ConditionRegion(text="0 < 1", coordinates=plan.system.coordinates), data=piece.data or piece.region
+    )
     return _Refitted(replace(plan, bound=plan.bound | {"composite": (anywhere,)}), system_at)
 
 
