@@ -34,11 +34,15 @@ class Sampled(WithCoordinates):
     @classmethod
     def of(cls, map: AnyMap, box: Floats, samples: int) -> "Sampled":
         """From grids over the box."""
-        function = image_function(map, box)
-        curves = []
-        for i, name in enumerate(map.coordinates):
-            x = np.linspace(box[i, 0], box[i, 1], samples)
-            lower, upper = extremes(function, i, x, box, samples)
+        function, n, curves = image_function(map, box), len(box), []
+        axes = np.linspace(box[:, 0], box[:, 1], samples, axis=-1)
+        values = None
+        if n == 2 and samples <= AT_MOST:  # one grid serves both coordinates
+            grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+            values = function(grid.reshape(-1, n)).reshape(grid.shape)
+        for i, (name, x) in enumerate(zip(map.coordinates, axes, strict=True)):
+            known = None if values is None else np.moveaxis(values[..., i], i, 0)
+            lower, upper = extremes(function, i, x, box, samples, known)
             curves.append(Envelope(name, x, lower, upper, *family(function, i, x, box)))
         return cls(Coordinates(map.coordinates), box, function, samples, tuple(curves))
 
@@ -111,15 +115,16 @@ class Sampled(WithCoordinates):
         return float(SIGNS[side] * value[0]), float(place[0])
 
 
-def extremes(function: Function, index: int, x: ArrayLike, box: Floats, samples: int) -> Floats:
+def extremes(function: Function, index: int, x: ArrayLike, box: Floats, samples: int, known: Floats | None = None) -> Floats:
     """The least and the largest image of coordinate `index` at each of its values x, shape (m,), over the others: shape (2, m).
 
     The best of a grid with `samples` points along every other coordinate of the box, shape (n, 2), its ends included, or fewer
     where these are several (AT_MOST), is refined between its neighbours, along one axis after the other. No curve is laid
-    through samples, so that nothing exceeds what the map takes, at a jump either.
+    through samples, so that nothing exceeds what the map takes, at a jump either. `known` has images on the grid, a row a value.
     """
     values = np.asarray(x, float)
-    return _extremes(function, np.tile(box, (len(values), 1, 1)), np.full(len(values), index), values, samples)
+    boxes, which = np.tile(box, (len(values), 1, 1)), np.full(len(values), index)
+    return _extremes(function, boxes, which, values, samples, known=known)
 
 
 def zoomed(values: Function, at: Floats, top: Floats, around: Floats) -> tuple[Floats, Floats]:
@@ -161,13 +166,22 @@ def _narrowed(at: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
     return np.maximum(low, at - step), np.minimum(high, at + step)
 
 
-def _extremes(function: Function, boxes: Floats, index: Ints, x: Floats, samples: int, sides: Sequence[int] = (0, 1)) -> Floats:
+def _extremes(
+    function: Function,
+    boxes: Floats,
+    index: Ints,
+    x: Floats,
+    samples: int,
+    sides: Sequence[int] = (0, 1),
+    known: Floats | None = None,
+) -> Floats:
     """The least (side 0) and the largest (1) image of a coordinate at one of its values over the others, shape (S, R).
 
     Args:
         boxes: shape (R, n, 2).
         index: shape (R,), the coordinate; `x` its value.
         sides: which of the two, in this order.
+        known: images of the coordinate on the grid over the others, shape (R, J), if they are.
     """
     (count, n), row = boxes.shape[:2], np.arange(len(x))
     samples = min(samples, round(AT_MOST ** (1 / max(n - 1, 1))))
@@ -177,7 +191,7 @@ def _extremes(function: Function, boxes: Floats, index: Ints, x: Floats, samples
     grid = np.empty((count, share.shape[1], n))
     grid[row, :, index] = x[:, None]
     grid[row[:, None], :, others] = ends[..., :1] * (1 - share) + ends[..., 1:] * share
-    values = function(grid.reshape(-1, n)).reshape(grid.shape)[row, :, index]
+    values = function(grid.reshape(-1, n)).reshape(grid.shape)[row, :, index] if known is None else known
     signed = values * SIGNS[[*sides], None, None]
     best = np.argmax(signed, axis=2).ravel()  # of a row with NaN, the NaN
     row, index, others, ends = (np.concatenate([each] * len(sides)) for each in (row, index, others, ends))

@@ -127,7 +127,8 @@ class FittedBoxes(ReturnMap):
         empty, bounded = np.zeros(count, bool), np.ones(count, bool)
         empty[whole.source[none]] = True
         found = [(np.empty(0, np.int64), np.empty((0, n, 2)), np.empty(0, np.str_))]
-        for k, piece in enumerate(self.map.pieces):
+        for k in np.flatnonzero(wins.any(axis=0)).tolist():
+            piece = self.map.pieces[k]
             for part in _common(piece, _inside(whole.of(wins[:, k]), self.sides[k])):
                 source, images = _images(piece.map, part)
                 found.append((source, images, np.full(len(source), piece.word)))

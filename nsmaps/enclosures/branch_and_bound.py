@@ -99,9 +99,10 @@ def ranges(
         is_open = (over > slack[:, None])[:, sides].any(axis=1)
         if last or is_open.sum() * SLICES > MOST_BOXES:
             is_open[:] = False
-        leaves.append(found.of(~is_open))
         if not is_open.any():
+            leaves.append(found)
             break
+        leaves.append(found.of(~is_open))
         slices = max(SLICES, FEW // int(is_open.sum()))
         kept, cut, source = [], _cut(found.boxes[is_open], found.bend[is_open], slices), np.repeat(found.source[is_open], slices)
     return _ranges(boxes, taken, Pieces.joined(leaves))

@@ -172,11 +172,11 @@ def _kernel(cls: tuple[Any, ...], values: str, system: _Unkeyed) -> MotionKernel
 
     Closed forms are the fastest, and are taken where nothing is in their way; the definition with modes follows any motion.
     """
-    from nsmaps.exact.modes.kernel import ModeKernel
-
     if not system.value.obstacle():
         from nsmaps.exact.engine.kernel import spectral_kernel
 
         return spectral_kernel(system.value)
+    from nsmaps.exact.modes.kernel import ModeKernel
+
     system.value._check()
     return ModeKernel.of(system.value)
