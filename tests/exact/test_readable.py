@@ -16,7 +16,6 @@ LATER = (
 )
 #: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
 LATER_NAMES = (
-    "enclosure",
     "modes/march",
     "modes/tables",
     "observables",
