@@ -1,7 +1,6 @@
 """Patterns of words: the same words as Python's regular expressions, without their exponential time."""
 
 import re
-from time import perf_counter
 
 import pytest
 from hypothesis import assume, given
@@ -37,10 +36,9 @@ def test_a_pattern_stands_for_the_words_of_the_regular_expression(pattern: str, 
 
 @pytest.mark.parametrize("pattern", ["(B*)*(B*)*(B*)*T", "(B|B|B)*T", "((B+)+)+T", "(B?)" * 100 + "T", "((((B*)*)*)*)*T"])
 def test_no_pattern_takes_exponential_time(pattern: str) -> None:
-    begun = perf_counter()
+    """2^39 steps would not end."""
     assert not any(matches(pattern, "B" * letters) for letters in range(40))
     assert matches(pattern, "B" * 39 + "T")
-    assert perf_counter() - begun < 5
 
 
 def test_a_pattern_that_is_nested_too_deeply_is_refused() -> None:

@@ -21,6 +21,7 @@ from nsmaps.cli.terminal import summary
 from nsmaps.progress import clock
 
 CODES = re.compile(r"\x1b")
+CSI = re.compile(r"\x1b\[[\d;?]*[A-Za-z]")
 COLOURS = re.compile(r"\x1b\[(?:\d+;)*(?:3[0-7]|9[0-7]|38;[\d;]+)(?:;\d+)*m")
 COMMANDS = sorted(get_command(app).commands)
 HELP = ["--help"], *([name, "--help"] for name in COMMANDS)
@@ -60,13 +61,6 @@ def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int,
                 running.send_signal(signal.SIGINT)
                 pressed = True
     return running.wait(), written
-
-
-@pytest.fixture
-def slow(good: str) -> str:
-    """A study whose orbits take a while, as a file."""
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 2000000"))
-    return "s.yaml"
 
 
 @pytest.fixture
@@ -135,17 +129,10 @@ def test_a_piped_run_has_no_escape_codes_and_no_progress(good: str) -> None:
     assert done.stderr == ""
 
 
-def test_a_terminal_sees_progress_with_time_left_and_colours(slow: str) -> None:
-    code, written = on_terminal("run", slow, "--no-figures")
-    assert code == 0
-    assert "orbits (4 of 5)" in written
-    assert re.search(r"0:\d\d left of orbits", written)
-    assert COLOURS.search(written)
-    assert "written to runs/s; to be read: runs/s/report.html" in re.sub(r"\s+", " ", written)
-
-
 def test_no_color_is_obeyed_on_a_terminal(looked_at: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch) -> None:
-    assert COLOURS.search(looked_at()[1]), "where it is not set there are colours"
+    written = looked_at()[1]
+    assert COLOURS.search(written), "where it is not set there are colours"
+    assert "written to runs/s; to be read: runs/s/report.html" in re.sub(r"\s+", " ", CSI.sub("", written))
     monkeypatch.setenv("NO_COLOR", "1")
     code, written = looked_at()
     assert code == 0
@@ -156,15 +143,15 @@ def test_no_color_is_obeyed_on_a_terminal(looked_at: Callable[..., tuple[int, st
 
 
 def test_quiet_is_quiet_on_a_terminal(looked_at: Callable[..., tuple[int, str]]) -> None:
-    assert "orbits (4 of 5)" in looked_at()[1]
     assert looked_at("--quiet") == (0, "")
 
 
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(slow: str) -> None:
-    text = Path(slow).read_text()
-    Path(slow).write_text(text.replace("returns: 2000000", "returns: 8000000"))
-    code, written = on_terminal("run", slow, "--out", "out", stop_at="left of orbits")
+def test_a_terminal_sees_progress_and_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(good: str) -> None:
+    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 8000000"))
+    code, written = on_terminal("run", "s.yaml", "--out", "out", stop_at="left of orbits")
     assert code == 130
+    assert "orbits (4 of 5)" in written
+    assert re.search(r"\d+:\d\d left of orbits", written)
     assert "to resume: nsmaps run s.yaml --out out --resume" in written
     kept = read_result("out")
     assert not kept.finished
@@ -188,8 +175,8 @@ def test_the_shell_completes_commands_options_and_studies() -> None:
 
 
 def test_a_command_that_is_not_there_has_a_near_match() -> None:
-    done = program("chekc")
-    assert done.returncode == 2
+    done = CliRunner().invoke(app, ["chekc"])
+    assert done.exit_code == 2
     assert "check" in done.stderr
 
 
@@ -220,7 +207,7 @@ def test_a_reader_that_stops_is_no_error() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
-@pytest.mark.parametrize("given", [["systems"], ["schema"], ["check", "ball/drop"], ["--help"]], ids=lambda given: given[0])
+@pytest.mark.parametrize("given", [["check", "ball/drop"], ["--help"]], ids=lambda given: given[0])
 def test_a_full_disk_is_told_once(given: list[str]) -> None:
     with Path("/dev/full").open("w") as full:
         command = [sys.executable, "-m", "nsmaps", *given]

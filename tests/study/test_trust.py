@@ -7,7 +7,6 @@ import shutil
 import sys
 import tracemalloc
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import pytest
@@ -148,12 +147,10 @@ HOSTILE = {
 def test_a_hostile_study_is_answered_by_a_line_and_nothing_is_written(kind: str) -> None:
     text, says = HOSTILE[kind]
     Path("s.yaml").write_text(text)
-    begun = perf_counter()
     for command in ("check", "run"):
         line = refused(command, "s.yaml")
         assert line.startswith("s.yaml:")
         assert says in line
-    assert perf_counter() - begun < 20
 
 
 def polynomial(file: str) -> str:
