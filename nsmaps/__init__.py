@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from nsmaps.coordinates import Angle as Angle
     from nsmaps.coordinates import Coordinates as Coordinates
     from nsmaps.dynamics.attractors.attractor import Attractor as Attractor
+    from nsmaps.dynamics.attractors.basins import BasinBoundary as BasinBoundary
     from nsmaps.dynamics.attractors.basins import Basins as Basins
-    from nsmaps.dynamics.attractors.basins import Boundary as Boundary
+    from nsmaps.dynamics.attractors.basins import basin_boundary as basin_boundary
     from nsmaps.dynamics.attractors.basins import basins as basins
-    from nsmaps.dynamics.attractors.basins import boundary as boundary
-    from nsmaps.dynamics.attractors.coexistence import coexistence as coexistence
+    from nsmaps.dynamics.attractors.coexistence import match_attractors as match_attractors
     from nsmaps.dynamics.attractors.continued import GlobalContinuation as GlobalContinuation
     from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
     from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
@@ -172,7 +172,7 @@ _PUBLIC = {
     "symbolic.curve_iterates": ("HeldIterate", "SecondIterate", "held_iterate", "second_iterate"),
     "cells.periodic_points": ("CycleSearch", "find_cycles"),
     "cells.exit_times": ("ExitTimes", "exit_times"),
-    "dynamics.attractors.basins": ("Basins", "Boundary", "basins", "boundary"),
+    "dynamics.attractors.basins": ("BasinBoundary", "Basins", "basin_boundary", "basins"),
     "dynamics.design.optimum": ("Optimum", "optimize"),
     "dynamics.diagrams.bifurcation": ("Bifurcation", "bifurcation"),
     "dynamics.attractors.attractor": ("Attractor",),
@@ -180,7 +180,7 @@ _PUBLIC = {
     "dynamics.chatter.complete": ("CompleteChatter",),
     "dynamics.continuation.events": ("Event",),
     "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch", "switched_branch"),
-    "dynamics.attractors.coexistence": ("coexistence",),
+    "dynamics.attractors.coexistence": ("match_attractors",),
     "dynamics.attractors.continued": ("GlobalContinuation",),
     "dynamics.attractors.distance": ("hausdorff",),
     "dynamics.attractors.global_continuation": ("global_continuation",),

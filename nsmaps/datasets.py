@@ -16,13 +16,9 @@ if TYPE_CHECKING:
 Row = tuple[str, Any, str, str]  #: dimensions with blanks between them, the array, its unit, what it holds
 EACH, NONE, TURNS, TIME = "see unit", "1", "turns", "time unit of the system"
 AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by class and field; those of others are numbered
-    "Attractor": {"states": "point coordinate", "scale": "coordinate"},
-    "Basins": dict.fromkeys(("label", "arrival", "outcome", "stuck"), "state") | {"start": "state coordinate"},
-    "Boundary": {"points": "edge coordinate", "sides": "edge side"},
     "Branch": {"parameter": "orbit", "arclength": "orbit"},
     "Coverage": {"fractions": "piece", "uncovered": "state coordinate", "boxes": "box coordinate end"},
     "DiagonalRegion": {"start": "state coordinate", "box": "coordinate end"},
-    "LimitSet": {"states": "point coordinate", "multipliers": "multiplier"},
     "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
     "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
     "FitReport": dict.fromkeys(("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss"), "coordinate"),

@@ -66,7 +66,7 @@ def branch(system: Any) -> Any:
 
 @cache
 def settled(system: Any) -> nsmaps.Basins:
-    return nsmaps.basins(system, grid(system), returns=200)
+    return nsmaps.basins(system, grid(system), max_returns=200)
 
 
 @cache
@@ -93,12 +93,12 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
     "StripMap": lambda s: nsmaps.StripMap(s, None),
     "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, samples=3),
-    "basins": lambda s: nsmaps.basins(s, grid(s), returns=20),
+    "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
         plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))
     ),
     "bifurcation": swept,
-    "boundary": lambda s: nsmaps.boundary(s, settled(s), 0.01),
+    "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
     "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
     "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), near(s), tuple(values(s)), 1),
@@ -106,7 +106,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
     ),
     "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
-    "coexistence": lambda s: nsmaps.coexistence([swept(s)]),
+    "match_attractors": lambda s: nsmaps.match_attractors([swept(s)]),
     "compose_pieces": lambda s: nsmaps.compose_pieces(s, ["R1"]),
     "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
     "continue_branch": branch,
@@ -128,7 +128,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "export": lambda s: nsmaps.export(s, "latex"),
     "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
     "global_continuation": lambda s: nsmaps.global_continuation(
-        along(s), values(s), box(s), 4, 200, kicks=2, directions=2, points=1
+        s, SWEPT[s], values(s), box(s), n_samples=4, max_returns=200, n_kicks=2, n_directions=2, n_states=1
     ),
     "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
     "symbolic_iterate": lambda s: nsmaps.symbolic_iterate(s, 2),
@@ -239,7 +239,7 @@ EMPTY: dict[str, Callable[[Any, Any], int]] = {
     "IteratedMap": lambda s, none: len(nsmaps.IteratedMap(s, 2).first_return(none, derivative=True)),
     "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
     "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
-    "basins": lambda s, none: len(nsmaps.basins(s, none, returns=9).label),
+    "basins": lambda s, none: len(nsmaps.basins(s, none, max_returns=9).label),
     "bifurcation": lambda s, none: nsmaps.bifurcation(along(s), values(s), none, 4, 2).states.shape[1],
     "periodic_orbits": lambda s, none: len(nsmaps.periodic_orbits(s, none, 1)),
 }
@@ -263,7 +263,7 @@ PLANE: dict[str, Callable[[Any], int]] = {
     "image_boxes": lambda none: len(nsmaps.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
     "orbit": lambda none: nsmaps.orbit(exported.composite(), none, 3).states.shape[1],
     "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),
-    "basins": lambda none: len(nsmaps.basins(exported.composite(), none, returns=9).label),
+    "basins": lambda none: len(nsmaps.basins(exported.composite(), none, max_returns=9).label),
     "ParametricMap": lambda none: len(exported.parametric().at(exported.parametric().low).first_return(none)),
     "StripMap": lambda none: len(strips().first_return(none)),
     "StripMap.orbits": lambda none: len(strips().orbits(none, 3)),

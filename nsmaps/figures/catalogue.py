@@ -190,7 +190,8 @@ _ROWS = (
         "The plane of states coloured by the attractor reached, beside the number of returns taken.",
         "Basins of attraction over the grid: the attractor that each state reaches, with the share of its basin, and the number "
         "of returns taken. Marks are states of the attractors.",
-        (data.BASINS,),
+        (data.BASINS, data.SAME_ATTRACTOR),
+        of_parts=True,
     ),
     Row(
         "longrun.global_continuation",
@@ -199,6 +200,7 @@ _ROWS = (
         "smallest kick found that leads elsewhere, an upper estimate of the distance to the boundary (an arrow: none up to one); "
         "the mean return time after a kick, with two standard errors. Kicks are in shares of the region's sides.",
         (data.GLOBAL_CONTINUATION,),
+        of_parts=True,
     ),
     Row(
         "longrun.manifolds",

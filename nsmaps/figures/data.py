@@ -12,6 +12,7 @@ from nsmaps.plugins import sketch_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from nsmaps.arrays import Ints
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.auxiliary.full_map import AuxiliaryOrbit
     from nsmaps.cells.exit_times import ExitTimes
@@ -100,17 +101,18 @@ def _manifolds(result: "StudyResult") -> "Sequence[Manifold]":
 
 def _below(result: "StudyResult") -> "Callable[[Axes], Axes] | None":
     """The panel over which manifolds are drawn."""
-    name = "longrun.basins" if result.basins is not None else "returns.words" if result.surfaces else ""
-    return partial(getattr(import_module(f"nsmaps.figures.{name}"), name.partition(".")[2]), result) if name else None
+    name, part = ("longrun.basins", result.basins) if result.basins is not None else ("returns.words", result)
+    drawn = result.basins is not None or result.surfaces
+    return partial(getattr(import_module(f"nsmaps.figures.{name}"), name.partition(".")[2]), part) if drawn else None
 
 
-def _basins(result: "StudyResult") -> "Basins | None":
-    """Basins over a plane through the states."""
-    found = result.basins
+def _basins(result: "StudyResult") -> "Basins | Mapping[str, Basins] | None":
+    """Basins over a plane through the states, of both maps by title where there are two."""
+    found, reduced = result.basins, result.reduced_basins
     if found is None or found.grid is None:
         return None
     plane(found.grid)
-    return found
+    return found if reduced is None else {result.system.map_name: found, "composite map": reduced}
 
 
 def _diagonal(result: "StudyResult") -> "DiagonalRegion | None":
@@ -248,7 +250,8 @@ BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
 STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
 CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
-BASINS: "Need[Basins]" = Need("basins over a grid", ("basins",), _basins)
+BASINS: "Need[Basins | Mapping[str, Basins]]" = Need("basins over a grid", ("basins",), _basins)
+SAME_ATTRACTOR: "Need[Ints]" = Need("attractors of both maps", (), lambda result: result.same_attractor, optional=True)
 GLOBAL_CONTINUATION: "Need[GlobalContinuation]" = Need(
     "attractors along a parameter", ("global_continuation",), lambda result: result.global_continuation
 )

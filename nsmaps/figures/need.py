@@ -31,7 +31,7 @@ class Need(Generic[T]):
             part = self.part(result)
         except NsmapsError as error:
             raise NsmapsError(f"the figure {figure!r} has nothing to show: {error}") from error
-        if not part and self.optional:
+        if self.optional:
             return part  # type: ignore[return-value]  # which the figure expects
         if not part:
             raise NsmapsError(

@@ -11,7 +11,7 @@ from toys import GearRattle
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.attractor import find_attractors
-from nsmaps.dynamics.attractors.basins import Basins, basins, boundary
+from nsmaps.dynamics.attractors.basins import Basins, basin_boundary, basins
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -108,7 +108,7 @@ def test_a_plane_through_three_coordinates_is_the_map_in_it():
     made, plain = basins(ThreeWells(), held), basins(TwoWells(), flat)
     assert (made.start[:, 1] == 0.7).all()
     assert np.array_equal(made.label, plain.label)
-    line, other = boundary(ThreeWells(), made, 1e-9), boundary(TwoWells(), plain, 1e-9)
+    line, other = basin_boundary(ThreeWells(), made, 1e-9), basin_boundary(TwoWells(), plain, 1e-9)
     assert np.abs(line.points[:, [0, 2]] - other.points).max() < 1e-12
     assert (line.points[:, 1] == 0.7).all()
 
@@ -122,7 +122,7 @@ def test_a_value_at_which_a_coordinate_is_held_is_one_point():
 
 def test_boundary_and_distance_are_those_of_the_closed_form():
     made = basins(TwoWells(), wells(160))
-    line = boundary(TwoWells(), made, 1e-9)
+    line = basin_boundary(TwoWells(), made, 1e-9)
     assert np.abs(line.points[:, 0] - 0.3 * np.cos(line.points[:, 1])).max() < 2e-9
     assert sorted(np.unique(line.sides)) == [0, 1]
     assert len(line.points) > 160  # on lines both ways, and around the circle
@@ -136,7 +136,7 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
 
 def test_a_boundary_is_halved_to_rounding_at_most():
     made = basins(TwoWells(), wells(6))
-    line = boundary(TwoWells(), made, 1e-18)
+    line = basin_boundary(TwoWells(), made, 1e-18)
     assert np.abs(line.points[:, 0] - 0.3 * np.cos(line.points[:, 1])).max() < 1e-14
     assert 0 < line.tolerance < 1e-14
 
@@ -175,7 +175,7 @@ def test_escape_flips_and_what_is_no_state_are_data():
 
 def test_too_few_returns_leave_starts_unresolved():
     known = basins(TwoWells(), wells()).attractors
-    made = basins(TwoWells(), wells(), known, returns=3)
+    made = basins(TwoWells(), wells(), known, max_returns=3)
     assert made.attractors == known
     assert (made.label == -1).mean() > 0.9
     assert (made.arrival[made.label == -1] == 3).all()
@@ -302,13 +302,13 @@ class Slow(ReturnMap):
 def test_cycles_that_attract_slowly_are_found_once():
     """Each orbit repeats within the tolerance while it is far beyond it from the cycle, and from every other orbit."""
     starts = np.random.default_rng(0).uniform(-1.5, 1.5, (30, 1))
-    made = basins(Slow(), starts, returns=6000)
+    made = basins(Slow(), starts, max_returns=6000)
     there = np.array([a.states.item() for a in made.attractors])
     assert np.allclose(np.sort(there), [-1, 1], atol=1e-9)
     come = made.label >= 0
     assert np.array_equal(np.sign(starts[come, 0]), np.sign(there[made.label[come]]))
     assert 0 < come.mean() < 1, "what has not come is left open"
-    (both,) = basins(Slow(side=-1), starts, returns=6000).attractors
+    (both,) = basins(Slow(side=-1), starts, max_returns=6000).attractors
     assert np.allclose(np.sort(both.states[:, 0]), [-1, 1], atol=1e-9)
 
 

@@ -105,7 +105,7 @@ def test_rows_that_are_followed_are_bifurcation_diagrams(way: Any) -> None:
 
 
 def test_two_motions_coexist_where_two_starts_find_them() -> None:
-    attractors = nsmaps.basins(BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (40, 2)), returns=300).attractors
+    attractors = nsmaps.basins(BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (40, 2)), max_returns=300).attractors
     starts = [attractors[0].states[0], attractors[1].states[0], attractors[0].states[0] + 1e-3]
     found = nsmaps.chart(BISTABLE, {"d": [0.2265, 0.34], "r": [0.25, 0.26]}, starts, 64, 2000)
     assert found.counts[0, 0] == 2

@@ -9,7 +9,7 @@ from toys import GearRattle
 
 import nsmaps
 from nsmaps.coordinates import Angle
-from nsmaps.dynamics.attractors.coexistence import coexistence
+from nsmaps.dynamics.attractors.coexistence import match_attractors
 from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -24,7 +24,7 @@ def test_bistable_window_of_the_pair(pair):
 
     values = np.linspace(0.222, 0.238, 33)
     sweeps = [nsmaps.bifurcation(of, values, [0.6, 0.3], 200, 3000, way) for way in ("up", "down")]
-    made = coexistence(sweeps)
+    made = match_attractors(sweeps)
     h = values[1] - values[0]
     spans = {span.label: span for span in made.spans}
     assert spans["2:1/T"].low == values[0]
@@ -53,7 +53,7 @@ def diagram(values, places, period):
 
 
 def test_attractors_are_told_apart_and_matched():
-    made = coexistence([
+    made = match_attractors([
         diagram([1, 2, 3], [[0.01, 2.0], [6.28, 2.05], [np.nan, 2.1]], np.ones((3, 2), int)),
         diagram([3, 2, 1], [[5.0], [0.02], [0.0]], np.ones((3, 1), int)),
     ])  # fmt: skip
@@ -77,7 +77,7 @@ STARTS = np.column_stack([np.random.default_rng(0).uniform(0.05, 15, 60), np.ran
 
 
 def test_the_rattle_has_as_many_attractors_as_basins_finds(rattle):
-    made = coexistence([rattle])
+    made = match_attractors([rattle])
     for eps, count in [(0.265, 1), (0.3, 1), (0.35, 1), (0.4, 1), (0.43, 1), (0.445, 2), (0.45, 2), (0.48, 1), (0.85, 1)]:
         k = int(np.abs(made.values - eps).argmin())
         assert made.counts[k] == count, eps
@@ -88,13 +88,13 @@ def test_the_rattle_has_as_many_attractors_as_basins_finds(rattle):
 
 
 def test_a_motion_of_the_rattle_that_moves_fast_is_one_span(rattle):
-    (span,) = (span for span in coexistence([rattle]).spans if span.label == "1:0/2T")
+    (span,) = (span for span in match_attractors([rattle]).spans if span.label == "1:0/2T")
     assert (round(span.low, 9), round(span.high, 9)) == (0.225, 0.25)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e4])
 def test_the_unit_of_speed_does_not_count(rattle, unit):
-    made, other = (coexistence([each]) for each in (rattle, replace(rattle, states=rattle.states * [unit, 1])))
+    made, other = (match_attractors([each]) for each in (rattle, replace(rattle, states=rattle.states * [unit, 1])))
     assert np.array_equal(made.attractor, other.attractor)
     assert np.array_equal(made.labels, other.labels)
 
@@ -118,7 +118,7 @@ class Line(ReturnMap):
 def test_two_chaotic_attractors_of_the_cubic_map_until_they_merge(a, count, returns):
     """x -> a x - x^3 maps x > 0 into itself as long as its maximum 2 (a/3)^(3/2) is below sqrt(a): up to 3 sqrt(3)/2 = 2.598."""
     starts = np.random.default_rng(0).uniform(0.1, 1.5, (6, 1)) * np.array([[1], [-1]] * 3)
-    made = coexistence([nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [a], starts, returns)])
+    made = match_attractors([nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [a], starts, returns)])
     assert made.attractor[0].tolist() == [0, count - 1] * 3
     assert set(made.labels[0].tolist()) == {"1:1/C"}
 
@@ -130,13 +130,13 @@ def test_intermittent_samples_of_one_attractor_are_not_told_as_two():
     names = "states", "turns", "codes", "outcome", "period", "labels", "length"
     for k in range(0, 100, 2):
         two = replace(made, **{name: getattr(made, name)[:, k : k + 2] for name in names})
-        assert coexistence([two]).counts.tolist() == [1]
+        assert match_attractors([two]).counts.tolist() == [1]
 
 
 def test_a_sample_of_less_than_fifty_states_tells_nothing_apart():
     starts = [[0.5], [-0.5]]
     short, long = (nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [2.55], starts, n) for n in (49, 50))
-    assert (coexistence([short]).counts.tolist(), coexistence([long]).counts.tolist()) == ([1], [2])
+    assert (match_attractors([short]).counts.tolist(), match_attractors([long]).counts.tolist()) == ([1], [2])
 
 
 def test_an_attractor_has_one_name_at_a_value(pair):
@@ -144,13 +144,13 @@ def test_an_attractor_has_one_name_at_a_value(pair):
     one = nsmaps.bifurcation(pair, [0.26], [[0.8, 0.4], [0.7, 0.3]], 60)
     assert one.labels.tolist() == [["1:1/C", "1:1/C"]]
     other = replace(one, labels=np.array([["1:1/C", "C"]]))
-    assert coexistence([other]).labels.tolist() == [["C", "C"]]
+    assert match_attractors([other]).labels.tolist() == [["C", "C"]]
 
 
 def test_wrong_calls_are_errors():
     one, other = diagram([1], [[0.0]], [[1]]), diagram([2], [[0.0]], [[1]])
     for wrong in ([], [one, other]):
         with pytest.raises(NsmapsError, match="different values"):
-            coexistence(wrong)
+            match_attractors(wrong)
     with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1; expected: shares of the extents above 0"):
-        coexistence([one], near=0)
+        match_attractors([one], near=0)

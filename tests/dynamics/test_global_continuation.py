@@ -84,9 +84,14 @@ class Wells(ReturnMap):
         return returns_of(self.coordinates, np.column_stack([x, phi]), image)
 
 
+BOX = {"x": (-1.2, 1.2)}
+
+
 def test_share_distance_and_return_time_of_a_map_with_a_known_boundary():
     values = [-0.5, 0.25]
-    made = nsmaps.global_continuation(Jump, values, {"x": (-2, 2)}, 2000, 200, scale=1.0, kick=0.1, kicks=20)
+    made = nsmaps.global_continuation(
+        Jump, "b", values, {"x": (-2, 2)}, n_samples=2000, max_returns=200, scale=1.0, kick=0.1, n_kicks=20
+    )
     assert made.share.shape == (2, 2)
     left = int(made.attractors[made.index[0, 0]].states[0, 0] > 0)  # the number of the attractor at -1
     for v, b in enumerate(values):
@@ -106,7 +111,7 @@ def test_share_distance_and_return_time_of_a_map_with_a_known_boundary():
 
 
 def test_kicks_that_arrive_nowhere_in_time_say_nothing():
-    attractors = nsmaps.basins(Jump(0.0), [[-0.5], [0.5]], returns=100).attractors
+    attractors = nsmaps.basins(Jump(0.0), [[-0.5], [0.5]], max_returns=100).attractors
     found = nonlocal_stability(Jump(0.0), attractors, Kicks(0.1, 5, 2, 1, 0), np.ones(1), returns=1)
     assert np.isnan([found.distance, found.return_time, found.return_error]).all()
     assert found.returned.tolist() == [0, 0]
@@ -115,7 +120,15 @@ def test_kicks_that_arrive_nowhere_in_time_say_nothing():
 def test_in_any_number_of_coordinates():
     names = ("x", "y", "z")
     made = nsmaps.global_continuation(
-        partial(Jump, coordinates=names), [0.0], [(-2, 2)] * 3, 400, 60, scale=1.6, directions=20, kicks=9
+        partial(Jump, coordinates=names),
+        "b",
+        [0.0],
+        [(-2, 2)] * 3,
+        n_samples=400,
+        max_returns=60,
+        scale=1.6,
+        n_directions=20,
+        n_kicks=9,
     )
     assert made.share.shape == (1, 8)
     assert made.share.sum() == pytest.approx(1)
@@ -128,7 +141,7 @@ def test_in_any_number_of_coordinates():
 
 def test_the_distance_is_the_least_over_the_directions():
     region, scale = [(-2, 2), (0, 2 * pi)], np.array([4, 2 * pi])
-    made = nsmaps.global_continuation(Wells, [0.3], region, 500, directions=12, kicks=10)
+    made = nsmaps.global_continuation(Wells, "c", [0.3], region, n_samples=500, n_directions=12, n_kicks=10)
     for number in range(2):
         x, phi = made.attractors[made.index[0, number]].states[0]
 
@@ -143,7 +156,9 @@ def test_the_distance_is_the_least_over_the_directions():
 
 def test_attractors_are_matched_through_folds_and_over_refused_values():
     values = np.linspace(-0.48, 0.48, 17)
-    made = nsmaps.global_continuation(Cubic, values[::-1], {"x": (-1.2, 1.2)}, 300, 400, kicks=4, step=0.2)
+    made = nsmaps.global_continuation(
+        Cubic, "p", values[::-1], {"x": (-1.2, 1.2)}, n_samples=300, max_returns=400, n_kicks=4, step=0.2
+    )
     step = values[1] - values[0]
     assert np.array_equal(made.values, values)
     refused = [v for v, reason in enumerate(made.reasons) if reason]
@@ -168,7 +183,9 @@ def test_attractors_are_matched_through_folds_and_over_refused_values():
 
 def test_an_attractor_whose_basin_has_no_start_is_followed():
     values = np.linspace(-0.3, 0.35, 8)
-    few = nsmaps.global_continuation(Cubic, values, {"x": (-0.2, 1.2)}, 4, 400, scale=2.4, kicks=2, seed=3)
+    few = nsmaps.global_continuation(
+        Cubic, "p", values, {"x": (-0.2, 1.2)}, n_samples=4, max_returns=400, scale=2.4, n_kicks=2, seed=3
+    )
     held = [not reason for reason in few.reasons]
     assert few.found[held].all()
     assert few.share[:, 0][held][-1] == 0
@@ -179,7 +196,14 @@ def test_an_attractor_whose_basin_has_no_start_is_followed():
 
 def test_the_window_of_the_pair_with_two_attractors(pair):
     made = nsmaps.global_continuation(
-        partial(pair, r=0.25, beta=pi / 6), [0.2272, 0.2280], [(0.05, 1.2), (0, 2 * pi)], 60, 1500, kicks=8, points=2
+        partial(pair, r=0.25, beta=pi / 6),
+        "d",
+        [0.2272, 0.2280],
+        [(0.05, 1.2), (0, 2 * pi)],
+        n_samples=60,
+        max_returns=1500,
+        n_kicks=8,
+        n_states=2,
     )
     both = {str(label) for label in made.labels[0]}
     assert "2:1/T" in both
@@ -200,7 +224,9 @@ def test_the_window_of_the_pair_with_two_attractors(pair):
 
 def test_a_system_with_modes():
     region = {"v": (0.6, 0.85), "phi": (1.2, 1.45)}
-    made = nsmaps.global_continuation(nsmaps.Along(PLANAR, "w"), [0.8, 0.8004], region, 6, 400, kicks=4, directions=4, points=1)
+    made = nsmaps.global_continuation(
+        PLANAR, "w", [0.8, 0.8004], region, n_samples=6, max_returns=400, n_kicks=4, n_directions=4, n_states=1
+    )
     end = nsmaps.orbit(PLANAR, [0.72, 1.32], 400).final
     assert made.share[0].max() == 1
     attractor = made.attractors[made.index[0, int(made.share[0].argmax())]]
@@ -211,7 +237,7 @@ def test_a_system_with_modes():
 
 def test_parts_elsewhere_and_kept_give_the_same_digits(tmp_path):
     def run(jobs):
-        return nsmaps.global_continuation(Cubic, [-0.2, 0.12, 0.2], {"x": (-1.2, 1.2)}, 60, 500, kicks=4, jobs=jobs)
+        return nsmaps.global_continuation(Cubic, "p", [-0.2, 0.12, 0.2], BOX, n_samples=60, max_returns=500, n_kicks=4, jobs=jobs)
 
     alone, again = run(nsmaps.Jobs()), run(nsmaps.Jobs(checkpoint=tmp_path))
     files = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("part-*.npz")}
@@ -237,7 +263,9 @@ def test_what_was_finished_before_ctrl_c_is_kept(calls):
 
     values = [-0.2, 0.0, 0.2]
     with pytest.raises(nsmaps.Interrupted) as stopped:
-        nsmaps.global_continuation(Cubic, values, {"x": (-1.2, 1.2)}, 60, 500, kicks=4, jobs=nsmaps.Jobs(progress=stop))
+        nsmaps.global_continuation(
+            Cubic, "p", values, BOX, n_samples=60, max_returns=500, n_kicks=4, jobs=nsmaps.Jobs(progress=stop)
+        )
     made = stopped.value.result
     assert told == sorted(told)
     computed = [not reason for reason in made.reasons]
@@ -250,9 +278,10 @@ def test_what_was_finished_before_ctrl_c_is_kept(calls):
 
 def test_the_dataset_has_every_quantity():
     pytest.importorskip("xarray")
-    made = nsmaps.global_continuation(Cubic, [-0.5, 0.0], {"x": (-1.2, 1.2)}, 60, 300, kicks=4)
+    made = nsmaps.global_continuation(Cubic, "p", [-0.5, 0.0], BOX, n_samples=60, max_returns=300, n_kicks=4)
     table = made.to_xarray()
-    assert dict(table.sizes) == {"value": 2, "attractor": 2, "coordinate": 1, "end": 2}
+    assert dict(table.sizes) == {"p": 2, "attractor": 2, "coordinate": 1, "end": 2}
+    assert table["p"].values.tolist() == [-0.5, 0.0]
     assert table["period"].values.tolist() == [[-1, 1], [1, 1]] or table["period"].values.tolist() == [[1, -1], [1, 1]]
     assert np.array_equal(table["distance"], made.distance, equal_nan=True)
     assert table["share"].sum("attractor").values == pytest.approx(1)
@@ -263,14 +292,14 @@ def test_the_dataset_has_every_quantity():
     [
         ({"values": [np.nan]}, NsmapsError, "the values have shape"),
         ({"values": [0.11, 0.12]}, NsmapsError, r"there is no map at any of 2 values; at 0.12: p is 0.12"),
-        ({"region": {"y": (0, 1)}}, StateError, "'y' is not a coordinate"),
-        ({"samples": 0}, NsmapsError, "0 samples"),
+        ({"box": {"y": (0, 1)}}, StateError, "'y' is not a coordinate"),
+        ({"n_samples": 0}, NsmapsError, "0 samples"),
         ({"step": 0.0}, NsmapsError, "a step of 0.0"),
         ({"scale": [-1.0]}, NsmapsError, r"the scale is \[-1.0\]"),
         ({"kick": 0.0}, NsmapsError, "kicks of size 0.0"),
-        ({"directions": 0}, NsmapsError, "0 directions"),
+        ({"n_directions": 0}, NsmapsError, "0 directions"),
     ],
 )
 def test_arguments_that_are_not_valid(change, error, text):
     with pytest.raises(error, match=text):
-        nsmaps.global_continuation(**{"map_of": Cubic, "values": [0.0], "region": {"x": (-1, 1)}, "samples": 9, **change})
+        nsmaps.global_continuation(Cubic, "p", **{"values": [0.0], "box": {"x": (-1, 1)}, "n_samples": 9, **change})

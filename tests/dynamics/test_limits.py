@@ -98,7 +98,7 @@ def test_the_exponent_of_chaos_is_that_of_the_tent_in_other_coordinates() -> Non
 def test_orbits_that_escape_are_no_attractor() -> None:
     """x -> 2 x beside the cycle of two of x -> -x: it takes 1,020 returns until numbers overflow."""
     doubling = Formula(lambda x: np.where(np.abs(x) > 1, 2 * x, -x), lambda x: np.where(np.abs(x) > 1, 2.0, -1.0)[:, :, None])
-    found = nsmaps.basins(doubling, np.array([[0.5], [1.5], [-3.0]]), returns=200)
+    found = nsmaps.basins(doubling, np.array([[0.5], [1.5], [-3.0]]), max_returns=200)
     assert [(one.label, one.period) for one in found.attractors] == [("period 2", 2)]
     assert found.label.tolist() == [0, -2, -2]
     assert found.outcome.tolist() == [Outcome.returned, Outcome.escaped, Outcome.escaped]
@@ -144,7 +144,7 @@ def test_chatter_on_the_way_is_no_attractor(w: float, r: float) -> None:
     """Chatter takes longer than the transient of 300 returns. What is found comes back to itself, in a time that repeats too."""
     system = nsmaps.load_system("impact_oscillator", zeta=0.05, w=w, A=1.0, wall=0.0, r=r)
     starts = np.random.default_rng(3).uniform([0.01, 0], [1.5, 2 * np.pi], (150, 2))
-    found = nsmaps.basins(system, starts, returns=300)
+    found = nsmaps.basins(system, starts, max_returns=300)
     assert found.attractors
     for one in found.attractors:
         assert one.period
@@ -227,7 +227,7 @@ def test_a_ball_that_rests_is_on_a_cycle_from_release_to_release(Gamma, r, turns
 )
 def test_chaos_between_rare_rests_is_one_attractor_without_a_period(name, parameters):
     system = nsmaps.load_system(name, **parameters)
-    basins = nsmaps.basins(system, np.random.default_rng(5).uniform([0.1, 0], [1.5, 6], (20, 2)), returns=500)
+    basins = nsmaps.basins(system, np.random.default_rng(5).uniform([0.1, 0], [1.5, 6], (20, 2)), max_returns=500)
     (found,) = basins.attractors
     assert (found.label, found.period) == ("?", 0)
     assert (basins.label == 0).all()

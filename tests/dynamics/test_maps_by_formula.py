@@ -7,7 +7,7 @@ from nsmaps_square_root import SquareRoot, SquareRootPlane
 
 import nsmaps
 from nsmaps import Along, Axis, Grid
-from nsmaps.dynamics.attractors.coexistence import coexistence
+from nsmaps.dynamics.attractors.coexistence import match_attractors
 
 SPACE = BorderCollision3(tau_L=0.8, sigma_L=0.2, delta_L=0.3, tau_R=-1.9, sigma_R=0.1, delta_R=-0.3)
 FORM = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=-1.5, delta_R=0.9)
@@ -50,7 +50,7 @@ def test_no_attractor_is_made_of_orbits_that_diverge():
     tent = nsmaps.basins(UnitTent(a=0.3), grid(100, -0.5, 1.5, "x"))
     inside = (tent.start[:, 0] >= 0) & (tent.start[:, 0] <= 1)  # what leaves the unit interval does not come back
     assert np.array_equal(tent.label == 0, inside)
-    swept = nsmaps.global_continuation(Along(Lozi(), "a"), [1.6, 2.4], {"x": (-0.5, 0.5), "y": (-0.2, 0.2)}, samples=200)
+    swept = nsmaps.global_continuation(Lozi(), "a", [1.6, 2.4], {"x": (-0.5, 0.5), "y": (-0.2, 0.2)}, n_samples=200)
     assert swept.ended.tolist() == [0.0, 1.0]
 
 
@@ -58,7 +58,7 @@ def test_two_attractors_and_their_boundary():
     """LLR and R at once; the boundary is the stable manifold of the saddle between them, RLR, up to the tolerance."""
     found = nsmaps.basins(FORM, grid(14, -3, 3, "x", "y"))
     assert [attractor.label for attractor in found.attractors] == ["LLR, period 3", "R, period 1"]
-    points = nsmaps.boundary(FORM, found, tolerance=1e-8, returns=300).points
+    points = nsmaps.basin_boundary(FORM, found, tolerance=1e-8, max_returns=300).points
     saddle = nsmaps.periodic_orbit(FORM, [0.41, 0.21], 3)
     assert (sorted(saddle.words), saddle.stable) == (["L", "R", "R"], False)
     apart = np.abs(nsmaps.orbit(FORM, points, 50).states[:, :, None] - saddle.states).max(axis=-1).min(axis=(0, 2))
@@ -70,7 +70,7 @@ def test_a_transient_is_not_an_attractor_beside_the_one_it_comes_to():
     diagram = nsmaps.bifurcation(Along(FORM, "tau_R"), np.linspace(-2.49, -2.45, 17), [0.1, 0.1], discard=100, direction="both")
     assert set(diagram.labels.ravel()) == {"LLR, period 3"}
     assert diagram.ends is not None
-    assert coexistence([diagram]).counts.tolist() == [1] * 17
+    assert match_attractors([diagram]).counts.tolist() == [1] * 17
     for k, value in enumerate(diagram.values):
         for orbit in diagram.settled[k]:
             cycle = nsmaps.periodic_orbit(FORM.at(tau_R=value), orbit[-1], 3)

@@ -47,7 +47,7 @@ def test_returns_orbits_and_exponents_have_the_closed_form():
 
 def test_basins_are_divided_by_the_speed_that_passes_the_upright():
     steady, least = rolling(WHEEL)
-    found = nsmaps.basins(WHEEL, nsmaps.Grid(axes={"w": nsmaps.Axis(low=0.1, high=2, points=39)}), returns=200)
+    found = nsmaps.basins(WHEEL, nsmaps.Grid(axes={"w": nsmaps.Axis(low=0.1, high=2, points=39)}), max_returns=200)
     assert len(found.attractors) == 1
     assert found.attractors[0].states == pytest.approx(np.array([[steady]]), rel=1e-9)
     assert (found.label == 0).tolist() == (found.start[:, 0] > least).tolist()

@@ -168,7 +168,7 @@ def stopped(run: Callable[..., Any], after: int = 2) -> Any:
 
 def test_of_interrupted_basins_other_starts_have_reached_none() -> None:
     starts = np.random.default_rng(2).uniform([0.1, 0], [1, 6], (80, 2))
-    whole = nsmaps.basins(BISTABLE, starts, returns=300)
+    whole = nsmaps.basins(BISTABLE, starts, max_returns=300)
     known = tuple(whole.attractors)
     result = stopped(partial(nsmaps.basins, BISTABLE, starts, known, 300))
     assert isinstance(result, nsmaps.Basins)
@@ -180,7 +180,7 @@ def test_of_interrupted_basins_other_starts_have_reached_none() -> None:
 
 def test_basins_that_are_not_divided_are_interrupted_with_what_has_arrived() -> None:
     starts = np.random.default_rng(2).uniform([0.1, 0], [1, 6], (80, 2))
-    whole = nsmaps.basins(BISTABLE, starts, returns=300)
+    whole = nsmaps.basins(BISTABLE, starts, max_returns=300)
 
     def stop(share: float) -> None:
         if share > 0.3:

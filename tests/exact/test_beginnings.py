@@ -275,7 +275,7 @@ def test_slow_impacts_are_followed():
 def test_what_accumulates_is_no_attractor():
     rng = np.random.default_rng(1)
     rows = np.column_stack([rng.uniform(-1, 0.2, 40), rng.uniform(0, 6.28, 40)])
-    basins = nsmaps.basins(Bouncing(), rows, returns=400)
+    basins = nsmaps.basins(Bouncing(), rows, max_returns=400)
     assert len(basins.attractors) == 0
     ended = basins.outcome[basins.label < 0]
     assert set(ended.tolist()) <= {Outcome.accumulates, Outcome.invalid}
@@ -460,7 +460,7 @@ def test_steps_forth_and_back_accumulate():
     assert orbit.time[:n].sum() == pytest.approx(sum(times), rel=1e-13)
     many = wheel.first_return(np.repeat(orbit.start[n - 1 : n + 1], 30, axis=0))
     assert many.outcome.tolist() == [Outcome.returned] * 30 + [Outcome.accumulates] * 30
-    assert len(nsmaps.basins(wheel, np.linspace(0.1, 1.2, 20)[:, None], returns=200).attractors) == 0
+    assert len(nsmaps.basins(wheel, np.linspace(0.1, 1.2, 20)[:, None], max_returns=200).attractors) == 0
 
 
 class RockingAfter(Rocking):

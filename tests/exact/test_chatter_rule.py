@@ -174,7 +174,7 @@ def test_chatter_that_ends_below_rounding_is_no_attractor(kind, sign, ended):
     """On a table that never throws the ball off: by basins, diagrams and the limits of orbits, however few impacts are left."""
     rng = np.random.default_rng(1)
     rows = np.column_stack([sign * 10 ** rng.uniform(-13, 0, 24), rng.uniform(0, 6.28, 24)])
-    basins = nsmaps.basins(kind(Gamma=0.5, r=0.6), rows, returns=150)
+    basins = nsmaps.basins(kind(Gamma=0.5, r=0.6), rows, max_returns=150)
     assert not basins.attractors
     assert set(basins.outcome.tolist()) == {ended}
     diagram = nsmaps.bifurcation(lambda gamma: kind(Gamma=gamma, r=0.6), np.linspace(0.4, 0.6, 3), rows[:3], direction="down")

@@ -182,7 +182,7 @@ def test_a_released_pair_goes_on() -> None:
     assert returns.valid.all()
     assert (returns.outcome == Outcome.stuck).any()
     assert (returns.time > 0).all()
-    assert [attractor.label for attractor in nsmaps.basins(pair, grid, returns=600).attractors] == ["1:1/T"]
+    assert [attractor.label for attractor in nsmaps.basins(pair, grid, max_returns=600).attractors] == ["1:1/T"]
 
 
 class Strobe(Ball):

@@ -302,7 +302,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         **_stability(),
         lyapunov=_exponents(),
         chart=stored["chart"].chart,
-        basins=basins(Toy(), GRID, returns=50),
+        basins=basins(Toy(), GRID, max_returns=50),
         global_continuation=stored["resilience"].global_continuation,
         manifolds=stored["manifolds"].manifolds,
         noise=_noisy(),

@@ -21,7 +21,7 @@ def test_exponents_run_along_the_parameter(result, ax):
 
 
 def test_basins_have_a_colour_each_and_their_share(result, ax):
-    basins(result, ax)
+    basins(result.basins, ax)
     made = result.basins
     kinds = [k for k in (*range(len(made.attractors)), -1, -2) if (made.label == k).any()]
     mesh = np.asarray(ax.collections[0].get_array())
@@ -38,19 +38,19 @@ def test_basins_have_a_colour_each_and_their_share(result, ax):
 def test_what_reaches_no_attractor_has_its_own_share(result, ax, kind, name):
     label = np.full_like(result.basins.label, kind)
     label[: len(label) // 4] = 0
-    basins(replace(result, basins=replace(result.basins, label=label)), ax)
+    basins(replace(result.basins, label=label), ax)
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts[1] == f"{name}: {100 * np.mean(label == kind):.3g} %"
 
 
 def test_without_any_arrival_there_is_no_scale_of_returns(result, ax):
-    arrival(replace(result, basins=replace(result.basins, label=np.full_like(result.basins.label, -1))), ax)
+    arrival(replace(result.basins, label=np.full_like(result.basins.label, -1)), ax)
     assert [text.get_text() for text in ax.texts] == ["no start arrives"]
     assert len(ax.figure.axes) == 1
 
 
 def test_arrival_counts_returns(result, ax):
-    arrival(result, ax)
+    arrival(result.basins, ax)
     mesh = np.asarray(ax.collections[0].get_array())
     made = result.basins
     shown = np.where(made.label >= 0, made.arrival, np.nan)
@@ -59,7 +59,7 @@ def test_arrival_counts_returns(result, ax):
 
 def test_counts_of_returns_over_decades_are_told_apart_by_their_logarithm(result, ax):
     counts = np.where(np.arange(len(result.basins.label)) % 7, 12, 300)
-    arrival(replace(result, basins=replace(result.basins, label=np.zeros_like(counts), arrival=counts)), ax)
+    arrival(replace(result.basins, label=np.zeros_like(counts), arrival=counts), ax)
     (mesh,) = ax.collections
     assert (mesh.norm(12), mesh.norm(60), mesh.norm(300)) == pytest.approx((0, 0.5, 1))
     bar = ax.figure.axes[-1]

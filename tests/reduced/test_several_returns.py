@@ -113,7 +113,7 @@ def test_basins_count_returns():
     """An orbit comes to its cycle by a factor of left right in two returns."""
     tent = Tent()
     made, states = augmented(tent), np.linspace(-0.6, -0.05, 9)[:, None]
-    ours, exact = (nsmaps.basins(map, states, returns=200) for map in (made, tent))
+    ours, exact = (nsmaps.basins(map, states, max_returns=200) for map in (made, tent))
     assert [(each.period, each.label, len(each.states)) for each in ours.attractors] == [(2, "2:1, period 2", 1)]
     assert [(each.period, each.label, len(each.states)) for each in exact.attractors] == [(2, "2:1, period 2", 2)]
     cycle = (1 + RIGHT) / (1 - LEFT * RIGHT)

@@ -96,7 +96,7 @@ def test_former_names_are_those_listed_by_hand() -> None:
     assert {name: dict(was) for name, was in found.items()} == {n: was for n, was in FORMER.items() if n != "Study"}
     assert Study.was == FORMER["Study"]
     assert {model.__name__ for _, model, _, _ in ENTRIES} == {name for name in FORMER if name.endswith(("Section", "Study"))}
-    assert FORMER_CLASSES == {"Ending": "LimitSet", "Transient": "ExitTimes"}
+    assert FORMER_CLASSES == {"Transient": "ExitTimes"}
 
 
 @pytest.mark.parametrize(("steps", "model", "old", "new"), ENTRIES)

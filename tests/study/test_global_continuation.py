@@ -32,8 +32,8 @@ def found(result):
 
 def test_it_is_what_the_function_finds(result, found):
     region, last = {"v": (0.05, 0.95), "phi": (0, 2 * np.pi)}, found.values[-1:]
-    along = nsmaps.Along(result.system, "d")
-    direct = nsmaps.global_continuation(along, last, region, 60, 400, kicks=10, directions=8, points=2)
+    counts = {"n_samples": 60, "max_returns": 400, "n_kicks": 10, "n_directions": 8, "n_states": 2}
+    direct = nsmaps.global_continuation(result.system, "d", last, region, **counts)
     assert direct.labels.tolist() == [["C"]]
     assert direct.share[0, 0] == found.share[-1, 1] == 1
     assert np.isposinf([direct.distance[0, 0], found.distance[-1, 1]]).all()
@@ -62,7 +62,7 @@ def test_values_without_a_map_are_a_verdict(result, found):
 
 def test_bands_have_the_shares_as_heights(result, found):
     ax = Figure().subplots()
-    global_continuation(result, ax)
+    global_continuation(found, ax)
     fills = ax.collections
     assert [fill.get_facecolor()[0].tolist() for fill in fills] == [list(to_rgba(tint(colour, 0.35))) for colour in COLOURS[:2]]
     for k, fill in enumerate(fills):
@@ -76,7 +76,7 @@ def test_bands_have_the_shares_as_heights(result, found):
 
 def test_dots_are_the_distances_and_an_arrow_is_beyond_the_kicks(result, found):
     ax = Figure().subplots()
-    global_continuation(result, ax, "distance")
+    global_continuation(found, ax, "distance")
     dots = [line for line in ax.lines if line.get_marker() == "o"]
     arrows = [line for line in ax.lines if line.get_marker() == "^" and len(line.get_xdata())]
     for k, line in enumerate(dots):
@@ -86,4 +86,4 @@ def test_dots_are_the_distances_and_an_arrow_is_beyond_the_kicks(result, found):
     assert (arrow.get_xdata().tolist(), arrow.get_ydata().tolist()) == ([found.values[-1]], [1.0])
     assert ax.get_yscale() == "log"
     with pytest.raises(NsmapsError, match="expected: share, distance, return_time"):
-        global_continuation(result, ax, "words")
+        global_continuation(found, ax, "words")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run
-from nsmaps.dynamics.attractors.basins import boundary
+from nsmaps.dynamics.attractors.basins import basin_boundary
 from nsmaps.dynamics.noise.residence import residence
 
 LONG_RUN = """\
@@ -36,8 +36,8 @@ def test_a_study_gives_what_the_functions_give() -> None:
     again = read_result("long")
     system, start = result.system, [1.0, 1.0]
     grid = Grid(axes={"v": Axis(low=0.01, high=2, points=12), "phi": Axis(low=0, high=2 * np.pi * 11 / 12, points=12)})
-    made = basins(system, grid, returns=300)
-    line = boundary(system, made, 1e-3, 300)
+    made = basins(system, grid, max_returns=300)
+    line = basin_boundary(system, made, 1e-3, 300)
     exponents = [lyapunov(system.at(a=a), start, 64, 30).exponents for a in (1.4, 1.5)]
     noisy = noisy_orbits(system, start, 40, Noise(sigma=0.05, tau=1), 3, 5)
     stay = residence(noisy.words, noisy.time, {"one": ["BB"]})

@@ -1,7 +1,7 @@
 """Attractors as sets of states: found by following orbits, and recognised when an orbit has reached one."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -18,6 +18,7 @@ from nsmaps.dynamics.motion import UNRESOLVED
 from nsmaps.dynamics.orbit import orbit, returns_of
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.results import Result, array, units_of
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree
@@ -27,17 +28,18 @@ SAMPLE = 1000  #: number of last states of an orbit without period that are comp
 STAY = 50  #: successive states within the reach of an attractor without period after which an orbit has reached it
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Attractor(WithCoordinates):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Attractor(WithCoordinates, Result):
     """A set of states that orbits approach and stay on."""
 
     coordinates: Coordinates
-    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, or states visited
+    states: Floats = field(metadata=array("point coordinate", "one period in order, or states visited; angles in [0, 2 pi)"))
     period: int  #: in returns; 0 without one
     label: str  #: name of the motion, such as 2:1/T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without a period, every word on it
     reach: float  #: distance in each coordinate within which a state belongs to it; see `find_attractors`
-    scale: Floats | None = None  #: shape (n,), scale of the reach; None: the coordinates' units
+    scale: Floats | None = field(default=None, metadata=array("coordinate", "unit of the reach; none: the coordinates' units"))
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
     @property
     def stay(self) -> int:
@@ -137,7 +139,8 @@ def find_attractors(
                 open_.append(k)
             else:
                 found += _new(_cycle(cycle, tolerance, scale), (*known, *found))
-    return found + _followed_on(map, path, open_, scale, tolerance, (*known, *found))
+    found += _followed_on(map, path, open_, scale, tolerance, (*known, *found))
+    return [replace(each, units=units_of(map)) for each in found]
 
 
 def _followed_on(

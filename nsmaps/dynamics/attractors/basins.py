@@ -1,23 +1,26 @@
 """Basins of attraction: the attractor of each start of a grid, the returns until it is reached, and the boundaries of basins."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Floats, Ints
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, Ends, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.interrupts import Interrupted
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 from nsmaps.progress import shows
+from nsmaps.results import NONE, RETURNS, Result, array, array_property, units_of
 
 SAMPLE = 100  #: starts of each round of the search for attractors
 CHUNK = 5000  #: starts in a part
@@ -26,28 +29,37 @@ ROUND = 0.1  #: share of the work that a round is assumed to leave to later ones
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Basins(WithCoordinates):
+class Basins(WithCoordinates, Result):
     """The attractors that the orbits of N starts of n coordinates reach."""
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.longrun.basins"
 
     coordinates: Coordinates
     grid: Grid | None  #: of the starts, in its order; None for other starts
-    start: Floats  #: shape (N, n)
+    start: Floats = field(metadata=array("state coordinate", "starts; angles in radians"))
     attractors: tuple[Attractor, ...]  #: in descending order of the size of their basins, unless they were given
-    label: NDArray[np.int32]  #: shape (N,), index of the attractor; -1: none was reached; -2: the orbit ended
-    arrival: NDArray[np.int32]  #: shape (N,), returns until arrival, or returns computed where there was none
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`: of the last return, or of the return that ended the orbit
-    stuck: NDArray[np.bool_]  #: shape (N,), True if the orbit came to rest on the base wall
+    label: NDArray[np.int32] = field(
+        metadata=array("state", "index of the attractor; -1: none was reached; -2: the orbit ended", NONE)
+    )
+    arrival: NDArray[np.int32] = field(metadata=array("state", "returns until arrival, or returns computed without one", RETURNS))
+    outcome: NDArray[np.int8] = field(metadata=array("state", OUTCOMES, NONE))
+    stuck: NDArray[np.bool_] = field(metadata=array("state", "whether the orbit came to rest on the base wall", NONE))
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
-    @property
+    def __str__(self) -> str:
+        """The attractors with the shares of their basins."""
+        names = [*(each.label for each in self.attractors), "none reached", "ended"]
+        shares = [f"{name} {100 * share:.3g} %" for name, share in zip(names, self.fractions, strict=True) if share]
+        return f"Basins of {len(self.label)} starts: {', '.join(shares)}"
+
+    @array_property("kind", "shares of the starts that reach each attractor, that reach none, and that end", NONE)
     def fractions(self) -> Floats:
         """The fraction of the starts that reach each attractor, that reach none, and that end, shape (A + 2,)."""
         kinds = [*range(len(self.attractors)), UNRESOLVED, ENDED]
         with np.errstate(invalid="ignore"):
             return np.array([(self.label == kind).sum() for kind in kinds]) / np.float64(len(self.label))
 
-    @property
+    @array_property("kind", "standard errors of the shares, for random starts", NONE)
     def fraction_error(self) -> Floats:
         """The standard error of each fraction, for starts drawn at random: sqrt(f (1 - f)/N); an overestimate for a grid."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -81,15 +93,17 @@ class Basins(WithCoordinates):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Boundary:
+class BasinBoundary(WithCoordinates, Result):
     """Points between basins, each found on an edge of a grid: E points of n coordinates."""
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.longrun.basins"
 
+    coordinates: Coordinates
     attractors: tuple[Attractor, ...]
-    points: Floats  #: shape (E, n), angles in [0, 2 pi)
-    sides: NDArray[np.int32]  #: shape (E, 2), labels of the starts on either side, as in `Basins`
-    tolerance: float  #: length of the part of the edge that contains the change of basin, as in `boundary`
+    points: Floats = field(metadata=array("edge coordinate", "points between basins; angles in [0, 2 pi)"))
+    sides: NDArray[np.int32] = field(metadata=array("edge side", "labels of the starts on either side, as in `Basins`", NONE))
+    tolerance: float  #: length of the part of the edge that contains the change of basin, as in `basin_boundary`
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
     def distance(self, attractor: int) -> float:
         """The least distance of the states of an attractor from the boundary points of its basin; inf without such points.
@@ -108,9 +122,9 @@ class Boundary:
 @divides
 def basins(
     map: ReturnMap,
-    grid: Grid | ArrayLike,
+    starts: Grid | ArrayLike,
     attractors: Sequence[Attractor] | None = None,
-    returns: int = 1000,
+    max_returns: int = 1000,
     tolerance: float = 1e-6,
     max_period: int = 32,
     *,
@@ -125,37 +139,38 @@ def basins(
     new one: an attractor whose basin contains no start is not found.
 
     Args:
-        grid: a Grid over the map's coordinates, or states of shape (N, n), phases in radians.
+        starts: a Grid over the map's coordinates, or states of shape (N, n), phases in radians.
         attractors: the only ones considered, such as those of another call.
-        returns: largest number computed for an orbit, and the length of the transient when attractors are searched for.
+        max_returns: largest number computed for an orbit, and the length of the transient when attractors are searched for.
         max_period: longest period tested, in returns.
         jobs: see `nsmaps.Jobs`; a part is 5000 starts of a round. Attractors are searched for in this process.
 
     Raises:
-        StateError, NsmapsError: the grid does not have the map's coordinates, or another argument is not valid.
+        StateError, NsmapsError: the starts do not have the map's coordinates, or another argument is not valid.
         Interrupted: Ctrl-C; in `result` the other starts have reached none, in as many returns as `arrival` states. None if no
             attractor was found.
     """
-    if returns < 1 or max_period < 1 or not tolerance > 0:
-        text = f"{returns} returns, max_period {max_period}, tolerance {tolerance}"
+    if max_returns < 1 or max_period < 1 or not tolerance > 0:
+        text = f"{max_returns} returns, max_period {max_period}, tolerance {tolerance}"
         raise NsmapsError(f"{text}; expected: at least 1 return, max_period at least 1, a tolerance above 0")
     coordinates = Coordinates(ReturnMap.require(map, "basins").coordinates)
-    if isinstance(grid, Grid):
-        check_axes(grid, coordinates)
-    start = as_states(grid.states() if isinstance(grid, Grid) else grid, coordinates)
-    known, ends, over = list(attractors or ()), follow(map, start, (), 0), grid if isinstance(grid, Grid) else None
+    if isinstance(starts, Grid):
+        check_axes(starts, coordinates)
+    grid, states = (starts, starts.states()) if isinstance(starts, Grid) else (None, starts)
+    start = as_states(states, coordinates)
+    known, ends = list(attractors or ()), follow(map, start, (), 0)
 
     def result() -> Basins:
         order = np.argsort([-(ends.label == k).sum() for k in range(len(known) if attractors is None else 0)], kind="stable")
         renamed = np.append(np.argsort(order), [ENDED, UNRESOLVED])[ends.label].astype(np.int32)
         found, label = (known, ends.label) if attractors is not None else ([known[k] for k in order], renamed)
-        return Basins(coordinates, over, start, tuple(found), label, *ends[1:])
+        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(map))
 
     try:
         if attractors:
-            _arrive(map, start, np.arange(len(start)), known, returns, jobs.share(0.0, 1.0, "given"), ends)
+            _arrive(map, start, np.arange(len(start)), known, max_returns, jobs.share(0.0, 1.0, "given"), ends)
         else:
-            _search(map, start, known, (returns, tolerance, max_period), jobs, ends)
+            _search(map, start, known, (max_returns, tolerance, max_period), jobs, ends)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, result() if known else None) from None
     return result()
@@ -209,7 +224,7 @@ def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], re
 
 
 @shows
-def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: int = 1000) -> Boundary:
+def basin_boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
     """Points between basins, by bisection along the edges of their grid.
 
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.
@@ -217,7 +232,7 @@ def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: i
     Args:
         tolerance: length to which each edge is bisected in every coordinate, of an angle in radians, of others relative to their
             extent on the edges and the motions from them; at least the rounding error.
-        returns: as in `basins`.
+        max_returns: as in `basins`.
 
     Raises:
         NsmapsError: the tolerance is not positive, or the starts are not a grid.
@@ -228,8 +243,9 @@ def boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, returns: i
     tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(map, ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
-        return follow(map, states, basins.attractors, returns)[0]
+        return follow(map, states, basins.attractors, max_returns)[0]
 
     low, high, beyond = bisect_change(label, ends[:, 0], ends[:, 1], sides[:, 0], sides[:, 1], tolerance * scale)
     middle = basins.coordinates.wrap((low + high) / 2)
-    return Boundary(basins.attractors, middle, np.column_stack([sides[:, 0], beyond]), tolerance)
+    sides = np.column_stack([sides[:, 0], beyond])
+    return BasinBoundary(basins.coordinates, basins.attractors, middle, sides, tolerance, basins.units)

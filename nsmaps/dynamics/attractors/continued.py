@@ -1,22 +1,21 @@
 """Attractors along a parameter as a result: their basins' shares, distances to the boundary, return times, births and deaths."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Bools, Floats, Ints, brief
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
-
-if TYPE_CHECKING:
-    from xarray import Dataset
+from nsmaps.results import NONE, RETURNS, Result, Storable, array, array_property
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class Change(Storable):
     """An attractor that is found at one value of the parameter and not at its neighbour."""
 
     attractor: int
@@ -27,7 +26,7 @@ class Change:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class GlobalContinuation(WithCoordinates):
+class GlobalContinuation(WithCoordinates, Result):
     """The A attractors that were found at V values of a parameter in ascending order, and their stability against kicks.
 
     Kicks and distances are Euclidean lengths in which each coordinate has its `scale` as the unit. Arrays of shape (V, A) are NaN
@@ -35,26 +34,32 @@ class GlobalContinuation(WithCoordinates):
     no map.
     """
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.longrun.global_continuation"
 
     coordinates: Coordinates
-    values: Floats  #: shape (V,)
+    parameter: str
+    values: Floats = field(metadata=array("value", "values of the parameter, ascending", name="parameter"))
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
-    region: Floats  #: shape (n, 2), lower and upper end in each coordinate, where the starts were drawn
-    scale: Floats  #: shape (n,)
+    region: Floats = field(metadata=array("coordinate end", "lower and upper end of the box where the starts were drawn"))
+    scale: Floats = field(metadata=array("coordinate", "unit of kicks and distances"))
     samples: int  #: number of starts at each value
     kick: float  #: size of the kicks whose return is timed
     attractors: tuple[Attractor, ...]  #: those found at all values
-    index: Ints  #: shape (V, A), the place of each attractor at each value in `attractors`; -1 where it was not found
-    share: Floats  #: shape (V, A), share of the starts that arrive at each attractor
-    unresolved: Floats  #: shape (V,), share of the starts that arrive at none
-    ended: Floats  #: shape (V,), share of the starts whose orbits end
-    distance: Floats  #: shape (V, A), the smallest kick found that leads elsewhere, an upper estimate; inf where none does
-    return_time: Floats  #: shape (V, A), mean number of returns until a kicked orbit arrives at the attractor again
-    return_error: Floats  #: shape (V, A), its standard error
-    returned: Floats  #: shape (V, A), share of the timed kicks that come back
+    index: Ints = field(
+        metadata=array("value attractor", "place of the attractor among those of all values; -1: it was not found", NONE)
+    )
+    share: Floats = field(metadata=array("value attractor", "share of the starts that arrive at the attractor", NONE))
+    unresolved: Floats = field(metadata=array("value", "share of the starts that arrive at no attractor", NONE))
+    ended: Floats = field(metadata=array("value", "share of the starts whose orbits end", NONE))
+    distance: Floats = field(
+        metadata=array("value attractor", "smallest kick found that leads elsewhere, an upper estimate; inf: none does", NONE)
+    )
+    return_time: Floats = field(metadata=array("value attractor", "mean number of returns after a kick until arrival", RETURNS))
+    return_error: Floats = field(metadata=array("value attractor", "standard error of the return time", RETURNS))
+    returned: Floats = field(metadata=array("value attractor", "share of the timed kicks that come back", NONE))
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
 
-    @property
+    @array_property("value attractor", "binomial standard error of the share", NONE)
     def share_error(self) -> Floats:
         """The binomial standard error of each share, shape (V, A); the starts are the same at all values."""
         return np.asarray(np.sqrt(self.share * (1 - self.share) / self.samples))
@@ -64,10 +69,15 @@ class GlobalContinuation(WithCoordinates):
         """Where each attractor was found, shape (V, A)."""
         return np.asarray(self.index >= 0)
 
-    @property
+    @array_property("value attractor", "name of the motion; empty where it was not found", NONE)
     def labels(self) -> NDArray[np.str_]:
         """The motion of each attractor, shape (V, A), such as 1:1/2T; "" where it was not found."""
         return np.array([*(each.label for each in self.attractors), ""], str)[self.index]
+
+    @array_property("value attractor", "returns of a period; 0: without one, -1: it was not found", RETURNS)
+    def period(self) -> Ints:
+        """The period of each attractor, shape (V, A): 0 without one, -1 where it was not found."""
+        return np.array([*(each.period for each in self.attractors), -1])[self.index]
 
     @property
     def changes(self) -> tuple[Change, ...]:
@@ -80,27 +90,3 @@ class GlobalContinuation(WithCoordinates):
                 label = str(labels[high if born else low, number])
                 changes.append(Change(number, "birth" if born else "death", label, values[low], values[high]))
         return tuple(changes)
-
-    def to_xarray(self) -> "Dataset":
-        """An xarray dataset with dimensions `value` and `attractor`. Raises NsmapsError without xarray."""
-        from nsmaps.datasets import NONE, dataset
-
-        each = "value attractor"
-        period = np.array([*(each.period for each in self.attractors), -1])[self.index]
-        rows = {
-            "share": (each, self.share, NONE, "share of the starts that arrive at the attractor"),
-            "share_error": (each, self.share_error, NONE, "binomial standard error of the share"),
-            "distance": (each, self.distance, NONE, "smallest kick found that leads elsewhere, in the scale; an upper estimate"),
-            "return_time": (each, self.return_time, "returns", "mean number of returns after a kick until arrival"),
-            "return_error": (each, self.return_error, "returns", "its standard error"),
-            "returned": (each, self.returned, NONE, "share of the timed kicks that come back"),
-            "motion": (each, self.labels, NONE, "name of the motion; empty where it was not found"),
-            "period": (each, period, "returns", "of the attractor; 0: none, -1: it was not found"),
-            "index": (each, self.index, NONE, "place of the attractor among those of all values; -1: it was not found"),
-            "unresolved": ("value", self.unresolved, NONE, "share of the starts that arrive at no attractor"),
-            "ended": ("value", self.ended, NONE, "share of the starts whose orbits end"),
-            "scale": ("coordinate", self.scale, "", "unit of kicks and distances in each coordinate"),
-            "region": ("coordinate end", self.region, "", "where the starts were drawn"),
-        }
-        along = {"value": self.values, "attractor": range(self.share.shape[1])}
-        return dataset(self.coordinates, rows, along, samples=self.samples, kick=self.kick)

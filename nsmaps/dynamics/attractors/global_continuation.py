@@ -1,7 +1,7 @@
 """Attractors along a parameter, matched from value to value: shares of their basins, distances to the boundary, return times."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -16,11 +16,13 @@ from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.returnmap import map_along, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.parameters import System
 from nsmaps.interrupts import Interrupted
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.results import units_of
 
 MEASURES = "distance", "return_time", "return_error", "returned"  #: fields of `Stability`
 FIELDS = "states", "period", "label", "words", "reach", "scale"  #: of an attractor, as arrays of a part
@@ -29,20 +31,21 @@ FOUND = 0.4  #: share of the work that the search for attractors is assumed to t
 
 @divides
 def global_continuation(
-    map_of: Callable[[float], ReturnMap],
+    system: System | Callable[[float], ReturnMap],
+    parameter: str,
     values: ArrayLike,
-    region: BoxLike,
-    samples: int = 1000,
-    returns: int = 1000,
+    box: BoxLike,
+    *,
+    n_samples: int = 1000,
+    max_returns: int = 1000,
     tolerance: float = 1e-6,
     max_period: int = 32,
-    *,
     scale: ArrayLike | None = None,
     step: float = 0.1,
     kick: float = 0.01,
-    kicks: int = 100,
-    directions: int = 16,
-    points: int = 8,
+    n_kicks: int = 100,
+    n_directions: int = 16,
+    n_states: int = 8,
     seed: int = 0,
     jobs: Jobs = SERIAL,
 ) -> GlobalContinuation:
@@ -54,32 +57,35 @@ def global_continuation(
     as samples, if most states of either are within the reach of the other. See `nonlocal_stability` for the kicks.
 
     Args:
-        map_of, values, returns, tolerance, max_period: as for `bifurcation` and `basins`; a value without a map is skipped.
-        region: a box of states, shape (n, 2), by name, or a `Box`, in which the starts are drawn, the same at all values.
-        samples: number of starts.
-        scale: shape (n,), the unit of kicks and distances in each coordinate; by default the sides of the region.
+        system: a system, or the return map as a function of the parameter's value.
+        parameter: its name.
+        values: shape (V,); a value without a map is skipped.
+        box: a box of states, shape (n, 2), by name, or a `Box`, in which the starts are drawn, the same at all values.
+        n_samples: number of starts.
+        max_returns, tolerance, max_period: as for `basins`.
+        scale: shape (n,), the unit of kicks and distances in each coordinate; by default the sides of the box.
         step: largest distance of an attractor from its continuation at the next value.
-        kick, kicks: size and number of the kicks whose returns are timed, each of a random state in a random direction.
-        directions, points: number of directions, and of states of an attractor, in which the boundary is searched for.
+        kick, n_kicks: size and number of the kicks whose returns are timed, each of a random state in a random direction.
+        n_directions, n_states: of directions, and of states of an attractor, in which the boundary is searched for.
         seed: of the starts, directions and kicks.
         jobs: see `nsmaps.Jobs`; every value is a part, of the search and of the stability.
 
     Raises:
-        StateError, NsmapsError: the region does not have the map's coordinates, another argument is not valid, or no value has a
-            map.
+        StateError, NsmapsError: there is no such parameter, the box does not have the map's coordinates, another argument is not
+            valid, or no value has a map.
         Interrupted: Ctrl-C; `result` has the finished values, None if there are none.
     """
-    along = np.sort(np.atleast_1d(np.asarray(values, float)))
-    _check(along, samples, step)
-    coordinates = _coordinates(map_of, along)
-    box = as_box(region, coordinates, whole_turn=True)
-    unit = np.array(np.broadcast_to(np.ptp(box, axis=1) if scale is None else np.asarray(scale, float), len(box)))
+    map_of, along = map_along(system, parameter), np.sort(np.atleast_1d(np.asarray(values, float)))
+    _check(along, n_samples, step)
+    coordinates, units = _coordinates(map_of, along)
+    region = as_box(box, coordinates, whole_turn=True)
+    unit = np.array(np.broadcast_to(np.ptp(region, axis=1) if scale is None else np.asarray(scale, float), len(region)))
     if not (np.isfinite(unit) & (unit > 0)).all():
         raise NsmapsError(f"the scale is {unit.tolist()}; expected: a length above 0 for each of {', '.join(coordinates)}")
-    start = box[:, 0] + np.ptp(box, axis=1) * np.random.default_rng(seed).random((samples, len(box)))
-    how = returns, tolerance, max_period
-    work = _Work(map_of, along, start, how, Kicks(kick, kicks, directions, points, seed), unit)
-    about = coordinates, box, step
+    start = region[:, 0] + np.ptp(region, axis=1) * np.random.default_rng(seed).random((n_samples, len(region)))
+    how = max_returns, tolerance, max_period
+    work = _Work(map_of, along, start, how, Kicks(kick, n_kicks, n_directions, n_states, seed), unit)
+    about = coordinates, parameter, units, region, step
     try:
         work.find(jobs.share(0.0, FOUND, "attractors"))
         work.follow()
@@ -96,12 +102,12 @@ def _check(values: Floats, samples: int, step: float) -> None:
         raise NsmapsError(f"{samples} samples, a step of {step}; expected: at least 1 sample, a step above 0")
 
 
-def _coordinates(map_of: Callable[[float], ReturnMap], values: Floats) -> Coordinates:
-    """The coordinates of the first map that there is."""
+def _coordinates(map_of: Callable[[float], ReturnMap], values: Floats) -> tuple[Coordinates, dict[str, str]]:
+    """The coordinates of the first map that there is, and its units."""
     for value in values.tolist():
         map, reason = map_or_reason(map_of, value)
         if map is not None:
-            return Coordinates(map.coordinates)
+            return Coordinates(map.coordinates), units_of(map)
     raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[-1]:g}: {reason}")
 
 
@@ -151,7 +157,9 @@ class _Work:
             self.stability.update((places[k], part) for k, part in sorted(stopped.result.items()))
             raise
 
-    def result(self, coordinates: Coordinates, region: Floats, step: float) -> GlobalContinuation:
+    def result(
+        self, coordinates: Coordinates, parameter: str, units: Mapping[str, str], region: Floats, step: float
+    ) -> GlobalContinuation:
         """The attractors numbered along the parameter, and their quantities as far as they are known."""
         rows, count = self._numbers(step)
         shape = len(self.values), count
@@ -163,12 +171,13 @@ class _Work:
             unresolved[v], ended[v] = (label == UNRESOLVED).mean(), (label == ENDED).mean()
             for name in MEASURES if v in self.stability else ():
                 measures[name][v, own] = self.stability[v][name]
-        every, index = tuple(each for v in rows for each in self.attractors[v]), np.full(shape, -1)
+        every = tuple(replace(each, units=units) for v in rows for each in self.attractors[v])
+        index = np.full(shape, -1)
         index[tuple(np.array([(v, a) for v, own in rows.items() for a in own], int).reshape(-1, 2).T)] = range(len(every))
         reasons = tuple(str(self.found[v]["reason"]) if v in self.found else NOT_COMPUTED for v in range(shape[0]))
         about = reasons, region, self.scale, len(self.start), self.kicks.size
         tables: Any = {"index": index, "share": share, "unresolved": unresolved, "ended": ended, **measures}
-        return GlobalContinuation(coordinates, self.values, *about, every, **tables)
+        return GlobalContinuation(coordinates, parameter, self.values, *about, every, **tables, units=units)
 
     def _numbers(self, step: float) -> tuple[dict[int, list[int]], int]:
         """The number of each attractor by the index of the value, and how many numbers there are."""

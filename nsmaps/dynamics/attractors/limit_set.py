@@ -1,7 +1,8 @@
 """The limit set of an orbit: a cycle, found by Newton's method from its last states, or states without a period."""
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from nsmaps.dynamics.orbit import Orbit
 from nsmaps.dynamics.periodic import stability
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.results import NONE, Result, array, units_of
 
 TOLERANCE = 1e-6  #: share of the scale within which the states of a cycle repeat
 VISITED = 1000  #: number of states that represent an attractor without period
@@ -23,8 +25,8 @@ TOLD = 4  #: number of states of a cycle that a sentence lists
 LONG = 40  #: number of letters from which a sentence omits a label
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LimitSet(WithCoordinates):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class LimitSet(WithCoordinates, Result):
     """The limit set of one orbit in n coordinates."""
 
     coordinates: Coordinates
@@ -33,10 +35,17 @@ class LimitSet(WithCoordinates):
     more: int  #: returns beyond those of the orbit that were computed
     label: str  #: name of the motion, such as 1:1/2T; see `nsmaps.dynamics.motion.label`
     words: tuple[str, ...]  #: of the return from each state of a period; without a period, every word of the sample
-    states: Floats  #: shape (K, n), angles in [0, 2 pi): one period in order, those that are images of the map; or states visited
-    multipliers: NDArray[np.complex128]  #: shape (n,), the largest first; empty where Newton's method did not find the cycle
+    #: those that are images of the map
+    states: Floats = field(metadata=array("point coordinate", "one period in order, or states visited; angles in [0, 2 pi)"))
+    #: empty where Newton's method did not find the cycle
+    multipliers: NDArray[np.complex128] = field(metadata=array("multiplier", "multipliers of the cycle, the largest first", NONE))
     exponent: float = math.nan  #: largest Lyapunov exponent per return; NaN with a period and of an escape
     exponent_error: float = math.nan  #: its standard error
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
+
+    def __str__(self) -> str:
+        """A description in a few words."""
+        return self.text
 
     @property
     def stable(self) -> bool | None:
@@ -100,7 +109,7 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
     states, words = np.roll(found.states, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
     about = path.coordinates, found.period, len(found.path.codes) // 2, more, found.label, words, states, factors
-    return LimitSet(*about, found.exponent, found.error)
+    return LimitSet(*about, found.exponent, found.error, units_of(map))
 
 
 def _number(value: complex) -> str:

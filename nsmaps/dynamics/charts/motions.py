@@ -62,7 +62,7 @@ def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int6
     """A number of the attractor of each orbit of one pixel, in the order of the orbits; -1 of one that ended.
 
     Orbits with periods have one attractor if each of their states is within 0.01 of the largest scale of a state of the
-    other; an orbit without a period is a sample of it, compared as in `coexistence`.
+    other; an orbit without a period is a sample of it, compared as in `match_attractors`.
 
     Args:
         states: shape (S, K, n), the last ones.

@@ -140,7 +140,7 @@ def optimize(
         basin = Basin(search, sample, returns, share, offsets)
         lies_on_share = basin.share(best) < share
         best, edge = (_with_share(basin, best), False) if lies_on_share else (best, edge)
-    found = None if states is None else basins(best.system, states, returns=returns)
+    found = None if states is None else basins(best.system, states, max_returns=returns)
     conditions, left = _all_conditions(search, best, edge, basin, lies_on_share)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions

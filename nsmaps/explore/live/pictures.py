@@ -89,7 +89,7 @@ def words(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
 
 def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
     """The plane by the attractor that is reached within some hundred returns."""
-    found = basins(scene.system, scene.grid(points), returns=RETURNS, jobs=Jobs(progress=progress))
+    found = basins(scene.system, scene.grid(points), max_returns=RETURNS, jobs=Jobs(progress=progress))
     names = {k: f"{one.label} ({k + 1})" for k, one in enumerate(found.attractors)}
     names |= {UNRESOLVED: "none reached", ENDED: "ended"}
     return _areas("Attractors reached", [names[k] for k in found.label.tolist()], points)

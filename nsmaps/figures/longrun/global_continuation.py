@@ -2,22 +2,18 @@
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import GLOBAL_CONTINUATION, section
 from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import label, tint
-
-if TYPE_CHECKING:
-    from nsmaps.dynamics.attractors.continued import GlobalContinuation
-    from nsmaps.study.result import StudyResult
 
 Quantity = Literal["share", "distance", "return_time"]
 QUANTITIES: tuple[Quantity, ...] = ("share", "distance", "return_time")
@@ -27,13 +23,13 @@ NAMES = 2  #: labels of an attractor that the legend names
 _DECADE = 10  #: quantities that differ by more than this factor are shown on a logarithmic scale
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(found: GlobalContinuation) -> tuple[Sheet, ...]:
     """One sheet of three panels, one below the other, over the same values."""
-    panels = tuple(partial(global_continuation, result, quantity=quantity) for quantity in QUANTITIES)
+    panels = tuple(partial(global_continuation, found, quantity=quantity) for quantity in QUANTITIES)
     return (Sheet("global_continuation", panels, 1, 0.34, legend=True),)
 
 
-def global_continuation(result: "StudyResult", ax: Axes, quantity: Quantity = "share") -> Axes:
+def global_continuation(found: GlobalContinuation, ax: Axes, quantity: Quantity = "share") -> Axes:
     """One quantity of each attractor over the parameter, a colour for each of the six with the largest shares.
 
     Shares are bands, each value as wide as up to the middle of its neighbours; distances and return times are dots, with two
@@ -45,14 +41,13 @@ def global_continuation(result: "StudyResult", ax: Axes, quantity: Quantity = "s
     """
     if quantity not in QUANTITIES:
         raise NsmapsError(f"the quantity is {quantity!r}; expected: {', '.join(QUANTITIES)}")
-    found = GLOBAL_CONTINUATION.of(result, "global_continuation")
     sides = _sides(found.values)
     if quantity == "share":
         _bands(found, ax, sides)
     else:
         _dots(found, ax, quantity)
     ax.set_xlim(sides[0], sides[-1])
-    ax.set_xlabel(label(section(result.study.global_continuation, "global_continuation").parameter))
+    ax.set_xlabel(label(found.parameter))
     ax.set_ylabel(AXES[quantity])
     if quantity != QUANTITIES[-1]:  # the axis is that of the lowest panel
         ax.xaxis.label.set_visible(False)
@@ -60,7 +55,7 @@ def global_continuation(result: "StudyResult", ax: Axes, quantity: Quantity = "s
     return ax
 
 
-def _bands(found: "GlobalContinuation", ax: Axes, sides: Floats) -> None:
+def _bands(found: GlobalContinuation, ax: Axes, sides: Floats) -> None:
     """The shares at each value on top of each other, in the order of the numbers."""
     edges, low, entries = np.repeat(sides, 2)[1:-1], np.zeros(len(found.values)), dict[str, Patch]()
     layers = [(np.nan_to_num(found.share[:, k]), colour, name) for k, colour, name in _looks(found)]
@@ -75,7 +70,7 @@ def _bands(found: "GlobalContinuation", ax: Axes, sides: Floats) -> None:
     ax.legend(handles=list(entries.values()))
 
 
-def _dots(found: "GlobalContinuation", ax: Axes, quantity: Quantity) -> None:
+def _dots(found: GlobalContinuation, ax: Axes, quantity: Quantity) -> None:
     """The distances, or the return times with two standard errors."""
     values = getattr(found, quantity)
     for k, colour, _ in _looks(found):
@@ -90,7 +85,7 @@ def _dots(found: "GlobalContinuation", ax: Axes, quantity: Quantity) -> None:
         ax.set_ylim(shown.min() / 2, shown.max() * 2)
 
 
-def _looks(found: "GlobalContinuation") -> Iterator[tuple[int, str, str]]:
+def _looks(found: GlobalContinuation) -> Iterator[tuple[int, str, str]]:
     """The number, colour and name of each attractor; those beyond the colours are grey."""
     total = np.nansum(found.share, axis=0)
     largest = np.sort(np.argsort(-total, kind="stable")[: len(COLOURS)]).tolist()
@@ -99,7 +94,7 @@ def _looks(found: "GlobalContinuation") -> Iterator[tuple[int, str, str]]:
         yield k, COLOURS[largest.index(k)] if own else OTHER, _name(found, k) if own else "other attractors"
 
 
-def _name(found: "GlobalContinuation", number: int) -> str:
+def _name(found: GlobalContinuation, number: int) -> str:
     """The motions of one attractor, in the order of the values."""
     names = list(dict.fromkeys(name for name in found.labels[:, number].tolist() if name))
     return ", ".join(names[:NAMES]) + (", ..." if len(names) > NAMES else "")

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.exit_times import ExitTimes
     from nsmaps.cells.morse_sets import MorseCover, Trap
     from nsmaps.cells.periodic_points import CycleSearch
-    from nsmaps.dynamics.attractors.basins import Basins, Boundary
+    from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.charts.chart import Chart
@@ -161,7 +161,7 @@ class BasinsFields:
     """The fields of a result for basins."""
 
     basins: "Basins | None" = None  #: of the grid
-    boundary: "Boundary | None" = None  #: between them
+    boundary: "BasinBoundary | None" = None  #: between them
     reduced_basins: "Basins | None" = None  #: those of the composite map, if the study requests them
     same_attractor: "Ints | None" = None  #: for each attractor of the composite map, the index of that of the exact map it is on
 

@@ -24,8 +24,6 @@ KIND = "$"  #: the key of the kind of a value that is not plain JSON
 SHARED = {  #: classes of several sections, by module
     "coordinates": ("Coordinates",),
     "cells.grid": ("Cells",),
-    "dynamics.attractors.attractor": ("Attractor",),
-    "dynamics.attractors.limit_set": ("LimitSet",),
     "dynamics.orbit": ("Orbit",),
     "dynamics.periodic": ("PeriodicOrbit",),
     "exact.returns": ("Impacts", "Margin", "Returns"),
@@ -35,7 +33,7 @@ SHARED = {  #: classes of several sections, by module
     "reduced.fit.polymap": ("FitReport", "PolyMap"),
     "reduced.conditions.region": ("Box", "ConditionRegion"),
 }
-FORMER = {"Ending": "LimitSet", "Transient": "ExitTimes"}  #: names of classes in earlier files
+FORMER = {"Transient": "ExitTimes"}  #: names of classes in earlier files
 #: the module of every class that a file may name; files contain the name alone
 HOME = {
     name: f"nsmaps.{module}"

@@ -15,7 +15,7 @@ from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.sections.fields import BasinsFields
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.attractors.basins import Basins, Boundary
+    from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -49,14 +49,14 @@ def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
 def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The basins over the grid, and the points on their boundaries if the study requests them."""
     from nsmaps.dynamics.attractors.arrivals import follow
-    from nsmaps.dynamics.attractors.basins import basins, boundary
+    from nsmaps.dynamics.attractors.basins import basin_boundary, basins
 
     with plan.study.source.located(("basins",)):
         how = None, spec.returns, spec.tolerance, spec.max_period
         both = "composite" in spec.map
         first = plan.portion(0, 2, "exact") if both else plan.jobs
         found = basins(plan.system, plan.bound["basins"], *how, jobs=first)
-        line = None if spec.boundary is None else boundary(plan.system, found, spec.boundary, spec.returns)
+        line = None if spec.boundary is None else basin_boundary(plan.system, found, spec.boundary, spec.returns)
         if not both or result.composite is None:
             return {"basins": found, "boundary": line}
         reduced = basins(result.composite, plan.bound["basins"], *how, jobs=plan.portion(1, 2, "composite"))
@@ -124,7 +124,7 @@ def alike(result: "StudyResult") -> float:
     return float((to == exact.label)[known].mean()) if known.any() else float("nan")
 
 
-def _rows(basins: "Basins", line: "Boundary | None", returns: int) -> list[tuple[str, ...]]:
+def _rows(basins: "Basins", line: "BasinBoundary | None", returns: int) -> list[tuple[str, ...]]:
     """A row per attractor: motion, period, words, share of the starts, most returns to reach it, distance from the boundary.
 
     Further rows are for starts that reached none in so many returns, and for those whose orbits ended.
@@ -149,7 +149,6 @@ BASINS = Section[BasinsSection](
     key="basins",
     type=BasinsSection | None,
     stored=BasinsFields,
-    holds={"dynamics.attractors.basins": ("Basins", "Boundary")},
     needs=_needs,
     bind=_bind,
     compute=_compute,

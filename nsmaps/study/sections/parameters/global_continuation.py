@@ -7,7 +7,6 @@ import numpy as np
 from pydantic import Field
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.texts import plain, range_text
@@ -49,12 +48,12 @@ def _compute(spec: GlobalContinuationSection, plan: "Plan", result: "StudyResult
     from nsmaps.dynamics.attractors.global_continuation import global_continuation
 
     values = np.linspace(spec.low, spec.high, spec.points)
-    names = {"samples", "returns", "tolerance", "max_period", "step", "kick", "kicks", "directions", "seed"}
-    how: Any = spec.model_dump(include=names) | {"points": spec.states}
+    how: Any = spec.model_dump(include={"tolerance", "max_period", "step", "kick", "seed"})
+    counts: Any = {f"n_{name}": getattr(spec, name) for name in ("samples", "kicks", "directions", "states")}
     with plan.study.source.located(("global_continuation",)):
         region = plan.bound["global_continuation"]
-        found = global_continuation(Along(plan.system, spec.parameter), values, region, **how, jobs=plan.jobs)
-        return {"global_continuation": found}
+        more = {"max_returns": spec.returns, "jobs": plan.jobs, **how, **counts}
+        return {"global_continuation": global_continuation(plan.system, spec.parameter, values, region, **more)}
 
 
 def _describe(spec: GlobalContinuationSection, study: "Study") -> str:
@@ -122,7 +121,6 @@ GLOBAL_CONTINUATION = Section[GlobalContinuationSection](
     key="global_continuation",
     type=GlobalContinuationSection | None,
     stored=GlobalContinuationFields,
-    holds={"dynamics.attractors.continued": ("GlobalContinuation",)},
     bind=_bind,
     compute=_compute,
     describe=_describe,

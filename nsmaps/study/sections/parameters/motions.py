@@ -31,11 +31,11 @@ def motions(diagram: "Bifurcation") -> list[Row]:
 
 def attractors(diagram: "Bifurcation") -> tuple[list[Row], list[Row]]:
     """The intervals of each attractor under each of its names, and of coexisting ones; both empty for a single orbit."""
-    from nsmaps.dynamics.attractors.coexistence import coexistence
+    from nsmaps.dynamics.attractors.coexistence import match_attractors
 
     if diagram.held.shape[1] < 2:
         return [], []
-    found = coexistence([diagram])
+    found = match_attractors([diagram])
     spans = [{"attractor": span.attractor, "label": span.label, "from": span.low, "to": span.high} for span in found.spans]
     return spans, _beside(found)
 
