@@ -281,7 +281,7 @@ def test_wrong_calls_are_errors(pair):
     with pytest.raises(NsmapsError, match="the grid has axes phi, v"):
         many(nsmaps.Grid(axes={"phi": nsmaps.Axis(low=0, high=1, points=3), "v": nsmaps.Axis(low=0, high=1, points=3)}))
     with pytest.raises(NsmapsError, match="0 returns"):
-        many([[0.8, 0.4]], returns=0)
+        many([[0.8, 0.4]], max_returns=0)
 
 
 @dataclass(frozen=True)
