@@ -5,7 +5,7 @@ Bernstein coefficients, between whose least and largest its values lie. What rou
 any order of summation (gamma_n of Higham, Accuracy and stability of numerical algorithms, section 3.1), and added.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from math import comb, log, pi, prod
@@ -56,7 +56,7 @@ class Polynomials:
         values, spare = np.empty((2, self.tensor.size))
         work = Work(values, spare, np.empty_like(tables.conversion), np.empty_like(tables.points), np.empty(m), np.empty(m))
         found = Hulls(*(np.zeros((count, *shape)) for shape in ((m, 2), (m, 2), (m,), (m, 2, n, 2), (n,))))
-        bernstein_hulls(tables, work, np.ascontiguousarray(boxes), *(getattr(found, each.name) for each in fields(found)))
+        bernstein_hulls(tables, work, np.ascontiguousarray(boxes), *found)
         return found.absolute(np.array(self.absolute), boxes) if any(self.absolute) else found
 
     @cached_property

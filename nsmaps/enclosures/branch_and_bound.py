@@ -1,8 +1,9 @@
 """Ranges over boxes by branch and bound: outer bounds, the gap to values that are taken, and where the extremes lie."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +13,7 @@ SLICES, FEW = 8, 16  #: into which a box is cut along one coordinate, more if th
 MOST_ROUNDS, MOST_BOXES = 60, 2**12  #: of cutting, and of boxes in one round
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Hulls:
+class Hulls(NamedTuple):
     """What is known of m functions on each of M boxes; the last axis of length 2 is (least, largest)."""
 
     outer: Floats  #: shape (M, m, 2), bounds without `margin`
@@ -25,7 +25,7 @@ class Hulls:
     @classmethod
     def joined(cls, parts: Sequence["Hulls"]) -> "Hulls":
         """The parts one after another."""
-        return parts[0] if len(parts) == 1 else cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+        return parts[0] if len(parts) == 1 else cls._make(map(np.concatenate, zip(*parts, strict=True)))
 
     def absolute(self, which: Bools, boxes: Floats) -> "Hulls":
         """The same of the absolute values of some of the functions, shape (m,), on the boxes (M, n, 2) that these are of."""
@@ -34,11 +34,10 @@ class Hulls:
         turned = which & (self.outer[..., 1] <= 0)
         at = np.where(turned[:, :, None, None, None], self.at[:, :, ::-1], self.at)
         at = np.where(mixed[:, :, None, None, None], boxes[:, None, None], at)
-        return replace(self, outer=outer, inner=inner, at=at)
+        return self._replace(outer=outer, inner=inner, at=at)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Pieces:
+class Pieces(NamedTuple):
     """Parts of boxes, and what is known on each of the one function that its box is for."""
 
     source: Ints  #: shape (M,), number of the box
@@ -52,11 +51,11 @@ class Pieces:
     @classmethod
     def joined(cls, parts: Sequence["Pieces"]) -> "Pieces":
         """The parts one after another."""
-        return parts[0] if len(parts) == 1 else cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+        return parts[0] if len(parts) == 1 else cls._make(map(np.concatenate, zip(*parts, strict=True)))
 
     def of(self, rows: Bools) -> "Pieces":
         """The parts of some numbers."""
-        return Pieces(*(getattr(self, f.name)[rows] for f in fields(self)))
+        return Pieces._make(each[rows] for each in self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
