@@ -51,11 +51,10 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
     from nsmaps.dynamics.design.optimum import Optimum as Optimum
     from nsmaps.dynamics.design.optimum import optimize as optimize
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation as Bifurcation
-    from nsmaps.dynamics.diagrams.bifurcation import bifurcation as bifurcation
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram as bifurcation_diagram
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram as BifurcationDiagram
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
     from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
-    from nsmaps.dynamics.diagrams.windows import windows as windows
     from nsmaps.dynamics.iterated import IteratedMap as IteratedMap
     from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
     from nsmaps.dynamics.lyapunov import LyapunovSweep as LyapunovSweep
@@ -174,7 +173,8 @@ _PUBLIC = {
     "cells.exit_times": ("ExitTimes", "exit_times"),
     "dynamics.attractors.basins": ("BasinBoundary", "Basins", "basin_boundary", "basins"),
     "dynamics.design.optimum": ("Optimum", "optimize"),
-    "dynamics.diagrams.bifurcation": ("Bifurcation", "bifurcation"),
+    "dynamics.diagrams.bifurcation": ("bifurcation_diagram",),
+    "dynamics.diagrams.diagram": ("BifurcationDiagram",),
     "dynamics.attractors.attractor": ("Attractor",),
     "dynamics.chatter.cascade": ("ChatterScaling", "IncompleteChatter", "chatter_cascade", "chatter_scaling"),
     "dynamics.chatter.complete": ("CompleteChatter",),
@@ -239,7 +239,6 @@ _PUBLIC = {
     "exact.trajectory": ("track",),
     "proof.cycles": ("certificate_of",),
     "verify.certificate": ("write_certificate",),
-    "dynamics.diagrams.windows": ("windows",),
     "symbolic.kneading": ("topological_entropy",),
     "study.store.archive": ("read_result",),
     "study.reading.reader": ("load_study",),

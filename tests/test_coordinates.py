@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_starts
-from nsmaps.dynamics.diagrams.impacts import impact_diagram
+from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.errors import StateError
 from nsmaps.parallel import names_among, names_as_arrays
 from nsmaps.study.store.serialize import decode, encode
@@ -96,7 +96,7 @@ STARTED = {
 
 
 SWEPT = {
-    "bifurcation": lambda of, state: nsmaps.bifurcation(of, [0.34, 0.35], state, 3, 2).states,
+    "bifurcation": lambda of, state: nsmaps.bifurcation_diagram(of, "p", [0.34, 0.35], state, n_returns=3, transient=2).states,
     "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
     "stability_diagram": lambda of, state: (
         nsmaps.stability_diagram(lambda d, r: of(d).at(r=r), [0.34, 0.35], [0.5], state, 2, 9).period

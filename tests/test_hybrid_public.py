@@ -70,8 +70,8 @@ def settled(system: Any) -> nsmaps.Basins:
 
 
 @cache
-def swept(system: Any) -> nsmaps.Bifurcation:
-    return nsmaps.bifurcation(along(system), values(system), STARTS[system], 4, 9)
+def swept(system: Any) -> nsmaps.BifurcationDiagram:
+    return nsmaps.bifurcation_diagram(along(system), "p", values(system), STARTS[system], n_returns=4, transient=9)
 
 
 @cache
@@ -124,7 +124,6 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "surfaces": lambda s: nsmaps.surfaces(s, grid(s), [nsmaps.WordFamily(name="any", words=(2 * s.letters[0],))]),
     "topological_entropy": lambda s: nsmaps.topological_entropy(s),
     "track": lambda s: nsmaps.track(s, STARTS[s], 2),
-    "windows": lambda s: nsmaps.windows(swept(s), along(s), np.array([STARTS[s]]), 9),
     "export": lambda s: nsmaps.export(s, "latex"),
     "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
     "global_continuation": lambda s: nsmaps.global_continuation(
@@ -240,7 +239,9 @@ EMPTY: dict[str, Callable[[Any, Any], int]] = {
     "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
     "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
     "basins": lambda s, none: len(nsmaps.basins(s, none, max_returns=9).label),
-    "bifurcation": lambda s, none: nsmaps.bifurcation(along(s), values(s), none, 4, 2).states.shape[1],
+    "bifurcation": lambda s, none: nsmaps.bifurcation_diagram(
+        along(s), "p", values(s), none, n_returns=4, transient=2
+    ).states.shape[1],
     "periodic_orbits": lambda s, none: len(nsmaps.periodic_orbits(s, none, 1)),
 }
 

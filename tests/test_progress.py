@@ -142,7 +142,9 @@ def test_every_progress_is_a_fraction_that_ends_with_one(name, pair):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda system, jobs: nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 20, 20, jobs=jobs),
+        lambda system, jobs: nsmaps.bifurcation_diagram(
+            system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20, jobs=jobs
+        ),
         lambda system, jobs: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200, jobs=jobs),
         lambda system, jobs: nsmaps.lyapunov_sweep(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=64, transient=20, jobs=jobs),
         lambda system, jobs: nsmaps.noisy_orbits(system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, jobs=jobs),
@@ -184,7 +186,10 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
         ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", samples=21)),
         ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
         ("strip map", lambda system: nsmaps.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
-        ("bifurcation", lambda system: nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], 20, 20)),
+        (
+            "bifurcation_diagram",
+            lambda system: nsmaps.bifurcation_diagram(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20),
+        ),
         ("basins", lambda system: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200)),
         ("morse_sets", lambda system: nsmaps.morse_sets(system, BOX, 1)),
         ("find_cycles", lambda system: nsmaps.find_cycles(system, BOX, 1, 1)),

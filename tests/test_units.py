@@ -63,9 +63,9 @@ def test_motions_over_a_parameter(name, unit):
     (plain, _), there, (key, low, high) = SYSTEMS[name], Units(*unit), SWEEPS[name]
     values = np.linspace(low, high, 10)
     scaled = [there.parameter(plain, key, value) for value in values]
-    one = nsmaps.bifurcation(lambda value: plain.at(**{key: value}), values, start(name, 1), discard=1500)
+    one = nsmaps.bifurcation_diagram(lambda value: plain.at(**{key: value}), "value", values, start(name, 1), transient=1500)
     system, begun = there.of(plain), there.states(start(name, 1))
-    other = nsmaps.bifurcation(lambda value: system.at(**{key: value}), scaled, begun, discard=1500)
+    other = nsmaps.bifurcation_diagram(lambda value: system.at(**{key: value}), "value", scaled, begun, transient=1500)
     assert np.array_equal(one.period, other.period)
     assert (one.period > 0).any()
     assert np.array_equal(one.labels, other.labels)

@@ -57,9 +57,10 @@ def mapping(u: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 def ours() -> np.ndarray:
     """Both ways, with words, turns and outcomes of every return kept, periods and motions found."""
-    pair = nsmaps.Along(SYSTEM, "d")
-    up = nsmaps.bifurcation(pair, VALUES, START, RETURNS, TRANSIENT, direction="up")
-    return np.asarray(nsmaps.bifurcation(pair, VALUES, up.states[-1, :, -1], RETURNS, TRANSIENT, direction="down").states[:, 0])
+    how = {"n_returns": RETURNS, "transient": TRANSIENT}
+    up = nsmaps.bifurcation_diagram(SYSTEM, "d", VALUES, START, **how, direction="up")
+    down = nsmaps.bifurcation_diagram(SYSTEM, "d", VALUES, up.states[-1, :, -1], **how, direction="down")
+    return np.asarray(down.states[:, 0])
 
 
 def by_hand() -> np.ndarray:

@@ -154,6 +154,7 @@ _ROWS = (
         "room; C is chaos, between windows at most of the values. A motion of the "
         "composite map has the name of the exact one with the same words and period in returns. Grey: no attractor.",
         (data.BIFURCATION,),
+        of_parts=True,
     ),
     Row(
         "longrun.branches",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.dynamics.continuation.branch import Branch
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
@@ -113,6 +113,12 @@ def _basins(result: "StudyResult") -> "Basins | Mapping[str, Basins] | None":
         return None
     plane(found.grid)
     return found if reduced is None else {result.system.map_name: found, "composite map": reduced}
+
+
+def _diagrams(result: "StudyResult") -> "Mapping[str, BifurcationDiagram]":
+    """The bifurcation diagrams by the titles of their maps, the exact one first."""
+    found = sorted(result.bifurcation.items(), key=lambda pair: pair[0] != "exact")
+    return {result.map_title(of): diagram for of, diagram in found}
 
 
 def _diagonal(result: "StudyResult") -> "DiagonalRegion | None":
@@ -243,7 +249,7 @@ TRACKS: "Need[Sequence[Track | ModeTrack]]" = Need(
     "'track' in an entry of 'orbits'",
     lambda study: not study.orbits or any(orbit.track for orbit in study.orbits),
 )
-BIFURCATION: "Need[Mapping[str, Bifurcation]]" = Need("bifurcation diagrams", ("bifurcation",), lambda result: result.bifurcation)
+BIFURCATION: "Need[Mapping[str, BifurcationDiagram]]" = Need("bifurcation diagrams", ("bifurcation",), _diagrams)
 BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
     "branches of periodic orbits", ("branches",), lambda result: result.branches
 )

@@ -7,7 +7,7 @@ import pytest
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.diagrams.agreement import agreement
-from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import ConditionRegion
@@ -26,7 +26,9 @@ def quadratic(a, unit=1.0):
 @lru_cache
 def diagram(low, high, count, moved=0.0, unit=1.0, returns=64):
     values = np.linspace(low, high, count)
-    return bifurcation(lambda a: quadratic(a + moved, unit), values, [[0.3 * unit]], returns, 2000)
+    return bifurcation_diagram(
+        lambda a: quadratic(a + moved, unit), "a", values, [[0.3 * unit]], n_returns=returns, transient=2000
+    )
 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-6, 1e5])
@@ -61,9 +63,9 @@ def test_chaos_agrees_with_chaos_on_the_same_states_alone():
     assert (far.period == 0).all()
     assert agreement(far, near, 0.1).holds.all()
     values = far.values
-    moved = bifurcation(lambda a: quadratic(a - 0.4), values, [[0.3]], 64, 2000)
+    moved = bifurcation_diagram(lambda a: quadratic(a - 0.4), "a", values, [[0.3]], n_returns=64, transient=2000)
     assert not agreement(far, moved, 0.05).holds.any()
-    cycle = bifurcation(lambda a: quadratic(1.753), values, [[0.3]], 64, 2000)
+    cycle = bifurcation_diagram(lambda a: quadratic(1.753), "a", values, [[0.3]], n_returns=64, transient=2000)
     assert (cycle.period == 3).all()
     assert not agreement(far, cycle, 10.0).holds.any()
     with pytest.raises(NsmapsError, match="the diagrams have other coordinates, values or starts"):
@@ -85,8 +87,8 @@ def test_orbits_that_escape_agree_with_those_that_escape():
 def test_orbits_that_have_not_reached_their_cycle_do_not_agree():
     """The cycle of period 3 at a = 1.76 is found of either orbit, but the first nine states from 0.3 are not on it."""
     values = np.array([1.76])
-    early = bifurcation(quadratic, values, [[0.3]], 9, 0)
-    late = bifurcation(quadratic, values, [[0.3]], 9, 2000)
+    early = bifurcation_diagram(quadratic, "p", values, [[0.3]], n_returns=9, transient=0)
+    late = bifurcation_diagram(quadratic, "p", values, [[0.3]], n_returns=9, transient=2000)
     assert (early.period[0, 0], late.period[0, 0]) == (3, 3)
     scale = np.array([1.0])
     found = agreement(early, late, 1e-3, scale)
@@ -97,5 +99,7 @@ def test_orbits_that_have_not_reached_their_cycle_do_not_agree():
 def test_samples_of_one_chaotic_attractor_agree():
     """At a = 2, from 40 starts, whose orbits have nothing in common but the attractor [-1, 1]."""
     starts = np.random.default_rng(0).uniform(-0.9, 0.9, (40, 1))
-    one, other = (bifurcation(quadratic, [2.0], some, 100, 100) for some in (starts, starts[::-1] + 0.01))
+    one, other = (
+        bifurcation_diagram(quadratic, "p", [2.0], some, n_returns=100, transient=100) for some in (starts, starts[::-1] + 0.01)
+    )
     assert agreement(one, other, 1e-3).holds.all()

@@ -46,7 +46,7 @@ def looped(system, state, n):
 @pytest.mark.parametrize("follow", ["up", "down", None])
 def test_diagram_is_that_of_single_returns(pair, follow):
     values = [0.30, 0.26, 0.35]
-    made = nsmaps.bifurcation(lambda d: pair(d), values, [0.8, 0.4], returns=20, discard=30, direction=follow)
+    made = nsmaps.bifurcation_diagram(lambda d: pair(d), "d", values, [0.8, 0.4], n_returns=20, transient=30, direction=follow)
     assert made.states.shape == (3, 1, 20, 2)
     order = {"up": [1, 0, 2], "down": [2, 0, 1], None: [0, 1, 2]}[follow]
     state = np.array([0.8, 0.4])
@@ -58,7 +58,10 @@ def test_diagram_is_that_of_single_returns(pair, follow):
 
 def test_both_ways_are_beside_each_other(pair):
     values, starts = [0.30, 0.26, 0.35], [[0.8, 0.4], [0.7, 0.3]]
-    up, down, both = (nsmaps.bifurcation(pair, values, starts, 5, 30, direction=way) for way in ("up", "down", "both"))
+    up, down, both = (
+        nsmaps.bifurcation_diagram(pair, "d", values, starts, n_returns=5, transient=30, direction=way)
+        for way in ("up", "down", "both")
+    )
     assert np.array_equal(both.states[:, :2], up.states)
     assert np.array_equal(both.states[:, 2:], down.states)
     assert both.labels.tolist() == np.concatenate([up.labels, down.labels], axis=1).tolist()
@@ -67,14 +70,14 @@ def test_both_ways_are_beside_each_other(pair):
 @pytest.mark.parametrize("count", [1, 3, 40])
 def test_starts_run_as_a_batch(pair, count):
     starts = np.random.default_rng(0).uniform([0.01, 0], [1, 2 * np.pi], (count, 2))
-    made = nsmaps.bifurcation(lambda d: pair(d), [0.28], starts, returns=5, discard=45)
+    made = nsmaps.bifurcation_diagram(lambda d: pair(d), "d", [0.28], starts, n_returns=5, transient=45)
     for k, start in enumerate(starts):
         assert np.array_equal(made.states[0, k], looped(pair(0.28), start, 50)[45:])
 
 
 def test_periods_and_labels_of_the_paper(pair):
     values = [0.35, 0.30, 0.27, 0.268, 0.26]
-    made = nsmaps.bifurcation(lambda d: pair(d), values, [0.83, 0.36], direction="down")
+    made = nsmaps.bifurcation_diagram(lambda d: pair(d), "d", values, [0.83, 0.36], direction="down")
     assert made.labels[:, 0].tolist() == ["1:1/T", "1:1/2T", "1:1/4T", "1:1/8T", "1:1/C"]
     assert made.period[:, 0].tolist() == [1, 2, 4, 8, 0]
     assert np.allclose(made.states[0, 0], [0.83338599, 0.36361156], atol=1e-8)
@@ -82,7 +85,7 @@ def test_periods_and_labels_of_the_paper(pair):
 
 
 def test_a_wall_hit_every_other_time_is_counted(pair):
-    made = nsmaps.bifurcation(lambda d: pair(d, r=0.25, beta=np.pi / 6), [0.21], [0.6, 0.3], discard=400)
+    made = nsmaps.bifurcation_diagram(lambda d: pair(d, r=0.25, beta=np.pi / 6), "d", [0.21], [0.6, 0.3], transient=400)
     assert set(made.words.ravel()) == {"BB", "BTB"}
     assert made.labels.item() == "2:1/T"
 
@@ -90,14 +93,14 @@ def test_a_wall_hit_every_other_time_is_counted(pair):
 def test_periods_of_the_logistic_map():
     """Its cycles have known windows: 1 to 3, 2 to 1 + sqrt 6, 4 to 3.54409, and 3 from 1 + sqrt 8."""
     values = [2.8, 3.2, 3.5, 3.55, 3.84, 4.0]
-    made = nsmaps.bifurcation(Logistic, values, [[0.3, 0.0]], returns=64)
+    made = nsmaps.bifurcation_diagram(Logistic, "a", values, [[0.3, 0.0]], n_returns=64)
     assert made.period[:, 0].tolist() == [4, 4, 4, 8, 12, 0]  # with the quarter turns of the phase
     assert made.labels[:, 0].tolist() == ["4:4/T", "4:4/T", "4:4/T", "4:4/2T", "4:4/3T", "1:1/C"]
 
 
 def test_orbits_that_end_and_maps_that_cannot_be_made_are_data(pair):
-    made = nsmaps.bifurcation(
-        Logistic, [4.5, 3.2, 2.8], [[0.3, 0.0], [2.0, 0.0], [np.nan, 0.0]], returns=8, discard=20, direction="down"
+    made = nsmaps.bifurcation_diagram(
+        Logistic, "a", [4.5, 3.2, 2.8], [[0.3, 0.0], [2.0, 0.0], [np.nan, 0.0]], n_returns=8, transient=20, direction="down"
     )
     assert made.held.tolist() == [[False] * 3, [True, False, False], [True, False, False]]
     assert made.outcome[:, 1].tolist() == [Outcome.escaped] * 3
@@ -106,7 +109,7 @@ def test_orbits_that_end_and_maps_that_cannot_be_made_are_data(pair):
     assert made.reasons == ("", "", "")
     assert made.labels[0].tolist() == ["escapes", "escapes", ""]
 
-    made = nsmaps.bifurcation(lambda d: pair(0.3).at(d=d), [0.3, -1.0, 0.35], [0.8, 0.4], returns=5, discard=300, direction="up")
+    made = nsmaps.bifurcation_diagram(pair(0.3), "d", [0.3, -1.0, 0.35], [0.8, 0.4], n_returns=5, transient=300, direction="up")
     assert made.held[:, 0].tolist() == [True, False, True]
     assert "greater than 0" in made.reasons[1]
     assert made.labels[:, 0].tolist() == ["1:1/2T", "", "1:1/T"]
@@ -117,20 +120,22 @@ def test_wrong_calls_are_errors(pair):
         return pair(0.3).at(d=d)
 
     with pytest.raises(NsmapsError, match=r"no map at any of 2 values; at -1: .*greater than 0"):
-        nsmaps.bifurcation(of, [-1, -2], [0.8, 0.4])
+        nsmaps.bifurcation_diagram(of, "p", [-1, -2], [0.8, 0.4])
     with pytest.raises(NsmapsError, match="direction is 'left'"):
-        nsmaps.bifurcation(of, [0.3], [0.8, 0.4], direction="left")
+        nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4], direction="left")
     with pytest.raises(NsmapsError, match="0 returns after 2000"):
-        nsmaps.bifurcation(of, [0.3], [0.8, 0.4], returns=0)
+        nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4], n_returns=0)
     with pytest.raises(NsmapsError, match=r"values have shape \(0,\)"):
-        nsmaps.bifurcation(of, [], [0.8, 0.4])
+        nsmaps.bifurcation_diagram(of, "p", [], [0.8, 0.4])
     with pytest.raises(StateError):
-        nsmaps.bifurcation(of, [0.3], [0.8, 0.4, 0.1])
+        nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4, 0.1])
 
 
 def test_progress_is_the_share_of_values():
     seen = []
-    nsmaps.bifurcation(Logistic, [2.8, 3.2], [0.3, 0.0], returns=2, discard=2, jobs=nsmaps.Jobs(progress=seen.append))
+    nsmaps.bifurcation_diagram(
+        Logistic, "a", [2.8, 3.2], [0.3, 0.0], n_returns=2, transient=2, jobs=nsmaps.Jobs(progress=seen.append)
+    )
     assert seen == [0.5, 1]
 
 
@@ -138,7 +143,7 @@ def test_progress_is_the_share_of_values():
 def test_progress_both_ways_is_one_count(kept, tmp_path):
     seen = []
     jobs = nsmaps.Jobs(checkpoint=tmp_path if kept else None, part=1, progress=seen.append)
-    nsmaps.bifurcation(Logistic, [2.8, 3.0, 3.2], [0.3, 0.0], returns=2, discard=2, direction="both", jobs=jobs)
+    nsmaps.bifurcation_diagram(Logistic, "a", [2.8, 3.0, 3.2], [0.3, 0.0], n_returns=2, transient=2, direction="both", jobs=jobs)
     assert seen == sorted(seen)
     assert seen[-1] == 1
 

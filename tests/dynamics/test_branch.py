@@ -252,7 +252,7 @@ def test_cascade_of_the_pair(pair):
     assert abs(ratios[-1] - 4.669201609) < abs(ratios[-2] - 4.669201609)
     for k in range(1, 4):  # between its doublings a cycle attracts, and the period is what follows from iteration alone
         middle = found[k - 1] + 0.7 * (found[k] - found[k - 1])
-        made = nsmaps.bifurcation(lambda d: system.at(d=d), [middle], [0.8, 0.4], discard=20_000, returns=64)
+        made = nsmaps.bifurcation_diagram(system, "d", [middle], [0.8, 0.4], transient=20_000, n_returns=64)
         assert made.period.item() == 2**k
 
 

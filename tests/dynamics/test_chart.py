@@ -66,7 +66,7 @@ def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_
 def test_pixels_are_those_of_single_orbits(made: Any) -> None:
     for i, j in ((0, 0), (2, 3), (4, 7), (7, 5)):
         system = PAIR.at(d=PLANE["d"][j], r=PLANE["r"][i])
-        sweep = nsmaps.bifurcation(lambda d, s=system: s.at(d=d), [system.d], STARTS, 64, 1736)
+        sweep = nsmaps.bifurcation_diagram(lambda d, s=system: s.at(d=d), "d", [system.d], STARTS, n_returns=64, transient=1736)
         assert made.labels[i, j].tolist() == sweep.labels[0].tolist()
         assert made.period[i, j].tolist() == sweep.period[0].tolist()
         assert np.array_equal(made.state[i, j], sweep.states[0, :, -1])
@@ -99,7 +99,9 @@ def test_rows_that_are_followed_are_bifurcation_diagrams(way: Any) -> None:
     found = nsmaps.chart(PAIR, PLANE, STARTS, 64, 500, direction=way)
     for i in (0, 7):
         row = PAIR.at(r=PLANE["r"][i])
-        sweep = nsmaps.bifurcation(lambda d, s=row: s.at(d=d), PLANE["d"], STARTS, 64, 500, way)
+        sweep = nsmaps.bifurcation_diagram(
+            lambda d, s=row: s.at(d=d), "d", PLANE["d"], STARTS, n_returns=64, transient=500, direction=way
+        )
         assert np.array_equal(found.state[i], sweep.states[:, :, -1])
         assert found.labels[i].tolist() == sweep.labels.tolist()
 

@@ -10,7 +10,7 @@ from toys import GearRattle
 import nsmaps
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.coexistence import match_attractors
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -23,7 +23,10 @@ def test_bistable_window_of_the_pair(pair):
         return pair(d, r=0.25, beta=pi / 6)
 
     values = np.linspace(0.222, 0.238, 33)
-    sweeps = [nsmaps.bifurcation(of, values, [0.6, 0.3], 200, 3000, way) for way in ("up", "down")]
+    sweeps = [
+        nsmaps.bifurcation_diagram(of, "p", values, [0.6, 0.3], n_returns=200, transient=3000, direction=way)
+        for way in ("up", "down")
+    ]
     made = match_attractors(sweeps)
     h = values[1] - values[0]
     spans = {span.label: span for span in made.spans}
@@ -48,8 +51,8 @@ def diagram(values, places, period):
     blank = np.zeros((*shape, 1), np.int32)
     outcome = np.zeros(places.shape, np.int8)
     labels = np.where(np.isnan(places), "", np.where(period > 0, "1:0, period 1", "1:0/C"))
-    about = states, blank, codes, outcome, ("",) * len(values), period, None, labels
-    return Bifurcation((Angle("phi"),), ("B", "T"), np.asarray(values, float), *about)
+    about = states, blank, codes, outcome, ("",) * len(values), period, np.ones(1), labels, period
+    return BifurcationDiagram((Angle("phi"),), ("B", "T"), "p", np.asarray(values, float), *about)
 
 
 def test_attractors_are_told_apart_and_matched():
@@ -66,7 +69,7 @@ def test_attractors_are_told_apart_and_matched():
 def rattle():
     """The gear rattle up and down through chaos, and through its one window with two attractors."""
     values = np.unique([*np.linspace(0.22, 0.25, 7), 0.265, 0.3, 0.35, 0.4, *np.linspace(0.43, 0.48, 11), 0.85])
-    return nsmaps.bifurcation(rattle_at, values, [3.0, 1.0], direction="both")
+    return nsmaps.bifurcation_diagram(rattle_at, "p", values, [3.0, 1.0], direction="both")
 
 
 def rattle_at(eps):
@@ -118,7 +121,9 @@ class Line(ReturnMap):
 def test_two_chaotic_attractors_of_the_cubic_map_until_they_merge(a, count, returns):
     """x -> a x - x^3 maps x > 0 into itself as long as its maximum 2 (a/3)^(3/2) is below sqrt(a): up to 3 sqrt(3)/2 = 2.598."""
     starts = np.random.default_rng(0).uniform(0.1, 1.5, (6, 1)) * np.array([[1], [-1]] * 3)
-    made = match_attractors([nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [a], starts, returns)])
+    made = match_attractors(
+        [nsmaps.bifurcation_diagram(lambda a: Line(lambda x: a * x - x**3), "a", [a], starts, n_returns=returns)]
+    )
     assert made.attractor[0].tolist() == [0, count - 1] * 3
     assert set(made.labels[0].tolist()) == {"1:1/C"}
 
@@ -126,7 +131,7 @@ def test_two_chaotic_attractors_of_the_cubic_map_until_they_merge(a, count, retu
 def test_intermittent_samples_of_one_attractor_are_not_told_as_two():
     """Just below 1 + sqrt 8 the logistic map is chaotic and stays by the period three to come for hundreds of returns."""
     starts = np.random.default_rng(0).uniform(0.1, 0.9, (100, 1))
-    made = nsmaps.bifurcation(lambda a: Line(lambda x: a * x * (1 - x)), [1 + 8**0.5 - 1e-5], starts, 200)
+    made = nsmaps.bifurcation_diagram(lambda a: Line(lambda x: a * x * (1 - x)), "a", [1 + 8**0.5 - 1e-5], starts, n_returns=200)
     names = "states", "turns", "codes", "outcome", "period", "labels", "length"
     for k in range(0, 100, 2):
         two = replace(made, **{name: getattr(made, name)[:, k : k + 2] for name in names})
@@ -135,13 +140,15 @@ def test_intermittent_samples_of_one_attractor_are_not_told_as_two():
 
 def test_a_sample_of_less_than_fifty_states_tells_nothing_apart():
     starts = [[0.5], [-0.5]]
-    short, long = (nsmaps.bifurcation(lambda a: Line(lambda x: a * x - x**3), [2.55], starts, n) for n in (49, 50))
+    short, long = (
+        nsmaps.bifurcation_diagram(lambda a: Line(lambda x: a * x - x**3), "a", [2.55], starts, n_returns=n) for n in (49, 50)
+    )
     assert (match_attractors([short]).counts.tolist(), match_attractors([long]).counts.tolist()) == ([1], [2])
 
 
 def test_an_attractor_has_one_name_at_a_value(pair):
     """One sample may show impacts that another does not: the more general name is the attractor's."""
-    one = nsmaps.bifurcation(pair, [0.26], [[0.8, 0.4], [0.7, 0.3]], 60)
+    one = nsmaps.bifurcation_diagram(pair, "d", [0.26], [[0.8, 0.4], [0.7, 0.3]], n_returns=60)
     assert one.labels.tolist() == [["1:1/C", "1:1/C"]]
     other = replace(one, labels=np.array([["1:1/C", "C"]]))
     assert match_attractors([other]).labels.tolist() == [["C", "C"]]

@@ -40,7 +40,7 @@ def test_multipliers_of_strips(pair):
 def attractor(map):
     """States of the attractor from two hundred starts, shape (40000, 2), none of which may leave the map."""
     starts = np.random.default_rng(1).uniform([0.79, 0.29], [0.81, 0.31], (200, 2))
-    made = nsmaps.bifurcation(lambda _: map, [0.0], starts, returns=200, discard=3000)
+    made = nsmaps.bifurcation_diagram(lambda _: map, "p", [0.0], starts, n_returns=200, transient=3000)
     assert made.held.all()
     return made.states.reshape(-1, 2)
 

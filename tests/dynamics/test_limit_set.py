@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import CompositeMap, ConditionRegion, PolyMap, bifurcation, orbit, periodic_orbit
+from nsmaps import CompositeMap, ConditionRegion, PolyMap, bifurcation_diagram, orbit, periodic_orbit
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
@@ -146,4 +146,6 @@ def test_a_map_that_does_not_tell_times_has_no_periods_of_the_forcing():
     assert (path.turns == 0).all()
     assert limit_set(map, path).label == "2:1, period 2"
     assert periodic_orbit(map, (0.5, 0.2), 2).label == "2:1, period 2"
-    assert bifurcation(lambda a: map, [1.0], (0.5, 0.2), 8, 20).labels.tolist() == [["2:1, period 2"]]
+    assert bifurcation_diagram(lambda a: map, "a", [1.0], (0.5, 0.2), n_returns=8, transient=20).labels.tolist() == [
+        ["2:1, period 2"]
+    ]

@@ -76,7 +76,7 @@ GOLDEN = (5**0.5 - 1) / 2
     ],
 )
 def test_motions_of_maps_by_formula(map_of: Any, value: float, label: str) -> None:
-    made = nsmaps.bifurcation(map_of, [value], [0.3] * len(map_of(value).coordinates))
+    made = nsmaps.bifurcation_diagram(map_of, "p", [value], [0.3] * len(map_of(value).coordinates))
     assert made.labels.item() == label
     assert made.period.item() == (int(label.split()[1]) if "period" in label else 0)
     assert made.held.item() == (label != "escapes")
@@ -84,7 +84,7 @@ def test_motions_of_maps_by_formula(map_of: Any, value: float, label: str) -> No
 
 
 def test_without_derivatives_chaos_is_found_by_differences_and_slow_convergence_is_not_called_a_cycle() -> None:
-    made = nsmaps.bifurcation(lambda a: logistic(a, smooth=False), [3.0, 3.2, 4.0], [0.3])
+    made = nsmaps.bifurcation_diagram(lambda a: logistic(a, smooth=False), "a", [3.0, 3.2, 4.0], [0.3])
     assert made.labels[:, 0].tolist() == ["?", "period 2", "C"]
 
 
@@ -133,7 +133,7 @@ class Tank(HybridSystem):
 def test_names_do_not_depend_on_the_order_of_guards_or_on_clocks(swapped: bool, bell: bool) -> None:
     """Locked to the forcing: a filling and an emptying a period, 2/q + 2 = 3."""
     system = Tank(swapped=swapped, bell=bell)
-    made = nsmaps.bifurcation(nsmaps.Along(system, "q"), [2.0], [0.5])
+    made = nsmaps.bifurcation_diagram(system, "q", [2.0], [0.5])
     assert (made.labels.item(), made.period.item()) == ("1:1/T", 1)
     cycle = nsmaps.periodic_orbit(system, made.states[0, 0, -1])
     assert (cycle.label, set(cycle.word) - {"B"}) == ("1:1/T", {"F", "N"})
@@ -194,7 +194,7 @@ def test_cycles_between_rests_are_those_of_the_map_or_unresolved(release):
 
 def test_a_diagram_that_stores_a_whole_cycle_of_floats_names_it_only_if_it_is_determined():
     systems = {value: nsmaps.load_system("bouncing_ball", Gamma=value, r=0.72208) for value in (1.3, 3.13131)}
-    diagram = nsmaps.bifurcation(systems.__getitem__, list(systems), [1.0, 1.0], returns=700)
+    diagram = nsmaps.bifurcation_diagram(systems.__getitem__, "p", list(systems), [1.0, 1.0], n_returns=700)
     assert diagram.labels.tolist() == [["B~B/T"], ["?"]]
     assert (diagram.period > 0).tolist() == [[True], [False]]
 

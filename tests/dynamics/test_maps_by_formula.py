@@ -6,7 +6,7 @@ from nsmaps_border_collision import BorderCollision, BorderCollision1, BorderCol
 from nsmaps_square_root import SquareRoot, SquareRootPlane
 
 import nsmaps
-from nsmaps import Along, Axis, Grid
+from nsmaps import Axis, Grid
 from nsmaps.dynamics.attractors.coexistence import match_attractors
 
 SPACE = BorderCollision3(tau_L=0.8, sigma_L=0.2, delta_L=0.3, tau_R=-1.9, sigma_R=0.1, delta_R=-0.3)
@@ -34,7 +34,7 @@ def test_an_orbit_escapes_where_it_does():
     for _ in range(40):
         values = rng.uniform([-3, -2, -3, -2], [3, 2, 3, 2])
         map = BorderCollision(**dict(zip(("tau_L", "delta_L", "tau_R", "delta_R"), values.tolist(), strict=True)))
-        label = nsmaps.bifurcation(lambda mu, map=map: map.at(mu=mu), [1.0], [0.1, 0.1]).labels.item()
+        label = nsmaps.bifurcation_diagram(lambda mu, map=map: map.at(mu=mu), "mu", [1.0], [0.1, 0.1]).labels.item()
         assert (label == "escapes") == (iterated(map, 10_000) >= 1e6), values
         escaped += label == "escapes"
     assert 10 < escaped < 40
@@ -67,7 +67,9 @@ def test_two_attractors_and_their_boundary():
 
 def test_a_transient_is_not_an_attractor_beside_the_one_it_comes_to():
     """Next to tau_R = -2.521, where LLR goes to infinity, orbits take long to reach it."""
-    diagram = nsmaps.bifurcation(Along(FORM, "tau_R"), np.linspace(-2.49, -2.45, 17), [0.1, 0.1], discard=100, direction="both")
+    diagram = nsmaps.bifurcation_diagram(
+        FORM, "tau_R", np.linspace(-2.49, -2.45, 17), [0.1, 0.1], transient=100, direction="both"
+    )
     assert set(diagram.labels.ravel()) == {"LLR, period 3"}
     assert diagram.ends is not None
     assert match_attractors([diagram]).counts.tolist() == [1] * 17

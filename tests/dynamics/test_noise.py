@@ -9,8 +9,8 @@ import pytest
 from toys import BouncingBall, Oscillator, Table
 
 import nsmaps
-from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
+from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.noise.orbits import Noise, exact_step, linear_law, noisy_orbits
 from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError

@@ -17,8 +17,8 @@ from scipy.linalg import solve_continuous_lyapunov
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Jobs, Noise, PoincareSection, SlidingSurface, noisy_orbits
-from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
+from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.noise.orbits import exact_step
 from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import NsmapsError, SystemDefinitionError

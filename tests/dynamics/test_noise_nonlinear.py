@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, PoincareSection, Wall, noisy_orbits
-from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.noise import orbits
+from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.noise.orbits import exact_step
 from nsmaps.exact.kernel import STEPS
 from nsmaps.exact.outcome import Outcome

@@ -100,8 +100,8 @@ def test_tracks_and_arrivals_keep_the_energy():
 
 def test_a_diagram_doubles_where_30_digits_have_it():
     ball = BallWithDrag(Gamma=1.2, r=0.8, k=0.05)
-    found = nsmaps.bifurcation(
-        nsmaps.Along(ball, "Gamma"), [1.40, 1.45, 1.46, 1.5], [3.57, 1.0], returns=32, discard=2000, direction="up"
+    found = nsmaps.bifurcation_diagram(
+        ball, "Gamma", [1.40, 1.45, 1.46, 1.5], [3.57, 1.0], n_returns=32, transient=2000, direction="up"
     )
     assert found.labels[:, 0].tolist() == ["1:0/T", "1:0/T", "1:0/2T", "1:0/2T"]
 

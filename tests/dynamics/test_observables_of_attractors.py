@@ -84,7 +84,7 @@ def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) 
 
 def test_a_diagram_has_the_means_of_its_attractors(pair: ImpactSystem) -> None:
     map_of = nsmaps.Along(pair, "d")
-    diagram = nsmaps.bifurcation(map_of, [0.35, 0.3, 0.26, -0.1], [0.83, 0.36], discard=3000)
+    diagram = nsmaps.bifurcation_diagram(map_of, "p", [0.35, 0.3, 0.26, -0.1], [0.83, 0.36], transient=3000)
     found = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64)
     assert found.per_period.value.shape == (4, 1, 4)
     for k, guess in enumerate(([0.83, 0.36], [0.8, 0.4])):

@@ -151,7 +151,7 @@ def test_turns_of_an_angle_are_the_rotation_number():
 
 def test_diagrams_have_means():
     along = Along(Gap(), "mu")
-    diagram = nsmaps.bifurcation(along, [0.25, 0.5], [0.1], 60, 500)
+    diagram = nsmaps.bifurcation_diagram(along, "p", [0.25, 0.5], [0.1], n_returns=60, transient=500)
     found = nsmaps.observe_diagram(along, diagram, [LEFT], returns=60).per_return
     assert found.value[:, 0, 0] == pytest.approx([2 / 3, 1 / 2], abs=1e-14)
 

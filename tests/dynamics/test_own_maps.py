@@ -50,7 +50,7 @@ def test_a_map_in_a_few_lines_is_a_return_map():
     assert returns.turns.ravel().tolist() == [1, 0]
     assert returns.image[0, 0] == pytest.approx(6.0 + 0.6 * np.pi - 0.4 * np.sin(6.0) - 2 * np.pi, abs=1e-14)
     assert returns.counts() == {"returned": 1, "invalid": 1}
-    assert nsmaps.bifurcation(Along(Sine(), "a"), [0.6, 0.8], [0.3]).labels.tolist() == [["period 1"], ["period 2"]]
+    assert nsmaps.bifurcation_diagram(Sine(), "a", [0.6, 0.8], [0.3]).labels.tolist() == [["period 1"], ["period 2"]]
 
 
 class Lozi(System):
@@ -150,7 +150,7 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
         lambda map: nsmaps.periodic_orbit(map, [0.1]),
         lambda map: nsmaps.lyapunov(map, [0.1], 50),
         lambda map: nsmaps.return_batch(map, [[0.1]]),
-        lambda map: nsmaps.bifurcation(lambda a: map, [0.1, 0.2], [0.1]),
+        lambda map: nsmaps.bifurcation_diagram(lambda a: map, "a", [0.1, 0.2], [0.1]),
         lambda map: nsmaps.chart(map, {"a": [0.1], "b": [0.2]}, [0.1]),
         lambda map: nsmaps.basins(map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
         lambda map: nsmaps.attracting_domain(map, [[0, 1]]),
@@ -227,7 +227,7 @@ def test_a_map_with_parameters_has_a_chart():
 @pytest.mark.parametrize(("count", "direction"), [(66, "up"), (71, "down")])
 def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction):
     values = np.linspace(2.5, 3.52, count)
-    made = nsmaps.bifurcation(Along(Shifted(), "a"), values, [0.3], discard=1000, direction=direction)
+    made = nsmaps.bifurcation_diagram(Shifted(), "a", values, [0.3], transient=1000, direction=direction)
     one, two, *_ = windows(made, Along(Shifted(), "a"), np.array([0.3]), 1000, direction)
     for border, value, kind in (
         (one.high, 3.0, "period doubling"),
@@ -240,7 +240,7 @@ def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction)
 
 def test_chaos_begins_where_doublings_accumulate():
     """At 3.569945671870944901842 (Feigenbaum), though long cycles and motion that is not resolved lie before the chaos."""
-    made = nsmaps.bifurcation(Along(Shifted(), "a"), np.linspace(3.53, 3.61, 17), [0.3], discard=500, direction="down")
+    made = nsmaps.bifurcation_diagram(Shifted(), "a", np.linspace(3.53, 3.61, 17), [0.3], transient=500, direction="down")
     *_, chaos = windows(made, Along(Shifted(), "a"), np.array([0.3]), 500, "down")
     assert (chaos.label, chaos.low.kind) == ("C", "accumulation of period doublings")
     assert abs(chaos.low.value - 3.569945671870945) <= chaos.low.precision <= 1e-5
@@ -258,7 +258,9 @@ def test_the_windows_of_a_map_without_words(count, direction):
     x = brentq(lambda x: np.tan(np.pi * x) + np.pi * x, 0.55, 0.9)
     doubling = x / np.sin(np.pi * x)
     map_of = Along(Sine(), "a")
-    made = nsmaps.bifurcation(map_of, np.linspace(0.65, 0.8, count), [0.3], 40, 300, direction)
+    made = nsmaps.bifurcation_diagram(
+        map_of, "p", np.linspace(0.65, 0.8, count), [0.3], n_returns=40, transient=300, direction=direction
+    )
     first, second = windows(made, map_of, np.array([0.3]), 300, direction)
     for border, kind in ((first.high, "period doubling"), (second.low, "period halving")):
         assert (border.kind, abs(border.value - doubling) <= border.precision + 1e-14, border.precision < 1e-9) == (
@@ -270,7 +272,7 @@ def test_the_windows_of_a_map_without_words(count, direction):
 
 def test_a_tongue_in_which_the_cycle_moves_far_between_two_values():
     map_of = Along(Rotor(tau=0.0), "tau")
-    made = nsmaps.bifurcation(map_of, np.linspace(0.0, 0.11, 12), [0.1], 40, 300, "up")
+    made = nsmaps.bifurcation_diagram(map_of, "p", np.linspace(0.0, 0.11, 12), [0.1], n_returns=40, transient=300, direction="up")
     tongue = windows(made, map_of, np.array([0.1]), 300, "up")[0]
     assert (tongue.high.kind, tongue.high.precision < 1e-9) == ("fold", True)
     assert abs(tongue.high.value - 0.4 / (2 * np.pi)) <= tongue.high.precision + 1e-15
@@ -301,7 +303,7 @@ class Cubic(System):
 def test_an_orbit_does_not_stay_on_an_unstable_cycle():
     """The tent map: 0 attracts up to s = 1; beyond there is chaos, which rounding ends at s = 2, where it leads to 0."""
     values = np.linspace(0.55, 2.0, 15)
-    made = nsmaps.bifurcation(Along(Tent(), "s"), values, [0.3], 40, 200, "up")
+    made = nsmaps.bifurcation_diagram(Tent(), "s", values, [0.3], n_returns=40, transient=200, direction="up")
     labels = made.labels[:, 0]
     assert set(labels[values < 0.99]) == {"period 1"}
     assert set(labels[(values > 1.01) & (values < 1.99)]) == {"C"}
@@ -313,6 +315,6 @@ def test_an_orbit_does_not_stay_on_an_unstable_cycle():
 
 def test_both_halves_of_a_pitchfork_are_found_from_the_middle():
     values = np.array([0.5, 0.9, 1.2, 1.5])
-    made = nsmaps.bifurcation(Along(Cubic(), "a"), values, [0.0], 10, 1000, "up")
+    made = nsmaps.bifurcation_diagram(Cubic(), "a", values, [0.0], n_returns=10, transient=1000, direction="up")
     assert np.abs(made.states[:, 0, -1, 0]) == pytest.approx(np.sqrt(np.maximum(values - 1, 0)), abs=1e-9)
     assert set(made.labels[:, 0]) == {"period 1"}

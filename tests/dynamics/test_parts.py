@@ -18,9 +18,9 @@ from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
 from nsmaps.dynamics.charts import chart
 from nsmaps.dynamics.diagrams import parts
-from nsmaps.dynamics.diagrams.impacts import impact_diagram
 from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -33,7 +33,7 @@ VALUES = [0.30, 0.26, -1.0, 0.35, 0.28]  # at -1 there is no map
 STARTS = [[0.8, 0.4], [0.7, 0.3], [0.2, 3.0]]
 PLANE = {"d": nsmaps.Axis(low=0.25, high=0.35, points=6), "r": [0.4, 0.5, 0.6, 1.5]}  # at r = 1.5 there is no map
 NOISE = nsmaps.Noise(sigma=0.03, tau=0.5)
-DIAGRAM = partial(nsmaps.bifurcation, ALONG, VALUES, STARTS, 20, 100)
+DIAGRAM = partial(nsmaps.bifurcation_diagram, PAIR, "d", VALUES, STARTS, n_returns=20, transient=100)
 SWEEPS: dict[str, Callable[..., Any]] = {
     **{f"bifurcation {way}": partial(DIAGRAM, direction=way) for way in (None, "up", "down", "both")},
     "stability": partial(stability_diagram, nsmaps.Along(PAIR, "d", "r"), [0.26, 0.3, 0.35], [0.4, 1.5, 0.6], [0.8, 0.4], 8, 100),
@@ -114,7 +114,9 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
     """Parts are two values of two starts apart, or four values of one start followed; all orbits have a period."""
     monkeypatch.setattr(parts, "PART", 1280)
     values, starts = [2.8, 3.2, 3.5, 3.55, 3.1, 3.832, 2.9], [[0.3], [0.4]]
-    run = partial(nsmaps.bifurcation, Noted(tmp_path / "note"), values, starts, 20, 300, follow)
+    run = partial(
+        nsmaps.bifurcation_diagram, Noted(tmp_path / "note"), "p", values, starts, n_returns=20, transient=300, direction=follow
+    )
     whole = run()
     (tmp_path / "note").unlink()
 
@@ -136,8 +138,15 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
     assert shares[-1] == 1
     assert numbers(again) == numbers(whole)
     with pytest.raises(NsmapsError, match="parts of other work"):
-        nsmaps.bifurcation(
-            Noted(tmp_path / "note"), values, starts, 20, 301, follow, jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept")
+        nsmaps.bifurcation_diagram(
+            Noted(tmp_path / "note"),
+            "p",
+            values,
+            starts,
+            n_returns=20,
+            transient=301,
+            direction=follow,
+            jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept"),
         )
 
 
@@ -213,7 +222,7 @@ def test_of_interrupted_surfaces_and_means_there_are_the_values_that_are_finishe
     result, whole = stopped(surfaces), surfaces()
     assert [value for value, _ in result] == [0.26, 0.3]
     assert [numbers(found["one"].returns) for _, found in result] == [numbers(found["one"].returns) for _, found in whole[:2]]
-    diagram = nsmaps.bifurcation(ALONG, [0.3, 0.33, 0.35], [0.8, 0.4], 8, 100)
+    diagram = nsmaps.bifurcation_diagram(PAIR, "d", [0.3, 0.33, 0.35], [0.8, 0.4], n_returns=8, transient=100)
     means = partial(nsmaps.observe_diagram, ALONG, diagram, ["loss"], 20)
     result, whole = stopped(means), means()
     assert np.isnan(result.per_return.value[2]).all()

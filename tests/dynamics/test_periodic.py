@@ -80,14 +80,17 @@ def test_first_doubling(pair):
     assert np.allclose(found.orbit.states, [[0.804034, 0.313096]], atol=5e-7)
     assert np.allclose(found.orbit.multipliers, [-1, -0.0625], atol=1e-8)  # their product is r^4
     for d, settled in ((found.parameter + 1e-3, 1), (found.parameter - 1e-3, 2)):
-        assert nsmaps.bifurcation(pair, [d], [0.8, 0.31], discard=20_000).period.item() == settled
+        assert nsmaps.bifurcation_diagram(pair, "d", [d], [0.8, 0.31], transient=20_000).period.item() == settled
 
 
 def test_second_doubling_is_between_settled_cycles(pair):
     cycle = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
     (found,) = continue_branch(pair, cycle, 0.30, (0.27, 0.30), "down").of_kind("period doubling")
     around = [found.parameter + 1e-3, found.parameter - 1e-3]
-    assert nsmaps.bifurcation(pair, around, found.orbit.states[0], discard=20_000).period.ravel().tolist() == [2, 4]
+    assert nsmaps.bifurcation_diagram(pair, "d", around, found.orbit.states[0], transient=20_000).period.ravel().tolist() == [
+        2,
+        4,
+    ]
 
 
 def test_orbit_is_followed_along_a_parameter(pair):

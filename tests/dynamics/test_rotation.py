@@ -111,7 +111,7 @@ def test_windows_of_a_diagram_have_their_rotation_number():
         (Along(plateau, "Omega"), (0.05, 0.35), {"1/2": (1 / 6, 1 / 3)}),
     ):
         values = np.linspace(first, last, 31)
-        diagram = nsmaps.bifurcation(map_of, values, [0.1], 20, 200)
+        diagram = nsmaps.bifurcation_diagram(map_of, "p", values, [0.1], n_returns=20, transient=200)
         found = {window.rotation: window for window in windows(diagram, map_of, np.array([0.1]), 200)}
         for rotation, (low, high) in expected.items():
             assert (found[rotation].low.value, found[rotation].high.value) == pytest.approx((low, high), abs=1e-14)

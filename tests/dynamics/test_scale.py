@@ -201,6 +201,6 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
         (2, 1.0)
     ]
     values = np.linspace(0.2, 0.6, 17)
-    diagram = nsmaps.bifurcation(along, values, on_it.states[0], direction="up", discard=500)
+    diagram = nsmaps.bifurcation_diagram(along, "p", values, on_it.states[0], direction="up", transient=500)
     first, *_ = windows(diagram, along, on_it.states[0], 500, "up")
     assert (first.high.value, first.high.kind) == (pytest.approx(0.3675, abs=1e-6), "period doubling")

@@ -13,7 +13,9 @@ def test_rows_are_bifurcation_diagrams(pair):
     along, across = [0.26, 0.30, 0.35], [0.5, 0.6]
     made = stability_diagram(lambda d, r: pair(d, r), along, across, [0.8, 0.4], max_period=8)
     for k, r in enumerate(across):
-        row = nsmaps.bifurcation(lambda d, r=r: pair(d, r), along, [0.8, 0.4], returns=16, discard=1000, direction="down")
+        row = nsmaps.bifurcation_diagram(
+            lambda d, r=r: pair(d, r), "d", along, [0.8, 0.4], n_returns=16, transient=1000, direction="down"
+        )
         assert np.array_equal(made.period[k], row.period[:, 0])
         assert np.array_equal(made.labels[k], row.labels[:, 0])
     assert made.labels[0].tolist() == ["1:1/C", "1:1/2T", "1:1/T"]

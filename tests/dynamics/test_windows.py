@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsmaps import Along, bifurcation, continue_branch, load_system, periodic_orbit
+from nsmaps import Along, bifurcation_diagram, continue_branch, load_system, periodic_orbit
 from nsmaps.dynamics.diagrams.borders import LOCATED
 from nsmaps.dynamics.diagrams.changes import CHANGED
 from nsmaps.dynamics.diagrams.windows import windows
@@ -11,7 +11,9 @@ from nsmaps.dynamics.diagrams.windows import windows
 
 def swept(system, low, high, count, start, direction, discard=800, returns=60):
     map_of = Along(system, "d")
-    made = bifurcation(map_of, np.linspace(low, high, count), start, returns, discard, direction)
+    made = bifurcation_diagram(
+        map_of, "p", np.linspace(low, high, count), start, n_returns=returns, transient=discard, direction=direction
+    )
     return map_of, made, windows(made, map_of, np.array(start), discard, direction)
 
 
@@ -84,7 +86,7 @@ def test_rests_without_restitution_begin_and_end_where_flights_do():
     system = load_system("bouncing_ball", Gamma=4.0, r=0.0)
     map_of = Along(system, "Gamma")
     start = [4.19, 0.63]
-    made = bifurcation(map_of, np.linspace(3.75, 4.75, 34), start, 40, 200, "up")
+    made = bifurcation_diagram(map_of, "p", np.linspace(3.75, 4.75, 34), start, n_returns=40, transient=200, direction="up")
     free, twice, once = windows(made, map_of, np.array(start), 200, "up")
     assert [each.label for each in (free, twice, once)] == ["1:0/2T", "BB B_B/2T", "B_B/2T"]
     for border, value in ((free.high, begins), (twice.low, begins), (twice.high, ends), (once.low, ends)):

@@ -280,7 +280,7 @@ def test_what_accumulates_is_no_attractor():
     ended = basins.outcome[basins.label < 0]
     assert set(ended.tolist()) <= {Outcome.accumulates, Outcome.invalid}
     assert (ended == Outcome.accumulates).sum() > 15
-    diagram = nsmaps.bifurcation(lambda a: Bouncing(a=a), np.linspace(0.3, 0.4, 4), rows[:3], direction="down")
+    diagram = nsmaps.bifurcation_diagram(lambda a: Bouncing(a=a), "a", np.linspace(0.3, 0.4, 4), rows[:3], direction="down")
     assert not diagram.held.any()
 
 

@@ -177,7 +177,9 @@ def test_chatter_that_ends_below_rounding_is_no_attractor(kind, sign, ended):
     basins = nsmaps.basins(kind(Gamma=0.5, r=0.6), rows, max_returns=150)
     assert not basins.attractors
     assert set(basins.outcome.tolist()) == {ended}
-    diagram = nsmaps.bifurcation(lambda gamma: kind(Gamma=gamma, r=0.6), np.linspace(0.4, 0.6, 3), rows[:3], direction="down")
+    diagram = nsmaps.bifurcation_diagram(
+        lambda gamma: kind(Gamma=gamma, r=0.6), "gamma", np.linspace(0.4, 0.6, 3), rows[:3], direction="down"
+    )
     assert not diagram.held.any()
     run = kind(Gamma=0.5, r=0.6).orbits(rows[:1], 100)
     n = int(np.argmax(run.outcome == ended))

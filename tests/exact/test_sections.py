@@ -547,7 +547,7 @@ def test_newton_steps_and_sweeps_stay_on_the_surface(side):
     branch = nsmaps.continue_branch(lambda a: wheel.at(a=a), orbit, 0.39, (0.35, 0.42))
     assert branch.parameter[-1] == pytest.approx(0.42)
     assert branch.points[:, 0] == pytest.approx(np.array([steady(a) for a in branch.parameter]), rel=1e-10)
-    swept = nsmaps.bifurcation(nsmaps.Along(wheel, "a"), [0.35, 0.37, 0.39], [0.3, 1.6], 2, 60, direction="up")
+    swept = nsmaps.bifurcation_diagram(wheel, "a", [0.35, 0.37, 0.39], [0.3, 1.6], n_returns=2, transient=60, direction="up")
     assert swept.states[:, 0, -1] == pytest.approx(np.array([steady(a) for a in (0.35, 0.37, 0.39)]), rel=1e-12)
 
 

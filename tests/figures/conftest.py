@@ -23,10 +23,10 @@ from nsmaps.coordinates import Angle, wrap
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.curves.curve import BifurcationCurve
-from nsmaps.dynamics.diagrams.bifurcation import bifurcation
-from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.dynamics.lyapunov import LyapunovSweep
+from nsmaps.dynamics.noise.impacts import ImpactDiagram
 from nsmaps.dynamics.noise.orbits import Noise
 from nsmaps.dynamics.noise.residence import Residence
 from nsmaps.dynamics.observables.attractors import AttractorMeans
@@ -297,7 +297,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
         accurate=stored["accurate"].accurate,
         speed=Speed(exact=100.0, composite=20.0),
         orbits=tuple(OrbitPair(x, orbit(Toy(), x, 40), orbit(composite, x, 40), tracked()) for x in starts),
-        bifurcation={"exact": bifurcation(_gated, np.linspace(-0.1, 1, 12), [0.1, 0.5], returns=10, discard=0)},
+        bifurcation={"exact": bifurcation_diagram(_gated, "d", np.linspace(-0.1, 1, 12), [0.1, 0.5], n_returns=10, transient=0)},
         observables={"bifurcation": _observed()},
         **_stability(),
         lyapunov=_exponents(),

@@ -9,26 +9,24 @@ from figures.conftest import COORDINATES, WALLS
 from matplotlib.colors import to_hex, to_rgb
 
 import nsmaps
-from nsmaps import bifurcation as compute
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-from nsmaps.dynamics.diagrams.borders import Border
-from nsmaps.dynamics.diagrams.windows import Window, windows
+from nsmaps import bifurcation_diagram as compute
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.exact.words import encode
+from nsmaps.figures.data import BIFURCATION
 from nsmaps.figures.longrun.bifurcation import ROWS, bifurcation, raster, sheets
 from nsmaps.figures.style import BLACK, GREY, MAGENTA
 
 START = np.array([0.83, 0.36])
 
 
-def drawn(result, ax, pair, low, high, coordinate):
-    made = compute(pair, np.linspace(low, high, 41), START, returns=20, discard=600, direction="down")
-    found = windows(made, pair, START, 600, "down")
-    bifurcation(replace(result, bifurcation={"exact": made}, windows={"exact": found}), ax, "exact", coordinate)
+def drawn(ax, pair, low, high, coordinate):
+    made = compute(pair, "d", np.linspace(low, high, 41), START, n_returns=20, transient=600, direction="down", borders=True)
+    bifurcation(made, ax, coordinate=coordinate)
     return made
 
 
-def test_the_raster_has_a_column_a_value_and_its_marks_are_the_states(result, pair, ax):
-    made = drawn(result, ax, pair, 0.26, 0.35, 1)
+def test_the_raster_has_a_column_a_value_and_its_marks_are_the_states(pair, ax):
+    made = drawn(ax, pair, 0.26, 0.35, 1)
     (image,) = ax.images
     assert image.get_array().shape == (ROWS, 41, 3)
     left, right, low, high = image.get_extent()
@@ -46,7 +44,8 @@ def test_a_cycle_is_darker_than_chaos_and_has_the_colour_of_its_word(ax):
     blank = np.zeros(orbits.shape[:3])
     codes = np.full(blank.shape, encode("BTB", WALLS))
     values, turns, period = np.array([0.0, 1.0]), np.zeros(orbits.shape, np.int32), np.array([[1], [0]])
-    made = Bifurcation(COORDINATES, WALLS, values, orbits, turns, codes, blank[..., 0].astype(np.int8), ("", ""), period)
+    about = turns, codes, blank[..., 0].astype(np.int8), ("", ""), period, np.ones(2), np.array([["1:1/T"], ["C"]]), period
+    made = BifurcationDiagram(COORDINATES, WALLS, "d", values, orbits, *about)
     image, ends = raster(made, 0, (-1.0, 1.0), {"BTB": MAGENTA})
     assert np.allclose(image[:, 0].min(axis=0), to_rgb(MAGENTA))
     assert (image[:, 1].min(axis=0) > image[:, 0].min(axis=0)).all()
@@ -62,8 +61,8 @@ def test_values_that_are_not_equidistant_keep_their_places():
     assert [rows[int(np.abs(middles - value).argmin())] for value in made.values] == [0, ROWS // 2, ROWS - 2]
 
 
-def test_motions_are_named_between_their_borders(result, pair, ax):
-    drawn(result, ax, pair, 0.28, 0.35, 0)
+def test_motions_are_named_between_their_borders(pair, ax):
+    drawn(ax, pair, 0.28, 0.35, 0)
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
     assert set(places) == {"1:1/T", "1:1/2T"}
     borders = {line.get_xdata()[0] for line in ax.lines}
@@ -71,8 +70,8 @@ def test_motions_are_named_between_their_borders(result, pair, ax):
     assert 0.28 < places["1:1/2T"] < 0.32418854 < places["1:1/T"] < 0.35
 
 
-def test_a_chaotic_region_that_windows_cut_is_named(result, pair, ax):
-    made = drawn(result, ax, pair, 0.26, 0.31, 0)
+def test_a_chaotic_region_that_windows_cut_is_named(pair, ax):
+    made = drawn(ax, pair, 0.26, 0.31, 0)
     motions = made.labels[made.values < 0.2683, 0].tolist()
     assert len(set(motions)) > 1, "there are windows in it"
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
@@ -81,7 +80,7 @@ def test_a_chaotic_region_that_windows_cut_is_named(result, pair, ax):
 
 
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):
-    bifurcation(result, ax)
+    bifurcation(result.bifurcation, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
     present = {to_hex(colour) for colour in np.unique(ax.images[0].get_array().reshape(-1, 3), axis=0)}
     assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK.lower(), MAGENTA.lower()}
@@ -94,11 +93,10 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     exact = diagram(["1:1/T"] * 20)
     composite = replace(exact, states=exact.states + 0.2, turns=0 * exact.turns)
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
-    found = {
-        "exact": (Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),),
-        "composite": (Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),),
-    }
-    (sheet,) = sheets(replace(result, bifurcation={"exact": exact, "composite": composite}, windows=found))
+    exact = replace(exact, windows=(Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),))
+    composite = replace(composite, windows=(Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),))
+    maps = BIFURCATION.of(replace(result, bifurcation={"composite": composite, "exact": exact}), "bifurcation")
+    (sheet,) = sheets(maps)
     figure = sheet.figure()
     for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):
         assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
@@ -108,10 +106,9 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     assert [text.get_text() for text in legend.get_texts()] == ["BTB"]
 
 
-def test_flights_that_are_integrated_make_no_exact_map(result, ax):
+def test_flights_that_are_integrated_make_no_exact_map(result):
     system = nsmaps.load_system("duffing", c=0.1, a=-1, b=1, f=0.7, w=1.2, d=0.9, r=0.8)
-    bifurcation(replace(result, system=system), ax)
-    assert ax.get_title(loc="right") == "integrated map"
+    assert list(BIFURCATION.of(replace(result, system=system), "bifurcation")) == ["integrated map"]
 
 
 MOTIONS = {
@@ -131,38 +128,39 @@ def diagram(motions, state=0.0):
     codes = np.array([[encode(word, WALLS) for word in row[1]] for row in rows])[:, np.newaxis]
     period = np.array([[row[0]] for row in rows])
     states, outcome = np.full((count, 1, 2, 2), state), np.zeros((count, 1), np.int8)
-    return Bifurcation(COORDINATES, WALLS, np.linspace(0, 1, count), states, turns, codes, outcome, ("",) * count, period)
+    about = states, turns, codes, outcome, ("",) * count, period, np.ones(2), np.array([[name] for name in motions]), period
+    return BifurcationDiagram(COORDINATES, WALLS, "d", np.linspace(0, 1, count), *about)
 
 
-def test_a_narrow_window_is_named_upwards(result, ax):
+def test_a_narrow_window_is_named_upwards(ax):
     ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
     names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
     found = [Window(name, name, *pair, (pair[0].value, pair[1].value)) for name, pair in zip(names, pairwise(ends), strict=True)]
-    bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 60)}, windows={"exact": tuple(found)}), ax)
+    bifurcation(replace(diagram(["1:1/T"] * 60), windows=tuple(found)), ax)
     assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
 
 
-def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(result, ax):
+def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(ax):
     ends = [Border(0.0, 0.0, "end of the range"), Border(0.4, 0.3, "change of motion"), Border(0.8, 0.01, "fold")]
     found = [Window("1:1/T", "", *ends[:2], (0.0, 0.25)), Window("1:1/2T", "", *ends[1:], (0.3, 0.8))]
-    bifurcation(replace(result, bifurcation={"exact": diagram(["1:1/T"] * 21)}, windows={"exact": tuple(found)}), ax)
+    bifurcation(replace(diagram(["1:1/T"] * 21), windows=tuple(found)), ax)
     assert {float(line.get_xdata()[0]) for line in ax.lines} == {0.0, 0.8}
     assert ax.texts[0].get_position()[0] == pytest.approx(0.125)
 
 
-def test_a_diagram_without_an_attractor_says_so(result, ax):
+def test_a_diagram_without_an_attractor_says_so(ax):
     made = diagram(["1:1/T"] * 5, np.nan)
     none = replace(made, codes=np.zeros_like(made.codes))
-    bifurcation(replace(result, bifurcation={"exact": none}), ax)
+    bifurcation(none, ax)
     assert [text.get_text() for text in ax.texts] == ["no attractor"]
     assert ax.get_legend() is None
 
 
-def test_words_beyond_the_colours_are_one_entry(result, ax):
+def test_words_beyond_the_colours_are_one_entry(ax):
     words = ["B" + "T" * k + "B" for k in range(12)]
     made = diagram(["C"] * 12)
     codes = np.array([[[encode(word, WALLS)] * 2] for word in words])
-    bifurcation(replace(result, bifurcation={"exact": replace(made, codes=codes)}), ax)
+    bifurcation(replace(made, codes=codes), ax)
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels[-1] == f"{12 - len(labels) + 1} more words"
     assert set(labels[:-1]) < set(words)

@@ -150,7 +150,7 @@ def test_all_windows_of_the_map_with_a_gap(case):
     ends = np.array([[number(low), number(high)] for _, low, high, _ in windows])
     inside = np.column_stack([ends[:, 0] + 1e-12, ends.mean(axis=1), ends[:, 1] - 1e-12])
     values = np.concatenate([inside, ends + np.array([-1e-12, 1e-12])], axis=1)
-    found = nsmaps.bifurcation(Along(system, "mu"), values.ravel(), [0.1], returns=600, discard=600)
+    found = nsmaps.bifurcation_diagram(system, "mu", values.ravel(), [0.1], n_returns=600, transient=600)
     words = found.words[:, 0].reshape(len(windows), 5, 600)
     for (rotation, _, _, word), letters in zip(windows, words, strict=True):
         p, q = map(int, rotation.split("/"))
@@ -223,7 +223,7 @@ def test_orbits_that_diverge_slowly_escape():
     """Beyond the fixed point L, at -1/(a_L - 1) for mu = 1, they grow by a_L a return: after 1,500 returns they are finite."""
     system, values = BorderCollision1(a_L=1.15, a_R=-10.0), [-8.0, -7.0, -4.0]
     assert (1 + np.array(values) < -1 / 0.15).tolist() == [True, False, False]
-    found = nsmaps.bifurcation(Along(system, "a_R"), values, [0.1], discard=1000)
+    found = nsmaps.bifurcation_diagram(system, "a_R", values, [0.1], transient=1000)
     assert found.labels[:, 0].tolist() == ["escapes", "C", "C"]
     chart = nsmaps.chart(system, {"a_R": values, "mu": [0.5, 1.0]}, [0.1], returns=500, discard=1000)
     assert [chart.labels[0, k, 0] for k in range(3)] == ["escapes", "C", "C"]
@@ -232,7 +232,9 @@ def test_orbits_that_diverge_slowly_escape():
 @pytest.mark.thorough
 def test_the_study_of_period_adding_has_windows_in_closed_form(shipped):
     """L^(n-1) R and its mirror image from (1 - a)/(1 - a^n) times a^(n-1) to a^(n-2)."""
-    found = {window.label: window for window in nsmaps.read_result(shipped("border_collision_1/adding")).windows["exact"]}
+    found = {
+        window.label: window for window in nsmaps.read_result(shipped("border_collision_1/adding")).bifurcation["exact"].windows
+    }
     a = 0.7
     for n in (2, 3, 4, 5, 6):
         window = found[f"{'L' * (n - 1)}R, period {n}"]

@@ -100,7 +100,9 @@ def test_it_doubles_its_period_where_the_closed_form_says():
 
 
 def test_beyond_it_the_attractor_has_two_impacts():
-    made = nsmaps.bifurcation(lambda gamma: BouncingBall(Gamma=gamma), [1.51, 1.54], one_period(1.5), discard=4000)
+    made = nsmaps.bifurcation_diagram(
+        lambda gamma: BouncingBall(Gamma=gamma), "gamma", [1.51, 1.54], one_period(1.5), transient=4000
+    )
     assert made.labels[:, 0].tolist() == ["1:0/T", "1:0/2T"]
 
 

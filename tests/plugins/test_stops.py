@@ -15,7 +15,7 @@ from taylor_flights import DIGITS, Stop, cubic, sine
 import nsmaps
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.exact.outcome import Outcome
@@ -217,8 +217,8 @@ def test_orbits_branches_exponents_and_basins(name, parameter, bounds):
     assert exponents.max() == pytest.approx(np.log(np.abs(orbit.multipliers).max()) / q, abs=1e-2)
     branch = continue_branch(lambda value: system.at(**{parameter: value}), orbit, getattr(system, parameter), bounds)
     assert len(branch.points) > 5
-    found = bifurcation(
-        lambda value: system.at(**{parameter: value}), np.linspace(*bounds, 5), [0.8, 1.0], discard=200, returns=20
+    found = bifurcation_diagram(
+        lambda value: system.at(**{parameter: value}), "value", np.linspace(*bounds, 5), [0.8, 1.0], transient=200, n_returns=20
     )
     assert len(found.values) == 5
     axes = {"v": nsmaps.Axis(low=0.1, high=1.5, points=6), "phi": nsmaps.Axis(low=0, high=6, points=6)}

@@ -126,7 +126,7 @@ def test_diagrams_count_returns_and_windows_end_where_they_do():
     """The cycle of both branches loses stability where left right = -1."""
     values = np.linspace(-2.21, -1.4, 7)
     for map_of in (lambda right: augmented(Tent(right=right)), lambda right: Tent(right=right)):
-        diagram = nsmaps.bifurcation(map_of, values, [-0.3], 32, 400)
+        diagram = nsmaps.bifurcation_diagram(map_of, "p", values, [-0.3], n_returns=32, transient=400)
         stable = values * LEFT > -1 + 1e-9
         assert (diagram.period[stable] == 2).all()
         assert set(diagram.labels[stable].ravel().tolist()) == {"2:1, period 2"}

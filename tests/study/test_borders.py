@@ -30,13 +30,16 @@ bifurcation:
 def test_a_run_keeps_its_borders(tmp_path):
     (tmp_path / "two.yaml").write_text(STUDY)
     result = nsmaps.run(tmp_path / "two.yaml", tmp_path / "out")
-    assert nsmaps.read_result(tmp_path / "out").windows == result.windows
+    again = nsmaps.read_result(tmp_path / "out").bifurcation
+    assert {of: each.windows for of, each in again.items()} == {of: each.windows for of, each in result.bifurcation.items()}
     record = json.loads((tmp_path / "out" / "result.json").read_text())["numbers"]["bifurcation"]
     for of, names in (("exact", ["1:1/2T", "1:1/T"]), ("composite", ["1:1, period 2", "1:1, period 1"])):
         assert [window["label"] for window in record[of]["windows"]] == names
-        assert {window.low.value for window in result.windows[of]} == {window["low"]["value"] for window in record[of]["windows"]}
-        assert result.windows[of][1].low.kind == "period doubling"
-    exact, fitted = (result.windows[of][1].low.value for of in ("exact", "composite"))
+        assert {window.low.value for window in result.bifurcation[of].windows} == {
+            window["low"]["value"] for window in record[of]["windows"]
+        }
+        assert result.bifurcation[of].windows[1].low.kind == "period doubling"
+    exact, fitted = (result.bifurcation[of].windows[1].low.value for of in ("exact", "composite"))
     assert abs(exact - 0.32418854) < 1e-8 < abs(fitted - exact)
 
 

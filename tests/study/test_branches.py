@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
-from nsmaps import Along, Outcome, bifurcation, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
+from nsmaps import Along, Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
@@ -328,7 +328,9 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     assert told.text.startswith("no: none at 2 of 5 values; Ball: r is 1.1; expected: less than or equal to 1"), told.text
     if section == "bifurcation":
         each = made.bifurcation["exact"]
-        assert np.array_equal(each.states[:3], bifurcation(along, values[:3], start, 4, 9).states)
+        assert np.array_equal(
+            each.states[:3], bifurcation_diagram(along, "p", values[:3], start, n_returns=4, transient=9).states
+        )
         assert np.isnan(each.states[3:]).all()
     else:
         assert made.lyapunov is not None

@@ -64,7 +64,7 @@ def test_orbits_of_one_start_and_of_several(system: nsmaps.ImpactSystem) -> None
 
 
 def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:
-    made = nsmaps.bifurcation(nsmaps.Along(system, "d"), [0.3, 0.35], [0.8, 0.3], returns=6, discard=50)
+    made = nsmaps.bifurcation_diagram(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=6, transient=50)
     data = made.to_xarray()
     assert dict(data.state.sizes) == {"value": 2, "start": 1, "return": 6, "coordinate": 2}
     assert data.motion.sel(value=0.35).values.tolist() == made.labels[1].tolist()

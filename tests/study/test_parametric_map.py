@@ -60,7 +60,9 @@ def test_the_parametric_map_follows_the_exact_one(made):
 def test_period_doublings_of_both_maps_are_located(made):
     result, _ = made
     for of, near in (("exact", 1e-9), ("parametric", 5e-3)):
-        border = next(window.high for window in result.windows[of] if window.high.kind in ("period doubling", "period halving"))
+        border = next(
+            window.high for window in result.bifurcation[of].windows if window.high.kind in ("period doubling", "period halving")
+        )
         assert border.value == pytest.approx(DOUBLING, abs=near)
     fixed = result.parametric.piece("R1").map  # whose multiplier is -1 at its own doubling, by differences of its polynomial
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.attractor import Attractor, kept, may_be_one
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.errors import NsmapsError
 
 
@@ -53,7 +53,7 @@ class Coexistence:
         return tuple(found)
 
 
-def match_attractors(diagrams: Sequence[Bifurcation], near: float = 0.03, step: float = 0.1) -> Coexistence:
+def match_attractors(diagrams: Sequence[BifurcationDiagram], near: float = 0.03, step: float = 0.1) -> Coexistence:
     """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
 
     Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, with the circle). Two
@@ -83,12 +83,12 @@ def match_attractors(diagrams: Sequence[Bifurcation], near: float = 0.03, step: 
     orders = [np.argsort(each.values, kind="stable") for each in diagrams]
     states, labels, held, length = (
         np.concatenate([getattr(each, name)[order] for each, order in zip(diagrams, orders, strict=True)], axis=1)
-        for name in ("settled", "labels", "held", "lengths")
+        for name in ("settled", "labels", "held", "length")
     )
     numbers, names = np.full(held.shape, -1), labels.astype(object)
     if held.any():
         coordinates = diagrams[0].coordinates
-        unit = np.max([each.unit for each in diagrams], axis=0)
+        unit = np.max([each.scale for each in diagrams], axis=0)
         scale = extents(states[held].reshape(-1, len(coordinates)), coordinates, unit)
         last: dict[int, Attractor] = {}
         for k, there in enumerate(held):

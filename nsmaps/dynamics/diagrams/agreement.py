@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.motion import kind_of
 from nsmaps.errors import NsmapsError
 
@@ -60,7 +60,9 @@ class Disagreement:
     distance: float  #: largest distance of the attractors, in the scale; NaN where one of them is missing
 
 
-def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, scale: Floats | None = None) -> Agreement:
+def agreement(
+    exact: BifurcationDiagram, other: BifurcationDiagram, tolerance: float = 0.03, scale: Floats | None = None
+) -> Agreement:
     """The agreement of two diagrams over the same values, from the same starts.
 
     Attractors agree if they have the same period in returns, or the same kind of motion without one, and if their Hausdorff
@@ -92,7 +94,9 @@ def agreement(exact: Bifurcation, other: Bifurcation, tolerance: float = 0.03, s
     return Agreement(exact.values[order], *labels, distance[order], holds, tolerance, scale)
 
 
-def _compared(one: Bifurcation, other: Bifurcation, at: tuple[int, int], near: float, scale: Floats) -> tuple[float, bool]:
+def _compared(
+    one: BifurcationDiagram, other: BifurcationDiagram, at: tuple[int, int], near: float, scale: Floats
+) -> tuple[float, bool]:
     """The distance of two attractors, NaN where an orbit had not reached its cycle yet, and whether they agree."""
     coordinates, (p, q) = one.coordinates, (int(one.period[at]), int(other.period[at]))
     a, b = (_states(of, at, near * scale) for of in (one, other))
@@ -106,9 +110,9 @@ def _compared(one: Bifurcation, other: Bifurcation, at: tuple[int, int], near: f
     return distance, kind_of(str(one.labels[at])) == kind_of(str(other.labels[at])) and distance <= max([near, *own])
 
 
-def _states(diagram: Bifurcation, at: tuple[int, int], near: Floats) -> Floats | None:
+def _states(diagram: BifurcationDiagram, at: tuple[int, int], near: Floats) -> Floats | None:
     """The last states of a period, or a sample of motion without one; None where the states do not repeat yet."""
-    states, count = diagram.states[at], int(diagram.lengths[at])
+    states, count = diagram.states[at], int(diagram.length[at])
     if not count:
         return states
     last, before = states[-count:], states[-2 * count : -count]

@@ -11,6 +11,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, Event
 from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
+from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
 from nsmaps.dynamics.returnmap import map_or_reason
@@ -28,15 +29,6 @@ LEAST_RATIO = 1.5  #: least ratio of two such intervals from which their sum is 
 MOST_STATES = 32  #: of the longest cycle that is followed: longer ones lie beside chaos, and cost more than orbits
 LABEL, WORDS, RANGE, LOST = "change of motion", "change of words", "end of the range", "not located"
 NO_RETURN, ACCUMULATION = "no return", "accumulation of period doublings"
-
-
-@dataclass(frozen=True, slots=True)
-class Border:
-    """An end of a window."""
-
-    value: float  #: of the parameter; NaN where it was not located
-    precision: float  #: largest error of the value, that of transients included where orbits had to show it
-    kind: str  #: event of a cycle, as `period doubling`; `change of words`, `no return`, `change of motion`; `not located`
 
 
 NOT_LOCATED = Border(np.nan, np.nan, LOST)

@@ -7,7 +7,8 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.events import DOUBLING, HALVING
-from nsmaps.dynamics.diagrams.borders import LABEL, LOST, NOT_LOCATED, Border, End
+from nsmaps.dynamics.diagrams.borders import LABEL, LOST, NOT_LOCATED, End
+from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.diagrams.runs import LONGER, Runs
 from nsmaps.dynamics.motion import UNRESOLVED, kind_of
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, continued_diagram
 from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, continued_diagram
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import CHAOS, UNRESOLVED, kind_of, without_turns
@@ -36,10 +36,10 @@ class Runs:
     A run is a range of places with one motion of the first orbit: its first and last place.
     """
 
-    diagram: Bifurcation
+    diagram: BifurcationDiagram
     map_of: Callable[[float], ReturnMap]
     start: Floats
-    discard: int
+    transient: int
     directed: bool
     order: NDArray[np.int64]
     known: dict[tuple[int, int], tuple[Located | None, End | None]] = field(default_factory=dict)
@@ -90,7 +90,7 @@ class Runs:
     @cached_property
     def cycles(self) -> CycleSearch:
         """The cycles of the map, in the unit of the diagram."""
-        return CycleSearch(self.map_of, self.diagram.unit, self.unit)
+        return CycleSearch(self.map_of, self.diagram.scale, self.unit)
 
     def name_by_returns(self, run: int) -> str:
         """The motion of a run, as if whole turns were unknown."""
@@ -129,7 +129,7 @@ class Runs:
         near, far = (last, first) if way > 0 else (first, last)
         places = (near - way * k for k in range(TRIED) if first <= near - way * k <= last)
         for place in dict.fromkeys([*places, (near + far) // 2]):
-            length = int(self.diagram.lengths[self.order[place], 0])
+            length = int(self.diagram.length[self.order[place], 0])
             states = self.kept(place)[:length]
             found = self.cycles.at(self.value(place), states) if length == len(states) > 0 else None
             if found is not None and len(found.states) == length:
@@ -139,13 +139,13 @@ class Runs:
     def motion_at(self, value: float, state: Floats, longer: int = 1) -> tuple[str, Floats]:
         """The motion of an orbit at a value of the parameter after so many times the transient, and its states (K, n) then."""
         try:
-            how = self.diagram.states.shape[2], longer * self.discard
+            how = self.diagram.states.shape[2], longer * self.transient
             found = continued_diagram(self.map_of, value, state[None], self.start[None], *how)
         except NsmapsError:  # no map
             return "", np.full((1, self.start.size), np.nan)
         name, states = str(found.labels[0, 0]), found.states[0, 0]
         if longer > 1 and kind_of(name) == CHAOS != name:  # of rare events its short sample may have none
-            path = Path.of(Returns.concatenate([*returns_of(self.map_of(value), states[-1:], longer * self.discard)]), 1)
+            path = Path.of(Returns.concatenate([*returns_of(self.map_of(value), states[-1:], longer * self.transient)]), 1)
             name = Limit(CHAOS, path).label
         return name, states
 

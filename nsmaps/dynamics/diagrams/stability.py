@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import StateLike
-from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 from nsmaps.dynamics.returnmap import starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
@@ -94,9 +94,9 @@ def stability_diagram(
     if rows.ndim != 1:
         raise NsmapsError(f"the values across have shape {rows.shape}; expected: one or more numbers, shape (W,)")
     pairs = np.array([(x, y) for y in rows for x in columns]).reshape(-1, 2)
-    how = starts_under(map_of, pairs, start), max_period, discard, direction, tolerance
+    now, how = starts_under(map_of, pairs, start), (2 * max_period, discard, direction, tolerance)
     cuts = jobs.cuts(len(rows))
-    parts = [(map_of, columns, rows[cut], *how) for cut in cuts]
+    parts = [(map_of, columns, rows[cut], now, *how) for cut in cuts]
 
     def unfinished(found: Mapping[int, Arrays]) -> StabilityDiagram:
         missing = [_stacked([_without_map(columns, NOT_COMPUTED)] * len(rows[cut])) for cut in cuts]
@@ -134,11 +134,27 @@ def _without_map(columns: Floats, reason: str) -> Arrays:
 
 
 def _row(
-    map_of: Callable[[float, float], ReturnMap], columns: Floats, value: float, start: Floats, max_period: int, *how: Any
+    map_of: Callable[[float, float], ReturnMap],
+    columns: Floats,
+    value: float,
+    start: Floats,
+    n_returns: int,
+    transient: int,
+    direction: Literal["up", "down"] | None,
+    tolerance: float,
 ) -> Arrays:
     """Periods and labels over the columns at one value of the other parameter, or the reason why there are none."""
     try:
-        diagram = bifurcation(_at(map_of, value), columns, start, 2 * max_period, *how)
+        diagram = bifurcation_diagram(
+            _at(map_of, value),
+            "",
+            columns,
+            start,
+            n_returns=n_returns,
+            transient=transient,
+            direction=direction,
+            tolerance=tolerance,
+        )
     except NsmapsError as error:
         return _without_map(columns, str(error))
     period = np.where(diagram.held[:, 0], diagram.period[:, 0], -1)

@@ -1,38 +1,24 @@
 """The windows of a bifurcation diagram: the values over which a motion attracts, with borders where the motion itself ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
-from math import nan
 from typing import Literal
 
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-from nsmaps.dynamics.diagrams.borders import RANGE, Border
+from nsmaps.dynamics.diagrams.borders import RANGE
 from nsmaps.dynamics.diagrams.changes import Change, Pair
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.dynamics.diagrams.runs import Runs
 from nsmaps.exact.returnmap import ReturnMap
 
 
-@dataclass(frozen=True, slots=True)
-class Window:
-    """An interval of the parameter over which the first orbit of a diagram has one motion; "" where it has none."""
-
-    label: str  #: the motion, such as 1:1/2T
-    by_returns: str  #: its name where whole turns are unknown, as of fitted maps, such as 1:1, period 2
-    low: Border
-    high: Border
-    seen: tuple[float, float] = (nan, nan)  #: least and greatest value of the diagram in it; NaN in runs of earlier versions
-    rotation: str = ""  #: rotation number p/q of a cycle of a map given by formulas with one angle, or in two pieces
-
-
 def windows(
-    diagram: Bifurcation,
+    diagram: BifurcationDiagram,
     map_of: Callable[[float], ReturnMap],
     starts: Floats,
-    discard: int,
+    transient: int,
     direction: Literal["up", "down", "both"] | None = None,
 ) -> tuple[Window, ...]:
     """The windows of a diagram that are at least 1/50 of its range wide and have four values, in ascending order.
@@ -44,11 +30,11 @@ def windows(
     value, and the kind `not located`.
 
     Args:
-        diagram: from `bifurcation` with the same other arguments; with "both" its first orbit is followed upwards.
+        diagram: from `bifurcation_diagram` with the same other arguments; with "both" its first orbit is followed upwards.
         starts: shape (n,) or (S, n).
     """
     order = np.argsort(-diagram.values if direction == "down" else diagram.values, kind="stable")
-    runs = Runs(diagram, lru_cache(maxsize=1)(map_of), np.atleast_2d(starts)[0], discard, direction is not None, order)
+    runs = Runs(diagram, lru_cache(maxsize=1)(map_of), np.atleast_2d(starts)[0], transient, direction is not None, order)
     wide = [run for run in range(len(runs.runs)) if runs.is_wide(run)]
     beside = [(run, runs.beside(run, way)) for run in wide for way in (-1, 1)]
     edges = {(min(run, other), max(run, other)) for run, other in beside if other is not None}

@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints, brief
 from nsmaps.dynamics.attractors.attractor import Attractor
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_form
 from nsmaps.dynamics.observables.maps import noisy_totals, parted
 from nsmaps.dynamics.observables.means import Mean, ratio
@@ -50,7 +50,7 @@ class AttractorMeans:
 @divides
 def observe_diagram(
     map_of: Callable[[float], ReturnMap],
-    diagram: Bifurcation,
+    diagram: BifurcationDiagram,
     observables: Sequence[ObservableLike],
     returns: int = RETURNS,
     *,

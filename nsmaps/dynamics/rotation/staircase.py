@@ -8,7 +8,8 @@ from fractions import Fraction
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.continuation.events import TESTS
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.dynamics.diagrams.borders import NOT_LOCATED, RANGE, ROUNDING, Border
+from nsmaps.dynamics.diagrams.borders import NOT_LOCATED, RANGE, ROUNDING
+from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.dynamics.rotation.number import RotationNumber, rotation_number

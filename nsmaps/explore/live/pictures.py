@@ -10,14 +10,14 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.limit_set import LimitSet, limit_set
-from nsmaps.dynamics.diagrams.bifurcation import Bifurcation, bifurcation
+from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.search import periodic_orbits
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.explore.live.scene import Scene
@@ -36,7 +36,7 @@ class Diagram:
     """A bifurcation diagram as counts of states in cells, rows from the lowest up."""
 
     counts: NDArray[np.int64]  #: shape (rows, columns)
-    states: Bifurcation
+    states: BifurcationDiagram
 
     @property
     def shade(self) -> Floats:
@@ -51,8 +51,14 @@ def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = N
     (low, high), (bottom, top) = scene.values, scene.heights
     half = (high - low) / columns / 2
     values = np.linspace(low + half, high - half, columns)
-    found = bifurcation(
-        Along(scene.system, scene.parameter), values, scene.start, RETURNS, DISCARDED, jobs=Jobs(progress=progress)
+    found = bifurcation_diagram(
+        scene.system,
+        scene.parameter,
+        values,
+        scene.start,
+        n_returns=RETURNS,
+        transient=DISCARDED,
+        jobs=Jobs(progress=progress),
     )
     heights = found.states[:, 0, :, list(scene.coordinates).index(scene.coordinate)]
     place = np.floor((heights - bottom) / (top - bottom) * rows)

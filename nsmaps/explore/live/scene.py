@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis, Grid
 
 if TYPE_CHECKING:
@@ -97,9 +96,10 @@ def _starts(study: "Study") -> Iterator[dict[str, float]]:
 
 def extents(system: "System", start: Floats, parameter: str, values: Range) -> list[Range]:
     """A range for each coordinate that holds the attractors over a parameter with room around them; of an angle the circle."""
-    from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
-    found = bifurcation(Along(system, parameter), np.linspace(*values, _VALUES_SEEN), start, _RETURNS_SEEN, _DISCARDED)
+    how: Any = {"n_returns": _RETURNS_SEEN, "transient": _DISCARDED}
+    found = bifurcation_diagram(system, parameter, np.linspace(*values, _VALUES_SEEN), start, **how)
     states = np.concatenate([found.states.reshape(-1, len(start)), start[np.newaxis]])
     low, high = np.nanmin(states, axis=0), np.nanmax(states, axis=0)
     room = _WIDER * np.maximum(high - low, 0.1 * np.abs(states[-1])) + np.finfo(float).tiny

@@ -19,7 +19,7 @@ from nsmaps.figures.style import family_colours, piece_colours
 from nsmaps.reduced.composite.formulas import composite_of
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.exact.systems.parameters import System
     from nsmaps.study.result import StudyResult
 
@@ -88,7 +88,7 @@ def _middle(result: "StudyResult") -> Floats:
     return np.mean(_window(result), axis=1)
 
 
-def _points(diagram: "Bifurcation") -> dict[str, Any]:
+def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:
     """The states of a diagram, every so many of them, each with its value."""
     states = diagram.states.reshape(len(diagram.values), -1, diagram.states.shape[-1])
     step = max(1, -(-states.shape[0] * states.shape[1] // POINTS))

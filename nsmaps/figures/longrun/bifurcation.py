@@ -14,15 +14,14 @@ from matplotlib.lines import Line2D
 from nsmaps.arrays import Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, kind_of
 from nsmaps.exact.words import CHATTER, LONGER, REST, words_of
-from nsmaps.figures.data import BIFURCATION, section
 from nsmaps.figures.lines import window
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREY, dress, family_colours
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.dynamics.diagrams.borders import Border
-    from nsmaps.study.result import StudyResult
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border
+
+    Diagrams = Mapping[str, BifurcationDiagram]
 
 Named = tuple[str, float, float]  #: a motion, and the interval of the parameter over which it attracts
 ROWS = 400  #: of a raster
@@ -35,23 +34,28 @@ _UPRIGHT = 8  #: letters of the longest name that is written upwards
 _MARGIN = 0.04  #: of the height of the states that is left free above and below them
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet: a row a map, a column a coordinate."""
-    diagrams = BIFURCATION.of(result, "bifurcation")
+def sheets(result: "BifurcationDiagram | Diagrams") -> tuple[Sheet, ...]:
+    """One sheet: a row a map, a column a coordinate; `result` as of `bifurcation`."""
+    diagrams = _by_title(result)
     coordinates = range(len(next(iter(diagrams.values())).coordinates))
-    panels = tuple(partial(bifurcation, result, of=of, coordinate=i) for of in diagrams for i in coordinates)
+    panels = tuple(partial(bifurcation, diagrams, of=of, coordinate=i) for of in diagrams for i in coordinates)
     return (Sheet("bifurcation", panels, min(len(coordinates), 2), 0.8, legend=True),)
 
 
-def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: int = 0) -> Axes:
+def bifurcation(result: "BifurcationDiagram | Diagrams", ax: Axes, of: str = "", coordinate: int = 0) -> Axes:
     """One coordinate of the attractors over the parameter: a colour for the word of the return to each state, further words grey.
 
     The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
     between lines at their computed borders, where these are known to the distance of neighbouring values; grey bands: values
-    without an attractor. All maps have the same limits, and a motion of the composite map has the name of the exact one with the
-    same impacts and period in returns.
+    without an attractor. All maps have the same limits, and a motion of another map has the name of that of the first one with
+    the same impacts and period in returns.
+
+    Args:
+        result: one diagram, or those of several maps by the titles of these, the exact one first.
+        of: the title of the map, the first one if empty.
     """
-    diagrams = BIFURCATION.of(result, "bifurcation")
+    diagrams = _by_title(result)
+    of = of or next(iter(diagrams))
     diagram, ends = diagrams[of], _range(diagrams, coordinate)
     colours = _colours(diagrams)
     ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
@@ -65,14 +69,13 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
         _legend(ax, colours)
     for low, high in _gaps(diagram):
         ax.axvspan(low, high, color="0.92", lw=0)
-    parameter = section(result.study.bifurcation, "bifurcation").parameter
-    ax.set_title(result.map_title(of), loc="right")
-    dress(ax, (parameter, ""), (diagram.coordinates[coordinate], "k"))
+    ax.set_title(of, loc="right")
+    dress(ax, (diagram.parameter, ""), (diagram.coordinates[coordinate], "k"))
     if ends is not None:
-        borders = [end for each in result.windows.get(of, ()) for end in (each.low, each.high)]
+        borders = [end for each in diagram.windows for end in (each.low, each.high)]
         for border in dict.fromkeys(end.value for end in borders if is_sharp(end, diagram)):
             ax.axvline(border, color="0.6", lw=0.4)
-        named = {each: _motions(result, each) for each in diagrams}
+        named = {each: _motions(diagrams, each) for each in diagrams}
         tall = max(_height(ax, each) for each in named.values())  # the same for all maps, so that their states are comparable
         _name_motions(ax, named[of])
         ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
@@ -82,30 +85,34 @@ def bifurcation(result: "StudyResult", ax: Axes, of: str = "exact", coordinate: 
     return ax
 
 
-def _motions(result: "StudyResult", of: str) -> list[Named]:
+def _by_title(result: "BifurcationDiagram | Diagrams") -> "Diagrams":
+    return result if isinstance(result, Mapping) else {"": result}
+
+
+def _motions(diagrams: "Diagrams", of: str) -> list[Named]:
     """The windows of a map and its chaotic regions between them."""
-    windows = _named(result, of)
-    return [*windows, *_chaotic(result.bifurcation[of], windows)]
+    windows = _named(diagrams, of)
+    return [*windows, *_chaotic(diagrams[of], windows)]
 
 
-def _named(result: "StudyResult", of: str) -> list[Named]:
+def _named(diagrams: "Diagrams", of: str) -> list[Named]:
     """The windows of a map, each to its borders or, where these are not sharp, to the values at which it was seen."""
-    own, exact, diagram = result.windows.get(of, ()), result.windows.get("exact", ()), result.bifurcation[of]
-    names = {} if of == "exact" else {each.by_returns: each.label for each in exact}
+    diagram, first = diagrams[of], next(iter(diagrams.values()))
+    names = {} if diagram is first else {each.by_returns: each.label for each in first.windows}
     found = []
-    for each in own:
+    for each in diagram.windows:
         borders = zip((each.low, each.high), each.seen, strict=True)
         low, high = (border.value if is_sharp(border, diagram) else seen for border, seen in borders)
         found.append((names.get(each.by_returns, each.label), low, high))
     return found
 
 
-def is_sharp(border: "Border", diagram: "Bifurcation") -> bool:
+def is_sharp(border: "Border", diagram: "BifurcationDiagram") -> bool:
     """True if a border is known to the mean distance of neighbouring values; others say less than the states that are drawn."""
     return bool(border.precision <= np.ptp(diagram.values) / (len(diagram.values) - 1))
 
 
-def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
+def _chaotic(diagram: "BifurcationDiagram", windows: Sequence[Named]) -> list[Named]:
     """The intervals between windows at most of whose values the first orbit is chaotic, with the name that most of these have.
 
     They are chaotic regions that are cut by windows too narrow to have borders.
@@ -121,7 +128,7 @@ def _chaotic(diagram: "Bifurcation", windows: Sequence[Named]) -> list[Named]:
 
 
 def raster(
-    diagram: "Bifurcation", coordinate: int, ends: tuple[float, float], colours: Mapping[str, str]
+    diagram: "BifurcationDiagram", coordinate: int, ends: tuple[float, float], colours: Mapping[str, str]
 ) -> tuple[Floats, tuple[float, float]]:
     """The states of one coordinate as an image on white (ROWS, columns, 3), the lowest row first, and its left and right end.
 
@@ -165,7 +172,7 @@ def _columns(values: Floats) -> tuple[Ints, tuple[float, float]]:
     return order[np.searchsorted((along[1:] + along[:-1]) / 2, middles)], (along[0] - half, along[-1] + half)
 
 
-def _colours(diagrams: "Mapping[str, Bifurcation]") -> dict[str, str]:
+def _colours(diagrams: "Diagrams") -> dict[str, str]:
     """A colour for each word of all maps."""
     words = {word for each in diagrams.values() for word in words_of(np.unique(each.codes), each.walls).tolist() if word}
     ordered = sorted(words, key=lambda word: (any(mark in word for mark in (CHATTER, REST, LONGER)), len(word), word))
@@ -173,7 +180,7 @@ def _colours(diagrams: "Mapping[str, Bifurcation]") -> dict[str, str]:
     return {word: own.get(word, GREY) for word in ordered}
 
 
-def _range(diagrams: "Mapping[str, Bifurcation]", coordinate: int) -> tuple[float, float] | None:
+def _range(diagrams: "Diagrams", coordinate: int) -> tuple[float, float] | None:
     """The limits of the states of all maps with a margin; those of the first map, where another map's are far beyond them."""
     all_states = [each.states[..., coordinate] for each in diagrams.values()]
     finite = [states[np.isfinite(states)] for states in all_states if np.isfinite(states).any()]
@@ -193,7 +200,7 @@ def _legend(ax: Axes, colours: Mapping[str, str]) -> None:
     ax.legend(handles=dots, handletextpad=0.0)
 
 
-def _gaps(diagram: "Bifurcation") -> list[tuple[float, float]]:
+def _gaps(diagram: "BifurcationDiagram") -> list[tuple[float, float]]:
     """The intervals over which the first orbit has no attractor, from half a step before them to half a step behind them."""
     order = np.argsort(diagram.values)
     values, none = diagram.values[order], ~diagram.held[order, 0]

@@ -11,7 +11,7 @@ from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, symbol, with_unit
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.study.result import StudyResult
 

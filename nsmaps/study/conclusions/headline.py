@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
@@ -60,12 +60,12 @@ def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
         yield result.system.map_name, _diagram(result.bifurcation["exact"], result.study.bifurcation)
 
 
-def _diagram(diagram: "Bifurcation", section: "BifurcationSection") -> str:
+def _diagram(diagram: "BifurcationDiagram", section: "BifurcationSection") -> str:
     """The motions of the first orbit of a diagram, and the values."""
     return f"for {section.parameter} from {section.low:g} to {section.high:g} {motions_of(diagram)}"
 
 
-def motions_of(diagram: "Bifurcation") -> str:
+def motions_of(diagram: "BifurcationDiagram") -> str:
     """The motions of the first orbit of a diagram, in the order of the values."""
     names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
     more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""

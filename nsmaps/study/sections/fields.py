@@ -20,12 +20,11 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.design.optimum import Optimum
     from nsmaps.dynamics.diagrams.agreement import Agreement
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
-    from nsmaps.dynamics.diagrams.windows import Window
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
+    from nsmaps.dynamics.noise.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.dynamics.observables.attractors import AttractorMeans
     from nsmaps.dynamics.observables.cycles import CycleMeans
@@ -122,8 +121,7 @@ class OrbitsFields:
 class BifurcationFields:
     """The fields of a result for bifurcation diagrams."""
 
-    bifurcation: "dict[str, Bifurcation]" = field(default_factory=dict)  #: by map: exact, composite, parametric, a piece
-    windows: "dict[str, tuple[Window, ...]]" = field(default_factory=dict)  #: the same: the widest intervals of one motion
+    bifurcation: "dict[str, BifurcationDiagram]" = field(default_factory=dict)  #: by map: exact, composite, parametric, a piece
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

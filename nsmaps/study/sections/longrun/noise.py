@@ -18,7 +18,7 @@ from nsmaps.study.sections.base import Need, Section, Table
 from nsmaps.study.sections.fields import NoiseFields, NoiseResult
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.impacts import ImpactDiagram
+    from nsmaps.dynamics.noise.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.law import Noise
     from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -139,7 +139,7 @@ def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "No
 
 def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
     """The diagrams in descending and ascending order, each without and with noise."""
-    from nsmaps.dynamics.diagrams.impacts import impact_diagram
+    from nsmaps.dynamics.noise.impacts import impact_diagram
 
     values = np.linspace(section.low, section.high, section.points)
     sizes = spec.noise(0.0), spec.noise(section.sigma)
@@ -227,7 +227,7 @@ NOISE = Section[NoiseSection](
     type=NoiseSection | None,
     stored=NoiseFields,
     holds={
-        "dynamics.diagrams.impacts": ("ImpactDiagram",),
+        "dynamics.noise.impacts": ("ImpactDiagram",),
         "dynamics.noise.law": ("Noise",),
         "dynamics.noise.residence": ("Residence",),
         "study.sections.fields": ("NoiseResult",),

@@ -23,7 +23,7 @@ from nsmaps.study.sections.maps.surfaces import grid_size
 if TYPE_CHECKING:
     from nsmaps.arrays import Floats
     from nsmaps.dynamics.diagrams.agreement import Agreement, Disagreement
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 TITLE = "parametric map"
@@ -117,22 +117,22 @@ def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> di
 def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agreement | None":
     """The agreement of the attractors of a parametric map with the exact ones; None without a start or any exact attractor."""
     from nsmaps.dynamics.diagrams.agreement import agreement
-    from nsmaps.dynamics.diagrams.bifurcation import bifurcation
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
     values, compare, start = np.linspace(spec.low, spec.high, spec.compare.points), spec.compare, _start(plan)
     if start is None:
         return None
-    how: Any = {"starts": start, "returns": compare.returns, "discard": compare.discard}
+    how: Any = {"starts": start, "n_returns": compare.returns, "transient": compare.discard}
     half = (1 + FITTED) / 2
     exact_at = CounterpartAlong(Along(plan.system, spec.parameter), map.at)
-    exact = bifurcation(exact_at, values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
-    ours = bifurcation(map.at, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
+    exact = bifurcation_diagram(exact_at, spec.parameter, values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
+    ours = bifurcation_diagram(map.at, spec.parameter, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
     if not exact.held.any():
         return None
     return replace(agreement(exact, ours, compare.tolerance, _sides(plan, exact)), starts=start)
 
 
-def _sides(plan: "Plan", exact: "Bifurcation") -> "Floats":
+def _sides(plan: "Plan", exact: "BifurcationDiagram") -> "Floats":
     """The sides of the study's grid, or, of coordinates that it has at one value, the extents of all exact attractors."""
     from nsmaps.dynamics.attractors.distance import extents
 

@@ -11,6 +11,7 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.results import units_of
 from nsmaps.study.conclusions.texts import each_text, known, returns_text
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
@@ -23,9 +24,7 @@ from nsmaps.study.sections.maps.surfaces import grid_size
 from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, widest
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
-    from nsmaps.dynamics.diagrams.borders import Border
-    from nsmaps.dynamics.diagrams.windows import Window
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table, per map
@@ -83,20 +82,19 @@ def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
 
 def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
     """The attractors over a parameter, of each map."""
-    from nsmaps.dynamics.diagrams.bifurcation import bifurcation
-    from nsmaps.dynamics.diagrams.windows import windows
+    from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
     values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
-    how = spec.returns, spec.discard, spec.direction
+    how: Any = {"n_returns": spec.returns, "transient": spec.discard, "direction": spec.direction, "borders": True}
     with plan.study.source.located(("bifurcation",)):
-        diagrams, borders = {}, {}
+        diagrams = {}
         for k, of in enumerate(spec.map):
             map_of = map_along(plan, result, of, spec.parameter)
             part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
             jobs = replace(plan.portion(k, len(spec.map), of), part=part)
-            diagrams[of] = bifurcation(map_of, values, start, *how, jobs=jobs)
-            borders[of] = windows(diagrams[of], map_of, start, *how[1:])
-        return {"bifurcation": diagrams, "windows": borders}
+            found = bifurcation_diagram(map_of, spec.parameter, values, start, **how, jobs=jobs)
+            diagrams[of] = replace(found, units=units_of(plan.system))
+        return {"bifurcation": diagrams}
 
 
 def _describe(spec: BifurcationSection, study: "Study") -> str:
@@ -112,7 +110,7 @@ def _size(spec: BifurcationSection, study: "Study", system: "System") -> Size:
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
-    found = {of: _diagram(diagram) | _borders(result.windows.get(of, ())) for of, diagram in result.bifurcation.items()}
+    found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation.items()}
     return {"bifurcation": found} if found else {}
 
 
@@ -126,7 +124,7 @@ def _border(border: "Border") -> dict[str, Any]:
     return {"value": border.value if known else None, "precision": border.precision if known else None, "kind": border.kind}
 
 
-def _diagram(diagram: "Bifurcation") -> dict[str, Any]:
+def _diagram(diagram: "BifurcationDiagram") -> dict[str, Any]:
     """The intervals of each motion of the first orbit, the number of orbits that ended, and coexisting attractors."""
     spans, beside = attractors(diagram)
     found = {"attractors": spans, "coexisting": beside} if spans else {}
@@ -152,7 +150,7 @@ def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
         yield from _ended(of, result.map_title(of), diagram)
 
 
-def _ended(of: str, name: str, diagram: "Bifurcation") -> Iterator[Verdict]:
+def _ended(of: str, name: str, diagram: "BifurcationDiagram") -> Iterator[Verdict]:
     """The failed verdict on a sweep in which orbits ended, with the most frequent reason."""
     lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
     if lost.any():
@@ -178,7 +176,9 @@ def _tables(result: "StudyResult") -> Iterator[Table]:
         notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
     ends = (f"{section.parameter} from", "to")
     yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
-    found = [(of, _named(w), _spoken(w.low), _spoken(w.high)) for of, windows in result.windows.items() for w in windows]
+    found = [
+        (of, _named(w), _spoken(w.low), _spoken(w.high)) for of, diagram in result.bifurcation.items() for w in diagram.windows
+    ]
     if found:
         yield Table("Windows", ("map", "motion", *ends), tuple(found))
 
@@ -200,11 +200,6 @@ BIFURCATION = Section[BifurcationSection](
     key="bifurcation",
     type=BifurcationSection | None,
     stored=BifurcationFields,
-    holds={
-        "dynamics.diagrams.bifurcation": ("Bifurcation",),
-        "dynamics.diagrams.windows": ("Window",),
-        "dynamics.diagrams.borders": ("Border",),
-    },
     needs=_needs,
     check=_check,
     bind=_bind,

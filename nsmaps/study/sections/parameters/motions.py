@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from nsmaps.dynamics.attractors.coexistence import Coexistence
-    from nsmaps.dynamics.diagrams.bifurcation import Bifurcation
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.study.sections.kept import Run as StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
@@ -22,14 +22,14 @@ PAIRS = 5  #: of coexisting motions that a sentence names
 Row = dict[str, Any]
 
 
-def motions(diagram: "Bifurcation") -> list[Row]:
+def motions(diagram: "BifurcationDiagram") -> list[Row]:
     """The intervals of each motion of the first orbit, in the order of the values."""
     pairs = zip(diagram.labels[:, 0].tolist(), diagram.values.tolist(), strict=True)
     runs = [(label, [value for _, value in run]) for label, run in groupby(pairs, key=itemgetter(0))]
     return [{"label": label, "from": held[0], "to": held[-1]} for label, held in runs]
 
 
-def attractors(diagram: "Bifurcation") -> tuple[list[Row], list[Row]]:
+def attractors(diagram: "BifurcationDiagram") -> tuple[list[Row], list[Row]]:
     """The intervals of each attractor under each of its names, and of coexisting ones; both empty for a single orbit."""
     from nsmaps.dynamics.attractors.coexistence import match_attractors
 
@@ -57,7 +57,7 @@ def _names(numbers: "NDArray[np.int64]", labels: "NDArray[np.str_]") -> list[str
     return sorted(label or NONE for number, label in named.items() if number >= 0)
 
 
-def widest(diagram: "Bifurcation", max_rows: int) -> tuple[list[Row], int, int]:
+def widest(diagram: "BifurcationDiagram", max_rows: int) -> tuple[list[Row], int, int]:
     """The intervals with most values, with their number `values`; the number of omitted intervals.
 
     The third result is the largest number of values of an omitted interval.
@@ -87,7 +87,7 @@ def coexisting(result: "StudyResult") -> str:
     return " ".join(sentences)
 
 
-def _places(result: "StudyResult", diagram: "Bifurcation", rows: list[Row]) -> str:
+def _places(result: "StudyResult", diagram: "BifurcationDiagram", rows: list[Row]) -> str:
     """The interval over which the same motions coexist, or the number of values and their range."""
     ends = {"from": min(row["from"] for row in rows), "to": max(row["to"] for row in rows)}
     where = interval(result, diagram, ends)
@@ -96,14 +96,14 @@ def _places(result: "StudyResult", diagram: "Bifurcation", rows: list[Row]) -> s
     return f"{rows[0]['motion']} beside {rows[0]['beside']} {where}"
 
 
-def interval(result: "StudyResult", diagram: "Bifurcation", row: Row) -> str:
+def interval(result: "StudyResult", diagram: "BifurcationDiagram", row: Row) -> str:
     """The ends of an interval, to the digits by which neighbouring values differ: `for d from 0.225 to 0.2275`."""
     name = result.study.bifurcation.parameter if result.study.bifurcation else ""
     low, high = digits([row["from"], row["to"]], diagram)
     return f"for {name} from {low} to {high}" if low != high else f"at {name} = {low}"
 
 
-def digits(values: Sequence[float], diagram: "Bifurcation") -> list[str]:
+def digits(values: Sequence[float], diagram: "BifurcationDiagram") -> list[str]:
     """Values of the parameter to one digit beyond that by which neighbouring ones differ."""
     steps = np.diff(np.unique(diagram.values))
     places = max(ceil(-log10(steps.min())) + 1, 0) if len(steps) else 15

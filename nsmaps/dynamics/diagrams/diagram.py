@@ -1,0 +1,193 @@
+"""The result of a bifurcation diagram, and its assembly from the last states of orbits."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
+from nsmaps.dynamics.diagrams.parts import Block, attractors_at
+from nsmaps.dynamics.limits.path import diverges
+from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.outcome import OUTCOMES, Outcome
+from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.words import words_of
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, names_among
+from nsmaps.results import NONE, RETURNS, TURNS, Result, Storable, array, array_property
+
+FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
+
+
+@dataclass(frozen=True, slots=True)
+class Border(Storable):
+    """An end of a window."""
+
+    value: float  #: of the parameter; NaN where it was not located
+    precision: float  #: largest error of the value, that of transients included where orbits had to show it
+    kind: str  #: event of a cycle, as `period doubling`; `change of words`, `no return`, `change of motion`; `not located`
+
+
+@dataclass(frozen=True, slots=True)
+class Window(Storable):
+    """An interval of the parameter over which the first orbit of a diagram has one motion; "" where it has none."""
+
+    label: str  #: the motion, such as 1:1/2T
+    by_returns: str  #: its name where whole turns are unknown, as of fitted maps, such as 1:1, period 2
+    low: Border
+    high: Border
+    seen: tuple[float, float]  #: least and greatest value of the diagram in it
+    rotation: str = ""  #: rotation number p/q of a cycle of a map given by formulas with one angle, or in two pieces
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BifurcationDiagram(WithCoordinates, Result):
+    """Orbits after a transient, for V values of a parameter and S starts each: K states of n coordinates.
+
+    States are NaN where there is no map or the orbit ended; `reasons` and `outcome` give the reason.
+    """
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.bifurcation"
+
+    coordinates: Coordinates
+    walls: tuple[str, ...]
+    parameter: str
+    values: Floats = field(metadata=array("value", "values of the parameter, as given", name="parameter"))
+    states: Floats = field(metadata=array("value start return coordinate", "states after the transient; angles in [0, 2 pi)"))
+    turns: NDArray[np.int32] = field(
+        metadata=array("value start return coordinate", "whole turns on the return to each state", TURNS)
+    )
+    codes: NDArray[np.int64] = field(metadata=array("value start return", "words as numbers; see `words`", NONE))
+    outcome: NDArray[np.int8] = field(
+        metadata=array("value start", f"of the last return, or of that which ended the orbit: {OUTCOMES}", NONE)
+    )
+    reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
+    period: NDArray[np.int64] = field(
+        metadata=array("value start", "least number after which states and words repeat; 0: none found", RETURNS)
+    )
+    scale: Floats = field(metadata=array("coordinate", "unit of tolerances in each coordinate, see `scale_of`"))
+    labels: NDArray[np.str_] = field(metadata=array("value start", 'motion, such as 1:1/2T; "" where the orbit ended', NONE))
+    length: NDArray[np.int64] = field(
+        metadata=array("value start", "states in a period; fewer than its returns if images are those of several returns", NONE)
+    )
+    ends: Floats | None = None  #: as `states`, the period of orbits whose last state is far from it; None if none is
+    windows: tuple[Window, ...] = ()  #: the widest windows of the first orbit, if their borders were asked for
+    units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
+
+    @property
+    def settled(self) -> Floats:
+        """The states (V, S, K, n), with the cycle of an orbit whose last state is still far from it."""
+        return self.states if self.ends is None else self.ends
+
+    @array_property("value start return", "word of the return to each state; empty where there is none", NONE)
+    def words(self) -> NDArray[np.str_]:
+        """The word of the return to each state, shape (V, S, K); "" where there is none."""
+        return words_of(self.codes, self.walls)
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """True for orbits that did not end, shape (V, S)."""
+        return np.asarray(np.isfinite(self.states[:, :, -1]).all(axis=-1))
+
+
+def continued_diagram(
+    map_of: Callable[[float], ReturnMap],
+    value: float,
+    states: Floats,
+    starts: Floats,
+    n_returns: int,
+    transient: int,
+    tolerance: float = 1e-6,
+) -> BifurcationDiagram:
+    """The attractors at one value, of orbits that continue those of a diagram with some starts (S, n) from states (S, n)."""
+    along, order = np.array([value]), np.zeros(1, np.int64)
+    blocks = [(order, slice(None), attractors_at(map_of, along, states, n_returns, transient, starts))]
+    return unnamed("", along, states, blocks, tolerance).named(map_of, tolerance, SERIAL)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Unnamed:
+    """A diagram, in which the motions of orbits are not known that do not repeat up to rounding."""
+
+    diagram_so_far: BifurcationDiagram
+    open_: Bools  #: shape (V, S), these orbits
+    scale: Floats  #: shape (n,)
+
+    def diagram(self, found: Sequence[Motion] = ()) -> BifurcationDiagram:
+        """The diagram with periods and names of the first open orbits; others are unresolved."""
+        plain = self.diagram_so_far
+        length, period, labels = plain.length.copy(), plain.period.copy(), plain.labels.astype(object)
+        labels[self.open_], period[self.open_], length[self.open_] = UNRESOLVED, 0, 0
+        settled, far = plain.states.copy(), False
+        for (v, s), motion in zip(np.argwhere(self.open_).tolist(), found, strict=False):
+            length[v, s], period[v, s], labels[v, s] = motion.length, motion.period, motion.label
+            own, cycle = settled[v, s], motion.states
+            if 0 < len(cycle) <= len(own) and not plain.coordinates.near(cycle, own[-1], FAR, self.scale).any():
+                settled[v, s], far = cycle[np.arange(len(own)) % len(cycle)], True
+        gone = labels == ESCAPE
+        states = np.where(gone[..., None, None], np.nan, plain.states)
+        outcome = np.where(gone, np.int8(Outcome.escaped), plain.outcome)
+        about: Any = {"outcome": outcome, "ends": settled if far else None}
+        return replace(plain, length=length, period=period, labels=labels.astype(str), states=states, **about)
+
+    def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, jobs: Jobs) -> BifurcationDiagram:
+        """The diagram whose open orbits are followed on."""
+        if not self.open_.any():
+            if jobs.progress is not None:
+                jobs.progress(1.0)
+            return self.diagram()
+        about = self.diagram_so_far.values, self.diagram_so_far.states[:, :, -1], self.open_, self.scale, tolerance
+        return self.diagram(open_ends(map_of, *about, jobs, self.diagram))
+
+
+def diagram_so_far(parameter: str, values: Floats, starts: Floats, tolerance: float, blocks: list[Block]) -> BifurcationDiagram:
+    """The diagram of what is computed, in which no orbit is followed on."""
+    return unnamed(parameter, values, starts, blocks, tolerance).diagram()
+
+
+def unnamed(parameter: str, values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Unnamed:
+    """The diagram over all values from the results at some of them."""
+    reasons = np.full(len(values), NOT_COMPUTED, object)
+    for cut, _, part in blocks:
+        reasons[cut] = part["reasons"]
+    some = next((part for *_, part in blocks if "states" in part), None)
+    if some is None:
+        raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
+    shape = len(values), len(starts), *some["states"].shape[2:]
+    states, turns, time = np.full(shape, np.nan), np.zeros(shape, np.int32), np.full(shape[:3], np.nan)
+    codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
+    numbers, scales, unstable = np.ones(shape[:3], np.int32), np.ones((*shape[:2], shape[-1])), np.zeros(shape[:2], bool)
+    tables: Arrays = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time}
+    tables |= {"numbers": numbers, "scale": scales, "unstable": unstable}
+    for cut, own, part in blocks:
+        for name in tables if "states" in part else ():
+            tables[name][cut[part["reasons"] == ""], own] = part[name]
+    coordinates, walls = names_among(some)
+    held = np.isfinite(states[:, :, -1]).all(axis=-1) & ~diverges(coordinates, states, starts)
+    scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
+    length = np.where(unstable, 0, periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time))
+    period = np.where(np.arange(shape[2]) < length[..., None], numbers, 0).sum(axis=-1)
+    labels = names(coordinates, walls, alphabet_among(some), codes, turns, length, period)
+    labels[unstable] = UNRESOLVED
+    labels[~held & np.isin(outcome, (Outcome.returned, Outcome.escaped)) & (reasons == "")[:, None]] = ESCAPE
+    open_ = held & ~unstable & ((length == 0) | ~are_exact(coordinates, states, length, scale))
+    found = BifurcationDiagram(
+        coordinates=coordinates,
+        walls=walls,
+        parameter=parameter,
+        values=values,
+        states=states,
+        turns=turns,
+        codes=codes,
+        outcome=outcome,
+        reasons=tuple(reasons.tolist()),
+        period=np.where(held, period, 0),
+        scale=scale,
+        labels=np.where(held | (labels == ESCAPE), labels, "").astype(str),
+        length=np.where(held, length, 0),
+    )
+    return Unnamed(found, open_, scale)
