@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from nsmaps.coordinates import is_angle
+from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.results import Result
 
@@ -17,11 +17,8 @@ Row = tuple[str, Any, str, str]  #: dimensions with blanks between them, the arr
 EACH, NONE, TURNS, TIME = "see unit", "1", "turns", "time unit of the system"
 AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by class and field; those of others are numbered
     "Branch": {"parameter": "orbit", "arclength": "orbit"},
-    "Coverage": {"fractions": "piece", "uncovered": "state coordinate", "boxes": "box coordinate end"},
-    "DiagonalRegion": {"start": "state coordinate", "box": "coordinate end"},
     "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
     "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
-    "FitReport": dict.fromkeys(("r2", "sse", "max_error", "condition", "points", "terms", "left_out", "loss"), "coordinate"),
     "ImpactDiagram": {"values": "value", "wall": "value impact", "speed": "value impact"},
     "MorseCover": {
         **dict.fromkeys(("numbers", "component", "stays"), "cell"),
@@ -29,26 +26,11 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
         "hulls": "hull coordinate end",
     },
     "OrbitPair": {"start": "coordinate"},
-    "ParametricMap": {"nodes": "node"},
-    "ParametricReport": {"values": "value"} | dict.fromkeys(("refit", "error", "difference"), "piece value coordinate"),
-    "PolyMap": {"centre": "input", "scale": "input", "domain": "input end"},
     "Residence": {"time": "mode", "switches": "mode next_mode"},
     "StabilityDiagram": {
         "along": "along_value",
         "across": "across_value",
         **dict.fromkeys(("period", "labels", "outcome"), "across_value along_value"),
-    },
-    "Impacts": dict.fromkeys(("wall", "time", "phase", "speed", "mark"), "impact"),
-    "Events": {
-        **dict.fromkeys(("name", "letter", "time", "phase"), "event"),
-        **dict.fromkeys(("before", "after"), "event state"),
-    },
-    "ModeTrack": {"modes": "flight", "time": "flight sample", "states": "flight sample state"},
-    "Track": {
-        **dict.fromkeys(("time", "displacement", "velocity", "ball"), "flight sample"),
-        "walls": "wall flight sample",
-        "sides": "wall",
-        "at": "wall",
     },
     "ExitTimes": dict.fromkeys(("region", "left", "arrived"), "cell"),
     "Trap": {"numbers": "cell"},
@@ -110,7 +92,7 @@ def datasets(part: Any, path: str, coordinates: Sequence[str]) -> "Iterator[tupl
         own = False
     for name in _names(part):
         member = getattr(part, name)
-        if not (own and isinstance(member, HasDataset)) or isinstance(part, Result):
+        if not isinstance(member, Coordinates) and (isinstance(part, Result) or not (own and isinstance(member, HasDataset))):
             yield from datasets(member, f"{path}/{name}", coordinates)
 
 

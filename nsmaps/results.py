@@ -1,7 +1,7 @@
 """Results: dataclasses whose arrays declare their axes once, and which are stored, drawn and turned into datasets by that."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, overload
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 COORDINATE = "coordinate"  #: the axis of the coordinates of a state, each with a unit of its own
+BY = "by"  #: the axis of the coordinates by which a derivative is taken
 NONE, TURNS, TIME, RETURNS = "1", "turns", "time unit of the system", "returns"  #: units that do not depend on names
 ARRAY = "array"  #: the key of a declaration in the metadata of a dataclass's field
 
@@ -73,6 +74,7 @@ class Storable:
     """A class whose objects may be stored in files of runs, by their fields."""
 
     __slots__ = ()
+    from_files: ClassVar[bool] = True  #: False where fields of a file could be evaluated, as texts by sympy
 
 
 class Result(Storable):
@@ -134,10 +136,15 @@ def axes_of(result: Any, declared: Declaration, count: int) -> tuple[str, ...]:
 
 
 def declared_arrays(result: Any) -> Iterator[tuple[str, Declaration, Any]]:
-    """The arrays of a result that are not None: name, declaration, array."""
+    """The arrays of a result that are not None: name, declaration, array; those of a tuple by number."""
     for each in fields(result):
         if ARRAY in each.metadata and (value := getattr(result, each.name)) is not None:
-            yield each.name, each.metadata[ARRAY], value
+            if isinstance(value, tuple):
+                first, *others = each.metadata[ARRAY].axes
+                for number, item in enumerate(value):
+                    yield f"{each.name}_{number}", replace(each.metadata[ARRAY], axes=(f"{first}_{number}", *others)), item
+            else:
+                yield each.name, each.metadata[ARRAY], value
     for base in reversed(type(result).__mro__):
         for name, member in vars(base).items():
             if isinstance(member, ArrayProperty):
@@ -170,6 +177,7 @@ def dataset_of(result: Any) -> "Dataset":
     if COORDINATE in used:
         own = list(result.coordinates)
         coordinates |= {COORDINATE: [str(name) for name in own], "unit": (COORDINATE, [unit_of(result, name) for name in own])}
+        coordinates |= {BY: coordinates[COORDINATE]} if BY in used else {}
     about = {
         each.name: plain(getattr(result, each.name))
         for each in fields(result)

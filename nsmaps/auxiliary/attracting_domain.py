@@ -1,12 +1,12 @@
 """Attracting domains by the worst-case and the generic iteration of the auxiliary maps, section 6.2, steps 1 to 3."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.bounds import ESTIMATED, ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
 from nsmaps.auxiliary.reasons import about_fixed_point, without_image
@@ -17,9 +17,10 @@ from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import Progress, Work, beat, working
+from nsmaps.results import Result, array, array_property
 
 if TYPE_CHECKING:
-    from xarray import Dataset
+    pass
 
 MOST = 4.0  # times the sides of the start box, to which it may grow
 GENERIC = 1e-6  # of the last box, by which generic and worst-case iteration may differ
@@ -27,19 +28,20 @@ REST = 1e-10  # largest move of a bound in an update, relative to the start box,
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class AttractingDomain(WithCoordinates):
+class AttractingDomain(WithCoordinates, Result):
     """A box to which the worst case of a map converges; `claim` states on what basis, and for which map."""
 
-    __repr__ = brief
     was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}  #: fields of earlier runs
 
     of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
     coordinates: Coordinates
-    boxes: Floats  #: shape (U + 1, n, 2), the start box first, then one row for each update
+    boxes: Floats = field(metadata=array("update coordinate end", "the start box first, then one row for each update"))
     updates: tuple[Update, ...]
     forward_invariant: bool  #: the box of every update is forward invariant: one worst-case step carries it into itself
     converged: bool  #: all updates were forward invariant, and the last moved no bound by more than `tolerance` of the start box
-    two_cycle: Floats  #: shape (n, 2), p and q of each coordinate: eq. pvqv_modified, pphiqphi_modified, WCSsecond-CD
+    two_cycle: Floats = field(
+        metadata=array("coordinate end", "p and q of each coordinate: eq. pvqv_modified, pphiqphi_modified, WCSsecond-CD")
+    )
     generic_agrees: bool  #: the generic iteration ends on the same p and q as the worst case
     status: str  #: how it bounds: "outer", "inflated by ... error", "enclosed", or "sampled"; see `claim`
     reason: str  #: a sentence: the result, or why there is none
@@ -64,29 +66,10 @@ class AttractingDomain(WithCoordinates):
         """Which part of the Statement on bounds applies to the last update, by coordinate; see `Update.part`."""
         return self.updates[-1].part
 
-    @property
+    @array_property("update coordinate", "sides of the boxes")
     def sizes(self) -> Floats:
         """The sides of the boxes, shape (U + 1, n)."""
         return self.boxes[:, :, 1] - self.boxes[:, :, 0]
-
-    def to_xarray(self) -> "Dataset":
-        """The boxes and the auxiliary maps of every update as an xarray dataset. NsmapsError without xarray.
-
-        Dimensions `update` (0 is the start box), `made` (updates by number), `coordinate`, `end`, `sample`.
-        """
-        from nsmaps.datasets import EACH, dataset
-
-        rows = {
-            "box": ("update coordinate end", self.boxes, EACH, "the box after each update"),
-            "two_cycle": ("coordinate end", self.two_cycle, EACH, "p and q of each coordinate; NaN if not forward invariant"),
-        }
-        texts = {"x": "where the auxiliary maps are", "lower": "the lower auxiliary map", "upper": "the upper auxiliary map"}
-        for name, text in texts.items():
-            drawn = np.array([[getattr(envelope, name) for envelope in update.envelopes] for update in self.updates])
-            rows[name] = ("made coordinate sample", drawn, EACH, text)
-        along = {"update": np.arange(len(self.boxes)), "made": [update.number for update in self.updates], "end": ["low", "high"]}
-        about = {name: getattr(self, name) for name in ("of", "forward_invariant", "converged", "status", "reason")}
-        return dataset(self.coordinates, rows, along, **about)
 
 
 def attracting_domain(

@@ -1,7 +1,7 @@
 """The auxiliary maps of one coordinate: the largest and smallest image over the others, eq. auxv and auxphi."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, Protocol, Self
 
 import numpy as np
@@ -10,6 +10,7 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.enclosures.branch_and_bound import Ranges
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.results import Result, array
 
 
 class PlainMap(Protocol):
@@ -45,8 +46,8 @@ def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
     return lambda states: plain(states) - turns
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Envelope:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Envelope(Result):
     """The auxiliary maps of one coordinate: for each of its values the extreme images over all others in the box.
 
     Where the family of curves does not cross, which the sign of the derivatives proves, they are two of its curves, in closed
@@ -54,15 +55,23 @@ class Envelope:
     """
 
     coordinate: str
-    x: Floats  #: shape (m,), values of the coordinate, both ends of its interval included
-    lower: Floats  #: shape (m,), xi_L or eta_L
-    upper: Floats  #: shape (m,), xi_U or eta_U
-    family: Floats  #: shape (J, m), some of the curves between: the images with the others held
-    others: Floats  #: shape (J, n), the states at which they are held, along the box's diagonal; NaN the coordinate's own
+    x: Floats = field(metadata=array("sample", "values of the coordinate, both ends of its interval included"))
+    lower: Floats = field(metadata=array("sample", "xi_L or eta_L"))
+    upper: Floats = field(metadata=array("sample", "xi_U or eta_U"))
+    family: Floats = field(metadata=array("curve sample", "some of the curves between: the images with the others held"))
+    others: Floats = field(
+        metadata=array("curve component", "the states at which they are held, along the box's diagonal; NaN the coordinate's own")
+    )
     kind: Literal["closed form", "numeric"] = "numeric"
     status: str = "sampled"  #: how the numbers bound: see `auxiliary_maps`
-    held: Floats | None = None  #: shape (n, 2), of a closed form the others' values on the lower and the upper curve; NaN its own
-    slopes: Floats | None = None  #: shape (n, 2), outer bounds of the derivative by each coordinate over the box, of polynomials
+    held: Floats | None = field(
+        default=None,
+        metadata=array("component end", "of a closed form the others' values on the lower and the upper curve; NaN its own"),
+    )
+    slopes: Floats | None = field(
+        default=None,
+        metadata=array("component end", "outer bounds of the derivative by each coordinate over the box, of polynomials"),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,13 +5,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.auxiliary.envelope import Envelope
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, StateLike, WithCoordinates, as_box, as_starts, nearest_turn
 from nsmaps.enclosures.box_images import Boxed, Parts, box_map, moved
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.results import NONE, Result, array
 
 SLICES = 32  #: of a region along each other coordinate, over which the images of a value are enclosed one by one
 SAMPLES, OTHERS = 201, 1000  #: values at which the curves of a piece are given, and states of its region tried at each
@@ -127,12 +128,12 @@ def _on_one_turn(images: Floats, owner: Ints, count: int) -> Floats:
     return moved(images[:, None], turns[:, None])[:, 0]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AuxiliaryRegion:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class AuxiliaryRegion(Result):
     """The auxiliary maps of one region, which a box holds; outside of the region they are NaN."""
 
     name: str
-    box: Floats  #: shape (n, 2)
+    box: Floats = field(metadata=array("component end", "that holds the region"))
     envelopes: tuple[Envelope, ...]  #: one a coordinate
 
     @classmethod
@@ -159,15 +160,17 @@ class AuxiliaryRegion:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class AuxiliaryOrbit(WithCoordinates):
+class AuxiliaryOrbit(WithCoordinates, Result):
     """An orbit of the full auxiliary map by its generic iteration, upper and lower maps alternately; see `auxiliary_orbit`."""
-
-    __repr__ = brief
 
     coordinates: Coordinates
     regions: tuple[AuxiliaryRegion, ...]
-    states: Floats = field(repr=False)  #: shape (L + 1, n)
-    region: Ints  #: shape (L,), the number of the region whose auxiliary maps led on from each state; -1 of the map itself
+    states: Floats = field(metadata=array("step coordinate", "the start and its images"))
+    region: Ints = field(
+        metadata=array(
+            "return", "the number of the region whose auxiliary maps led on from each state; -1 of the map itself", NONE
+        )
+    )
 
 
 def auxiliary_orbit(

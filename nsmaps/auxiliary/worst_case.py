@@ -1,13 +1,14 @@
 """One update of the auxiliary maps: their worst case and their generic iteration on one box, section 6.2, steps 1 and 2."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.auxiliary.envelope import AuxiliaryMaps, Envelope, Extremes
+from nsmaps.results import NONE, Result, array
 
 MOST_STEPS = 400  # of one update, as in the paper
 SLACK = 1e-5  # error of sampled envelopes, relative to the box's size
@@ -15,18 +16,22 @@ SLACK = 1e-5  # error of sampled envelopes, relative to the box's size
 Part = Literal[0, 1, 2]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Update:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Update(Result):
     """One update of the auxiliary maps: their envelopes on a box, and both iterations of them."""
 
     was: ClassVar = {"trapped": "forward_invariant"}  #: fields of earlier runs
     number: int
-    box: Floats  #: shape (n, 2), A^(N)
+    box: Floats = field(metadata=array("component end", "A^(N)"))
     envelopes: tuple[Envelope, ...]  #: one a coordinate
-    worst: Floats  #: shape (K + 1, n, 2), intervals of eq. WCScobweb-v and -phi, the box first
-    at: Floats  #: shape (K, n, 2, 2), where in each interval the lower map is least and the upper one largest
-    conditions: Bools  #: shape (K, n), eq. part1-v and part1-phi at each worst-case iterate
-    generic: Floats  #: shape (L, n), iterates of eq. auxv and auxphi, upper and lower map alternately
+    worst: Floats = field(metadata=array("step component end", "intervals of eq. WCScobweb-v and -phi, the box first"))
+    at: Floats = field(
+        metadata=array("interval component side end", "where in each interval the lower map is least and the upper one largest")
+    )
+    conditions: Bools = field(metadata=array("interval component", "eq. part1-v and part1-phi at each worst-case iterate", NONE))
+    generic: Floats = field(
+        metadata=array("generic_step component", "iterates of eq. auxv and auxphi, upper and lower map alternately")
+    )
     forward_invariant: bool  #: True if one worst-case step carries the box into itself
     converged: bool  #: True if the worst-case intervals converged
 

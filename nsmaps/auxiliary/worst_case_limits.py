@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.auxiliary.envelope import AuxiliaryMaps
 from nsmaps.auxiliary.worst_case import Update
+from nsmaps.results import Result, array
 
 Curve = Callable[[Floats], Floats]
 ROUNDED = 1e-10  #: by how much iteration and roots of curves that are known to rounding may differ, relative to the start box
@@ -16,13 +17,13 @@ POINTS, FINER = 201, 17  #: at which changes of sign are sought, over twice the 
 RESOLVED = 1e-15  #: share of a root, or of twice the box, to which it is found
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class TwoCycle:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class TwoCycle(Result):
     """The limit of the worst case of one coordinate, computed twice: by iteration, and as a root of the second-iterate map."""
 
     coordinate: str
-    iterated: Floats  #: shape (2,), p and q, the limit of the worst-case iteration
-    roots: Floats  #: shape (2,), p and q as roots; NaN where the second-iterate map has none nearby
+    iterated: Floats = field(metadata=array("end", "p and q, the limit of the worst-case iteration"))
+    roots: Floats = field(metadata=array("end", "p and q as roots; NaN where the second-iterate map has none nearby"))
     places: tuple[str, str]  #: where the lower map is least and the upper one largest on [p, q]: at p, at q, or inside
     slope: float  #: largest absolute slope of the second-iterate map at p and q, zero where it is constant; NaN where not known
     accuracy: float = ROUNDED  #: the accuracy of both, in the coordinate's units

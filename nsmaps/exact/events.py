@@ -1,51 +1,50 @@
 """The motion of a system at and between impacts or events, sampled, and first arrivals at a section."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief, finite_rows
+from nsmaps.arrays import Floats, finite_rows
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
 from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import words_of
+from nsmaps.results import NONE, TIME, TURNS, Result, array, array_property
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Events:
+class Events(Result):
     """M events of one motion of a system with modes, in their order."""
 
-    __repr__ = brief
-
-    name: NDArray[np.str_]  #: shape (M,), of the guard, or "slip to stick" at a surface of sliding
-    letter: NDArray[np.str_]  #: shape (M,), in words
-    time: Floats  #: shape (M,), since the start, in the system's time
-    phase: Floats  #: shape (M,), radians in [0, 2 pi); zero without forcing
-    before: Floats  #: shape (M, n), states just before; at a start just after the section's reset, those after it
-    after: Floats  #: shape (M, n), states just after
+    name: NDArray[np.str_] = field(metadata=array("event", "of the guard, or 'slip to stick' at a surface of sliding", NONE))
+    letter: NDArray[np.str_] = field(metadata=array("event", "as it stands in words", NONE))
+    time: Floats = field(metadata=array("event", "since the start, in the system's time", TIME))
+    phase: Floats = field(metadata=array("event", "radians in [0, 2 pi); zero without forcing", "rad"))
+    before: Floats = field(
+        metadata=array("event state", "states just before; at a start just after the section's reset, those after it")
+    )
+    after: Floats = field(metadata=array("event state", "states just after"))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Track:
+class Track(Result):
     """The motion through M impacts, `samples` instants in each of the M - 1 flights between them, with W walls.
 
     A rest or chatter on a wall counts as a flight along it. Displacement is relative to the walls; places are those of
     `ImpactSystem.absolute`, relative to an observer at rest.
     """
 
-    __repr__ = brief
-
     impacts: Impacts
-    sides: NDArray[np.int8]  #: shape (W,), +1 for a wall that growing displacement meets, else -1
-    at: Floats  #: shape (W,), displacement of each wall
-    time: Floats  #: shape (M - 1, samples), since the start, in the system's time
-    displacement: Floats  #: shape (M - 1, samples)
-    velocity: Floats  #: shape (M - 1, samples), rate of the displacement
-    ball: Floats  #: shape (M - 1, samples), place of the ball
-    walls: Floats  #: shape (W, M - 1, samples), places of the walls
+    sides: NDArray[np.int8] = field(metadata=array("wall", "+1 for a wall that growing displacement meets, else -1", NONE))
+    at: Floats = field(metadata=array("wall", "displacement of each wall"))
+    time: Floats = field(metadata=array("flight sample", "since the start, in the system's time", TIME))
+    displacement: Floats = field(metadata=array("flight sample", "relative to the walls"))
+    velocity: Floats = field(metadata=array("flight sample", "rate of the displacement"))
+    ball: Floats = field(metadata=array("flight sample", "place of the ball"))
+    walls: Floats = field(metadata=array("wall flight sample", "places of the walls"))
 
-    @property
+    @array_property("impact", "velocity just before each impact")
     def rates(self) -> Floats:
         """Velocity just before each impact, shape (M,): the impact speed with the sign of its wall's side."""
         return np.asarray(self.sides[self.impacts.wall] * self.impacts.speed, float)
@@ -57,40 +56,42 @@ class Track:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ModeTrack:
+class ModeTrack(Result):
     """The motion of a system with n states through M events, `samples` instants in each of the M - 1 flights between them."""
-
-    __repr__ = brief
 
     names: tuple[str, ...]  #: of the states
     events: Events
-    modes: NDArray[np.str_]  #: shape (M - 1,), of each flight, sliding and contact among them
-    time: Floats  #: shape (M - 1, samples), since the start
-    states: Floats  #: shape (M - 1, samples, n)
+    modes: NDArray[np.str_] = field(metadata=array("flight", "of each flight, sliding and contact among them", NONE))
+    time: Floats = field(metadata=array("flight sample", "since the start", TIME))
+    states: Floats = field(metadata=array("flight sample state", "the states of the system"))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Arrivals:
+class Arrivals(Result):
     """First arrivals of N states of a system with modes at its section, of m coordinates."""
-
-    __repr__ = brief
 
     coordinates: Coordinates  #: of the section
     names: Coordinates  #: of the start: the states, and the phase where there is forcing
     letters: tuple[str, ...]
-    start: Floats  #: shape (N, k), as given
-    mode: NDArray[np.str_]  #: shape (N,), in which the motion starts, "" where the state belongs to none
-    image: Floats  #: shape (N, m), at the section, angles in [0, 2 pi); NaN where there is none
-    turns: NDArray[np.int32]  #: shape (N, m), whole turns of an angle until then
+    start: Floats = field(metadata=array("state start_coordinate", "as given"))
+    mode: NDArray[np.str_] = field(
+        metadata=array("state", "in which the motion starts, '' where the state belongs to none", NONE)
+    )
+    image: Floats = field(metadata=array("state coordinate", "at the section, angles in [0, 2 pi); NaN where there is none"))
+    turns: NDArray[np.int32] = field(metadata=array("state coordinate", "whole turns of an angle until then", TURNS))
     codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
-    time: Floats  #: shape (N,), until the arrival, or as of `Returns`, in the system's time; NaN where unknown
-    derivative: Floats | None = None  #: shape (N, m, k), d image / d start, if requested
+    outcome: NDArray[np.int8] = field(metadata=array("state", "values of `Outcome`", NONE))
+    time: Floats = field(
+        metadata=array("state", "until the arrival, or as of `Returns`, in the system's time; NaN where unknown", TIME)
+    )
+    derivative: Floats | None = field(
+        default=None, metadata=array("state coordinate start_coordinate", "d image / d start, if requested")
+    )
 
     def __len__(self) -> int:
         return len(self.start)
 
-    @property
+    @array_property("state", "events until the arrival", NONE)
     def words(self) -> NDArray[np.str_]:
         """The events of each motion, that at the section the last, shape (N,)."""
         return words_of(self.codes, self.letters)

@@ -4,57 +4,65 @@ A point that fails is data: its `Outcome` states why and its image is NaN.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief, finite_rows
+from nsmaps.arrays import ArrayLike, Floats, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import PLAIN, Alphabet, encode, words_of
-
-if TYPE_CHECKING:
-    from xarray import Dataset
+from nsmaps.results import NONE, RETURNS, TIME, TURNS, Result, array, array_property
 
 FEW = 8  #: number of words that are shown of returns
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Margin:
+class Margin(Result):
     """The distance of each of N returns from a graze; where either number falls to zero, the word changes."""
 
-    __repr__ = brief
-
-    clearance: Floats  #: shape (N,), least gap to the wall ahead at a turning point, in displacement; inf without a turning point
-    slowest: Floats  #: shape (N,), least impact speed of the return, the last impact included; inf without an impact
+    clearance: Floats = field(
+        metadata=array("state", "least gap to the wall ahead at a turning point, in displacement; inf without a turning point")
+    )
+    slowest: Floats = field(
+        metadata=array("state", "least impact speed of the return, the last impact included; inf without an impact")
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Returns(WithCoordinates):
+class Returns(WithCoordinates, Result):
     """First returns of a batch of N states with n coordinates, by an exact or a composite map.
 
     Besides the fields there are `words`, `lifted`, `valid` and `certified`, each an array of N rows like the others.
     """
 
-    __repr__ = brief
-
     coordinates: Coordinates
     walls: tuple[str, ...]
-    start: Floats  #: shape (N, n), as given
-    image: Floats  #: shape (N, n), angles in [0, 2 pi); NaN where there is none
-    turns: NDArray[np.int32]  #: shape (N, n), whole turns of an angle from its start to its image; zero elsewhere
+    start: Floats = field(metadata=array("state coordinate", "as given"))
+    image: Floats = field(metadata=array("state coordinate", "angles in [0, 2 pi); NaN where there is none"))
+    turns: NDArray[np.int32] = field(
+        metadata=array("state coordinate", "whole turns of an angle from its start to its image; zero elsewhere", TURNS)
+    )
     codes: NDArray[np.int64]  #: shape (N,), words as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`
-    time: Floats  #: shape (N,), from start to image, or to where events accumulate or endless rest begins; NaN where unknown
-    derivative: Floats | None = None  #: shape (N, n, n), d image / d start, if requested
+    outcome: NDArray[np.int8] = field(metadata=array("state", OUTCOMES, NONE))
+    time: Floats = field(
+        metadata=array(
+            "state", "from start to image, or to where events accumulate or endless rest begins; NaN where unknown", TIME
+        )
+    )
+    derivative: Floats | None = field(
+        default=None, metadata=array("state coordinate by", "d image / d start; its unit is that over that of `by`")
+    )
     margin: Margin | None = None  #: distance from a graze, if requested
     fitted: bool = False  #: True if the images are those of fitted polynomials, which nothing certifies
     integrated: bool = False  #: True if flights were integrated numerically, which nothing certifies either
     alphabet: Alphabet = PLAIN  #: what the letters of words stand for
-    number: NDArray[np.int32] | None = None  #: shape (N,), successive returns that each row is; None: one each
+    number: NDArray[np.int32] | None = field(
+        default=None, metadata=array("state", "successive returns that each row is", RETURNS)
+    )
 
     def __len__(self) -> int:
         return len(self.start)
@@ -119,7 +127,7 @@ class Returns(WithCoordinates):
             )
         return self.derivative
 
-    @property
+    @array_property("state", "impact word", NONE)
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (N,): the base wall, every impact on the way, the base wall."""
         return words_of(self.codes, self.walls)
@@ -187,43 +195,21 @@ class Returns(WithCoordinates):
         values, numbers = np.unique(self.outcome, return_counts=True)
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
 
-    def to_xarray(self) -> "Dataset":
-        """The returns as an xarray dataset with dimensions `state`, `coordinate`, `by`. NsmapsError without xarray."""
-        from nsmaps.datasets import EACH, NONE, TIME, TURNS, dataset
-
-        rows = {
-            "start": ("state coordinate", self.start, EACH, "where the return starts"),
-            "image": ("state coordinate", self.image, EACH, "where it arrives; angles in [0, 2 pi)"),
-            "turns": ("state coordinate", self.turns, TURNS, "whole turns of an angle from start to image"),
-            "word": ("state", self.words, NONE, "impact word"),
-            "outcome": ("state", self.outcome, NONE, OUTCOMES),
-            "time": ("state", self.time, TIME, "from start to image"),
-        }
-        if self.number is not None:
-            rows["number"] = ("state", self.number, "returns", "successive returns from start to image")
-        if self.derivative is not None:
-            rows["derivative"] = ("state coordinate by", self.derivative, EACH, "d image / d start; its unit is that over `by`'s")
-        if self.margin is not None:
-            rows["clearance"] = ("state", self.margin.clearance, NONE, "least gap to a wall at a turning point")
-            rows["slowest"] = ("state", self.margin.slowest, NONE, "least impact speed on the way")
-        by = {} if self.derivative is None else {"by": map(str, self.coordinates)}
-        return dataset(self.coordinates, rows, by, walls=self.walls, fitted=self.fitted)
-
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Itineraries:
+class Itineraries(Result):
     """The itineraries of N first returns: the turning points of their flights, and their distance from a graze."""
-
-    __repr__ = brief
 
     walls: tuple[str, ...]
     codes: NDArray[np.int64]  #: shape (N,), itineraries as numbers; see `words`
-    turns: NDArray[np.int32]  #: shape (N,), number of turning points
-    clearance: Floats  #: shape (N,), as in `Margin`
-    slowest: Floats  #: shape (N,), as in `Margin`
-    outcome: NDArray[np.int8]  #: shape (N,), values of `Outcome`; a graze within rounding is not distinguished here
+    turns: NDArray[np.int32] = field(metadata=array("state", "number of turning points", NONE))
+    clearance: Floats = field(metadata=array("state", "as in `Margin`"))
+    slowest: Floats = field(metadata=array("state", "as in `Margin`"))
+    outcome: NDArray[np.int8] = field(
+        metadata=array("state", "values of `Outcome`; a graze within rounding is not distinguished here", NONE)
+    )
 
-    @property
+    @array_property("state", "word with turning points", NONE)
     def words(self) -> NDArray[np.str_]:
         """The word of each return with its turning points, shape (N,), such as `BvTB`; see `decode`."""
         return words_of(self.codes, self.walls, turns=True)
@@ -235,14 +221,14 @@ class Itineraries:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Impacts:
+class Impacts(Result):
     """Every impact of one trajectory in order, on any wall; M impacts."""
 
-    __repr__ = brief
-
     walls: tuple[str, ...]
-    wall: NDArray[np.int8]  #: shape (M,), index into `walls`
-    time: Floats  #: shape (M,), since the start
-    phase: Floats  #: shape (M,), radians in [0, 2 pi)
-    speed: Floats  #: shape (M,), impact speed just before the impact, at least zero
-    mark: NDArray[np.str_]  #: shape (M,), "" for an impact, "~" or "_" for a release after chatter or rest
+    wall: NDArray[np.int8] = field(metadata=array("impact", "index into `walls`", NONE))
+    time: Floats = field(metadata=array("impact", "since the start", TIME))
+    phase: Floats = field(metadata=array("impact", "radians in [0, 2 pi)", "rad"))
+    speed: Floats = field(metadata=array("impact", "impact speed just before the impact, at least zero"))
+    mark: NDArray[np.str_] = field(
+        metadata=array("impact", "'' for an impact, '~' or '_' for a release after chatter or rest", NONE)
+    )

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Ints
 from nsmaps.errors import StateError
+from nsmaps.results import Storable
 
 CHATTER, REST, LONGER = "~", "_", "..."
 HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement has a maximum, a minimum
 
 
 @dataclass(frozen=True, slots=True)
-class Alphabet:
+class Alphabet(Storable):
     """What letters stand for in the names of motions, which say how often they occur."""
 
     #: letters of the section's events, "" for one without a letter; None: the first and last of each word

@@ -6,10 +6,11 @@ term of alpha_1, where it also stands; and p_1^3 in alpha_3 means phi_max^3.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, runtime_checkable
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from nsmaps.arrays import Floats
@@ -32,8 +33,10 @@ class ClosedEnvelope(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SecondIterate:
+class SecondIterate(Result):
     """The second iterate of one coordinate as a polynomial in it, the others held at their extremes alternately."""
+
+    from_files: ClassVar[bool] = False
 
     variable: Any  #: sympy symbol of the coordinate
     expr: Any  #: sympy polynomial in the variable

@@ -30,26 +30,11 @@ def test_returns(system: nsmaps.ImpactSystem) -> None:
     assert data.unit.values.tolist() == ["1", ANGLE]
     assert np.array_equal(data.image.sel(coordinate="phi"), made.image[:, 1], equal_nan=True)
     assert np.array_equal(data.derivative.sel(coordinate="v", by="phi"), made.derivative[:, 0, 1], equal_nan=True)
-    assert data.word.values.tolist() == made.words.tolist()
+    assert data.words.values.tolist() == made.words.tolist()
     assert data.outcome.values.tolist() == [0, 0, 6]
     assert data.outcome.attrs["long_name"].startswith("0 returned; 1 stuck; ")
-    assert data.attrs == {"walls": "B T", "fitted": 0}
+    assert data.attrs == {"fitted": 0, "integrated": 0}
     assert all({"units", "long_name"} <= set(array.attrs) for array in data.data_vars.values())
-
-
-def test_a_surface_stands_on_its_grid(system: nsmaps.ImpactSystem) -> None:
-    grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.1, high=1, points=7), "phi": nsmaps.Axis(low=0, high=3, points=5)})
-    from nsmaps.exact.surfaces.sweep import surfaces
-
-    surface = surfaces(system, grid, [nsmaps.WordFamily(name="BTB", words=("BTB",))])["BTB"]
-    data = surface.to_xarray()
-    assert dict(data.image.sizes) == {"v": 7, "phi": 5, "coordinate": 2}
-    for v in data.v.values:
-        for phi in data.phi.values:
-            row = (surface.start == (v, phi)).all(axis=1)
-            there = data.image.sel(v=v, phi=phi).values
-            assert np.array_equal(there, surface.image[row][0]) if row.any() else np.isnan(there).all()
-    assert 0 < len(surface.start) < grid.size
 
 
 def test_orbits_of_one_start_and_of_several(system: nsmaps.ImpactSystem) -> None:
@@ -73,9 +58,8 @@ def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:
 def test_an_attracting_domain(system: nsmaps.ImpactSystem) -> None:
     made = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], 3, samples=31)
     data = made.to_xarray()
-    assert dict(data.sizes) == {"update": 4, "made": 3, "coordinate": 2, "end": 2, "sample": 31}
-    assert data.box.sel(update=3, coordinate="phi", end="high") == made.box[1, 1]
-    assert np.array_equal(data.upper.sel(made=2, coordinate="v"), made.updates[1].envelopes[0].upper)
+    assert dict(data.sizes) == {"update": 4, "coordinate": 2, "end": 2}
+    assert np.array_equal(data.boxes.sel(update=3, coordinate="phi"), made.box[1])
     assert (data.attrs["forward_invariant"], data.attrs["of"]) == (1, "exact map")
 
 
@@ -98,7 +82,7 @@ STORED = Path(__file__).parents[1] / "data" / "run-format-3"
 
 @pytest.mark.parametrize("name", ["run", "partition", "accurate", "long"])
 def test_every_array_of_a_run_is_in_its_tree_and_in_netcdf(name: str) -> None:
-    """But for words, which are kept as codes, values that label an axis, and surfaces, which stand on their grid there."""
+    """But for words, which are kept as codes, and values that label an axis."""
     pytest.importorskip("h5netcdf")
     h5py = pytest.importorskip("h5py")
     tree = nsmaps.read_result(STORED / name).to_xarray()
@@ -106,10 +90,8 @@ def test_every_array_of_a_run_is_in_its_tree_and_in_netcdf(name: str) -> None:
     with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
         lost = [path.split("/") for path in arrays.files if content(arrays[path]) not in found]
         assert len(arrays.files) > 25
-    other = [path for path in lost if path[-1] != "codes" and path[0] != "surfaces" and "surface" not in path]
+    other = [path for path in lost if path[-1] != "codes"]
     assert [path for path in other if (path[0], path[-1]) != ("bifurcation", "values")] == []
-    surfaces = {node.path for node in tree.subtree if node.path.split("/")[-2:-1] == ["surfaces"] or node.name == "surface"}
-    assert len(surfaces) == len({tuple(path[: path.index("member")]) for path in lost if "member" in path}) > 0
     tree.to_netcdf("all.nc", engine="h5netcdf")
     with h5py.File("all.nc") as written:
         for node in tree.subtree:

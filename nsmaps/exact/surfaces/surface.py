@@ -1,23 +1,24 @@
 """Grids of starts, and the return surfaces over them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
+from nsmaps.results import NONE, Result, Storable, array
 
 if TYPE_CHECKING:
-    from xarray import Dataset
+    pass
 
 
-class Axis(BaseModel):
+class Axis(BaseModel, Storable):
     """Equidistant values of one coordinate, both ends included, or one value at which it is held."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -49,7 +50,7 @@ class Axis(BaseModel):
         return np.linspace(self.low, self.high, self.points)
 
 
-class Grid(BaseModel):
+class Grid(BaseModel, Storable):
     """A rectangular grid of states, one axis for each coordinate in the system's order; the last axis varies fastest.
 
     With coordinates held at a value (`Axis.at`) it is a plane through the states.
@@ -86,14 +87,12 @@ class Grid(BaseModel):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Surface:
+class Surface(Result):
     """The first returns of one family over a grid: M of the grid's states belong to it."""
-
-    __repr__ = brief
 
     name: str
     grid: Grid
-    member: NDArray[np.bool_]  #: shape (grid.size,)
+    member: NDArray[np.bool_] = field(metadata=array("grid_state", "", NONE))
     returns: Returns  #: the M members, in the grid's order
 
     @property
@@ -128,27 +127,6 @@ class Surface:
         out = np.full(self.grid.size, np.nan)
         out[self.member] = values
         return out.reshape(self.grid.shape)
-
-    def to_xarray(self) -> "Dataset":
-        """The surface as an xarray dataset on the grid, with a dimension for each coordinate, NaN where the family has no state.
-
-        Raises NsmapsError without xarray.
-        """
-        from nsmaps.datasets import EACH, TIME, dataset
-
-        axes = {str(name): axis.values() for name, axis in self.grid.axes.items()}
-        image = np.stack([self.on_grid(values) for values in self.image.T], axis=-1)
-        lifted = np.stack([self.on_grid(values) for values in self.lifted.T], axis=-1)
-        words = np.full(self.grid.size, "", self.returns.words.dtype)
-        words[self.member] = self.returns.words
-        dims = " ".join(axes)
-        rows = {
-            "image": (f"{dims} coordinate", image, EACH, "where the return arrives; angles in [0, 2 pi)"),
-            "lifted": (f"{dims} coordinate", lifted, EACH, "the same with angles continued from the start"),
-            "time": (dims, self.on_grid(self.returns.time), TIME, "from start to image"),
-            "word": (dims, words.reshape(self.grid.shape), "", "impact word; empty where the family has no state"),
-        }
-        return dataset(self.coordinates, rows, axes, family=self.name)
 
 
 def check_axes(grid: Grid, coordinates: Sequence[str]) -> None:

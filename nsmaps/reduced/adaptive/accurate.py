@@ -8,10 +8,11 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress
 from nsmaps.reduced.adaptive.surrogate import StripMap, Strips, strip_map
 from nsmaps.reduced.adaptive.validate import HeldOut, held_out
+from nsmaps.results import Result
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AccurateResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class AccurateResult(Result):
     """A map of strips with its errors at held-out states."""
 
     strips: Strips

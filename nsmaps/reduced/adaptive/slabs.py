@@ -5,7 +5,7 @@ bisected
 where a curve of moderate degree does not follow an edge to rounding.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
 from nsmaps.progress import Work, beat
 from nsmaps.reduced.adaptive.scanlines import Line, lines
+from nsmaps.results import Result, array
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.flow import FlowSystem
@@ -32,14 +33,16 @@ PLACES = np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)  #: of these lines, in
 STRAIGHT, LOW, HIGH = 0, 1, 2  #: a coordinate's chart: itself, or the square root of the distance from its low or high end
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Slab:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Slab(Result):
     """A band of speeds with its edges as Chebyshev series of s in [-1, 1]; K edges, K + 1 cells between them."""
 
     low: float
     high: float
     chart: int  #: STRAIGHT: s is linear in v; LOW, HIGH: in the square root of the distance from that end
-    curves: Floats  #: shape (K + 2, NODES), coefficients of the phases of the lower end, the edges and the upper end
+    curves: Floats = field(
+        metadata=array("edge coefficient", "coefficients of the phases of the lower end, the edges and the upper end")
+    )
     hit: tuple[int, ...]  #: of the K edges, as in `Line`
     words: tuple[int, ...]  #: codes of the words in the cells
     outcomes: tuple[int, ...]

@@ -3,7 +3,7 @@ elsewhere.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import inf
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
@@ -19,6 +19,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.progress import Progress, Work, working
 from nsmaps.reduced.adaptive.slabs import Slab, clear_phase, slabs
 from nsmaps.reduced.adaptive.tree import Node, cell_area, grow, roots_of, terms
+from nsmaps.results import NONE, Result, array
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.flow import FlowSystem
@@ -31,8 +32,8 @@ LEAST_TOLERANCE = 1e-10
 Number = TypeVar("Number", bound=np.generic)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StripReport:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class StripReport(Result):
     """The contents and the cost of a map of strips."""
 
     tolerance: float  #: for speed, and for phase in radians, at the points that decided; see `held_out` for others
@@ -47,14 +48,14 @@ class StripReport:
     stopped: bool = False  #: True if `max_seconds` ended it before everything was within the tolerance
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Strips:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Strips(Result):
     """The data of a map of strips; with the exact map of its system it is a `StripMap`."""
 
-    bounds: Floats  #: shape (2, 2), speeds and phases (radians) covered
+    bounds: Floats = field(metadata=array("component end", "speeds and phases (radians) covered"))
     slabs: tuple[Slab, ...]
     report: StripReport
-    words: Ints  #: shape (L, 2), the code of the word and the `Outcome` of each leaf
+    words: Ints = field(metadata=array("leaf number", "the code of the word and the `Outcome` of each leaf", NONE))
     tables: "Tables"  #: the arrays from which it is evaluated
 
 

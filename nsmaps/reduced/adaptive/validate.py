@@ -8,12 +8,13 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.reduced.adaptive.slabs import Slab
 from nsmaps.reduced.adaptive.surrogate import StripMap
+from nsmaps.results import Result
 
 BESIDE = (1e-11, 1e-2)  #: distances from an edge, in radians, between which states are drawn, log-uniformly
 
 
-@dataclass(frozen=True, slots=True)
-class HeldOut:
+@dataclass(frozen=True, slots=True, repr=False)
+class HeldOut(Result):
     """Errors of speed and of phase (radians), the larger of the two, over states that a leaf answers."""
 
     was: ClassVar = {"most": "high"}

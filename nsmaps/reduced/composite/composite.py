@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from nsmaps.arrays import ArrayLike, Floats, Ints, brief, finite_rows
+from nsmaps.arrays import ArrayLike, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import FitError, NsmapsError, near_match
 from nsmaps.exact.returnmap import ReturnMap
@@ -21,21 +21,24 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.results import NONE, Result, array
 
 ONCE = 10_000_000  #: regions times states that NumPy evaluates in the time of loading the compiled loop
 SAMPLE = 100  #: number of uncovered states that a coverage lists as examples
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Coverage:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Coverage(Result):
     """The part of a set of states that the pieces of a composite map cover."""
 
     names: tuple[str, ...]
     points: int
     fraction: float  #: share of the states that lie in a piece; NaN without states
-    fractions: Floats  #: shape (pieces,), share of the states that each piece decides
-    uncovered: Floats  #: shape (S, n), at most a hundred of the states in no piece, spread over all of them
-    boxes: Floats  #: shape (B, n, 2), the hull of the states in no piece: one box, or none
+    fractions: Floats = field(metadata=array("piece", "share of the states that each piece decides", NONE))
+    uncovered: Floats = field(
+        metadata=array("state component", "at most a hundred of the states in no piece, spread over all of them")
+    )
+    boxes: Floats = field(metadata=array("box component end", "the hull of the states in no piece: one box, or none"))
 
     @property
     def covered(self) -> bool:
@@ -44,10 +47,8 @@ class Coverage:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CompositeMap(Pieces, ReturnMap):
+class CompositeMap(Pieces, ReturnMap, Result):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
-
-    __repr__ = brief
 
     def piece_of(self, states: ArrayLike) -> Ints:
         """The number of the first piece that contains each state (N, n), -1 where there is none; shape (N,)."""

@@ -1,7 +1,7 @@
 """Composite maps whose coefficients are polynomials of a parameter, in well-conditioned form (appendix, coefficients in d)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import ClassVar
 
@@ -15,25 +15,30 @@ from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
 from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.results import Result, array
 
 Order = int | Mapping[str, int]  #: degree in the parameter, of all images or by coordinate
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ParametricReport:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ParametricReport(Result):
     """Errors of a parametric map at held-out values of the parameter; P fitted pieces, H values."""
 
     was: ClassVar = {"apart": "difference"}
 
     names: tuple[str, ...]
-    values: Floats  #: shape (H,)
-    refit: Floats  #: shape (P, H, n), largest error of a map fitted at the value itself, at its data
-    error: Floats  #: shape (P, H, n), largest error of the parametric map at the same data of the exact map
-    difference: Floats  #: shape (P, H, n), largest difference between both maps there
+    values: Floats = field(metadata=array("value", ""))
+    refit: Floats = field(
+        metadata=array("piece value component", "largest error of a map fitted at the value itself, at its data")
+    )
+    error: Floats = field(
+        metadata=array("piece value component", "largest error of the parametric map at the same data of the exact map")
+    )
+    difference: Floats = field(metadata=array("piece value component", "largest difference between both maps there"))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ParametricMap(WithCoordinates):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class ParametricMap(WithCoordinates, Result):
     """A composite map for every value of a parameter from `low` to `high`.
 
     The map of a piece is a PolyMap in the coordinates and the parameter, which it leaves unchanged; all values share one
@@ -46,7 +51,7 @@ class ParametricMap(WithCoordinates):
     coordinates: Coordinates
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
-    nodes: Floats  #: shape (K,), the values from which it is computed
+    nodes: Floats = field(metadata=array("node", "the values from which it is computed"))
     condition: float  #: of the least squares problem of the coefficients over the parameter
     report: ParametricReport | None = None  #: None if no piece is fitted, as for printed maps
 

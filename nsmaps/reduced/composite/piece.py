@@ -7,10 +7,11 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.results import Result
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Piece:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Piece(Result):
     """One piece of a composite map: its region and its map."""
 
     name: str

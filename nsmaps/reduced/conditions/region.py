@@ -13,6 +13,7 @@ from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
 from nsmaps.errors import ConditionError
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition, with_numbers
+from nsmaps.results import Storable
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -22,7 +23,7 @@ def _coordinates(given: Any) -> Coordinates:
     return Coordinates(**given) if isinstance(given, dict) else Coordinates(given)
 
 
-class Region(BaseModel, Transferable, ABC):
+class Region(BaseModel, Transferable, Storable, ABC):
     """A set of states, once in numbers (`contains`) and once in symbols (`condition`).
 
     An `Angle` among the coordinates lives on a circle, a plain name on a line: give the names as the system has them. Compiled

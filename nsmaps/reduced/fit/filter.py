@@ -1,7 +1,7 @@
 """States near the diagonals: the ratio filter of eq. r1uniond, the derivatives there, their union over a parameter."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from nsmaps.exact.surfaces.family import members
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
+from nsmaps.results import Result, array
 
 if TYPE_CHECKING:
     from nsmaps.exact.surfaces.family import ReturnFamily
@@ -41,16 +42,19 @@ class NearDiagonal(BaseModel):
         return surface.restrict(mask)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DiagonalRegion(WithCoordinates):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class DiagonalRegion(WithCoordinates, Result):
     """The states near the diagonals for at least one value of a parameter (eq. r1uniond)."""
 
     coordinates: Coordinates
     delta: float
-    start: Floats  #: shape (M, n), the union over the parameter, each state once
-    box: Floats  #: shape (n, 2), the hull of `start`; NaN if it is empty
+    start: Floats = field(metadata=array("state coordinate", "the union over the parameter, each state once"))
+    box: Floats = field(metadata=array("coordinate end", "the hull of `start`; NaN if it is empty"))
     values: tuple[tuple[float, Floats], ...]  #: for each value of the parameter its own states, shape (m, n)
-    images: tuple[Floats, ...] = ()  #: their images, each of shape (m, n), angles in [0, 2 pi); older runs stored none
+    images: tuple[Floats, ...] = field(
+        default=(),
+        metadata=array("state coordinate", "their images, each of shape (m, n), angles in [0, 2 pi); older runs stored none"),
+    )
     slope: float | None = None  #: upper bound on abs(dx'_i/dx_i); None without one
 
 

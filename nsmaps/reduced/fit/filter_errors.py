@@ -8,10 +8,11 @@ from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.fit.filter import NearDiagonal
 from nsmaps.reduced.fit.polyfit import PolyFit, fit_orders
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.results import Result
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NearDiagonals:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NearDiagonals(Result):
     """The part of one surface near the diagonals for one delta (eq. r1uniond), and the fits to it."""
 
     delta: float

@@ -1,18 +1,19 @@
 """Polynomial maps in scaled Chebyshev products of the coordinates, or of other functions of them, and the report on their fit."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebder, chebvander
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box, as_states
 from nsmaps.errors import FitError, near_match
 from nsmaps.reduced.fit.monomials import changed, dense_exactly, in_chebyshev, in_powers, paper_order, terms_of
 from nsmaps.reduced.fit.variables import expression, jacobian_of, sum_of_products, values_of
+from nsmaps.results import NONE, Result, array
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -20,19 +21,25 @@ if TYPE_CHECKING:
 ROWS, FLOATS = 2**14, 2**21  #: states evaluated at a time, to stay in the cache, and their number of floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FitReport(WithCoordinates):
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class FitReport(WithCoordinates, Result):
     """The errors of the polynomials of a map at the data of their fit; arrays have one entry per output."""
 
     coordinates: Coordinates
-    r2: Floats  #: shape (n,), 1 - SSE/SST as in table TableDeltaErr; NaN where the data do not vary
-    sse: Floats  #: shape (n,), the sum of squared errors
-    max_error: Floats  #: shape (n,), the largest error at a data point
-    condition: Floats  #: shape (n,), condition number of the least squares problem that was solved
-    points: Ints  #: shape (n,), data points used
-    terms: Ints  #: shape (n,), coefficients fitted
-    left_out: Floats  #: shape (n,), the largest error at a data point when it alone is left out of the fit (PRESS residual)
-    loss: Floats  #: shape (n,), the largest change at a data point by the change from orthogonal to Chebyshev products
+    r2: Floats = field(
+        metadata=array("coordinate", "1 - SSE/SST as in table TableDeltaErr; NaN where the data do not vary", NONE)
+    )
+    sse: Floats = field(metadata=array("coordinate", "the sum of squared errors"))
+    max_error: Floats = field(metadata=array("coordinate", "the largest error at a data point"))
+    condition: Floats = field(metadata=array("coordinate", "condition number of the least squares problem that was solved", NONE))
+    points: Ints = field(metadata=array("coordinate", "data points used", NONE))
+    terms: Ints = field(metadata=array("coordinate", "coefficients fitted", NONE))
+    left_out: Floats = field(
+        metadata=array("coordinate", "the largest error at a data point when it alone is left out of the fit (PRESS residual)")
+    )
+    loss: Floats = field(
+        metadata=array("coordinate", "the largest change at a data point by the change from orthogonal to Chebyshev products")
+    )
     warnings: tuple[str, ...] = ()  #: limitations of the figures
 
     def rows(self) -> list[dict[str, Any]]:
@@ -44,21 +51,21 @@ class FitReport(WithCoordinates):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class PolyMap(WithCoordinates):
+class PolyMap(WithCoordinates, Result):
     """A map whose coordinates are polynomials: sums of products of Chebyshev polynomials of (x - centre) / scale.
 
     They are polynomials in the n coordinates, or in k `variables`, which are formulas of these, such as cos(phi). An angle's
     image is not wrapped. The map is that of its formula everywhere: outside of `domain` it extrapolates.
     """
 
-    __repr__ = brief
-
     coordinates: Coordinates
-    exponents: tuple[Ints, ...]  #: for each output, shape (m, k): the degree of each variable, or coordinate, in each term
-    coefficients: tuple[Floats, ...]  #: for each output, shape (m,), of the Chebyshev products
-    centre: Floats  #: shape (k,)
-    scale: Floats  #: shape (k,)
-    domain: Floats  #: shape (n, 2), the box of the data; infinite for a reset
+    exponents: tuple[Ints, ...] = field(
+        metadata=array("term input", "the degree of each variable, or coordinate, in each term", NONE)
+    )
+    coefficients: tuple[Floats, ...] = field(metadata=array("term", "of the Chebyshev products"))
+    centre: Floats = field(metadata=array("input", ""))
+    scale: Floats = field(metadata=array("input", ""))
+    domain: Floats = field(metadata=array("coordinate end", "the box of the data; infinite for a reset"))
     absolute: tuple[str, ...] = ()  #: outputs of which the absolute value is taken, eq. R5eqn
     report: FitReport | None = None
     variables: tuple[str, ...] | None = None  #: k formulas of the coordinates, see `read_number`; None for the coordinates

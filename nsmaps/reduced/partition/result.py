@@ -4,10 +4,11 @@ from dataclasses import dataclass, replace
 
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.spec import Partition
+from nsmaps.results import Result, Storable
 
 
 @dataclass(frozen=True, slots=True)
-class LogRow:
+class LogRow(Storable):
     """One region of one iteration, R_{n.m}, and the decision on it."""
 
     name: str  #: R n.m: region n as defined in iteration m
@@ -27,8 +28,8 @@ class LogRow:
     became: str  #: `accepted`, `split ...`, `tightened ...`, `given up ...` or `left ...`, and why
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PartitionResult:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class PartitionResult(Result):
     """The composite map of the algorithm, the log of its iterations, and its remaining errors."""
 
     spec: Partition

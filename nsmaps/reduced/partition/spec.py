@@ -8,6 +8,7 @@ from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
+from nsmaps.results import Storable
 
 Role = Literal["attracting", "transient"]
 
@@ -36,7 +37,7 @@ class PartitionChoices(BaseModel):
         return self
 
 
-class Partition(PartitionChoices):
+class Partition(PartitionChoices, Storable):
     """The specification of the reduced map of a system; the tolerance is the only choice that must be made.
 
     Results of runs hold it without the objects of classes.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from nsmaps.exact.returnmap import ReturnMap
@@ -15,8 +16,8 @@ STATES, ROUNDS = 20_000, 7  #: states of a batch
 CLEARLY = 0.8  #: share of the exact map's time below which a map is clearly faster
 
 
-@dataclass(frozen=True, slots=True)
-class Speed:
+@dataclass(frozen=True, slots=True, repr=False)
+class Speed(Result):
     """Nanoseconds of processor time per state, the best of some rounds, in batches of 20,000."""
 
     exact: float

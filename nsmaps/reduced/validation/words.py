@@ -10,10 +10,11 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import iterate_returns
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.results import Result
 
 
-@dataclass(frozen=True, slots=True)
-class Misleads:
+@dataclass(frozen=True, slots=True, repr=False)
+class Misleads(Result):
     """States of a grid at which the composite and the exact map differ; shares of the states that have both images."""
 
     states: int  #: number of states with both images

@@ -26,12 +26,6 @@ SHARED = {  #: classes of several sections, by module
     "cells.grid": ("Cells",),
     "dynamics.orbit": ("Orbit",),
     "dynamics.periodic": ("PeriodicOrbit",),
-    "exact.returns": ("Impacts", "Margin", "Returns"),
-    "exact.words": ("Alphabet",),
-    "reduced.composite.composite": ("CompositeMap", "Coverage"),
-    "reduced.composite.piece": ("Piece",),
-    "reduced.fit.polymap": ("FitReport", "PolyMap"),
-    "reduced.conditions.region": ("Box", "ConditionRegion"),
 }
 FORMER = {"Transient": "ExitTimes"}  #: names of classes in earlier files
 #: the module of every class that a file may name; files contain the name alone
@@ -63,7 +57,7 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
     if isinstance(value, Mapping):
         pairs = [[encode(k, "", arrays), encode(v, f"{path}/{k}", arrays)] for k, v in value.items()]
         return {KIND: "dict", "value": pairs}
-    if isinstance(value, Region) and HOME.get(type(value).__name__) != type(value).__module__:
+    if isinstance(value, Region) and type(value).__module__.partition(".")[0] not in trusted_packages():
         value = as_condition(value)  # of a class that files do not name the condition is stored
     return {KIND: _stored_name(value)} | {k: encode(v, f"{path}/{k}", arrays) for k, v in _members(value).items()}
 
@@ -123,7 +117,7 @@ def stored_class(stored: str) -> Any:
         cls = None
         with suppress(ModuleNotFoundError):  # of an earlier version
             cls = getattr(import_module(module), name, None)
-        if isinstance(cls, type) and issubclass(cls, Storable):
+        if isinstance(cls, type) and issubclass(cls, Storable) and cls.from_files:
             return cls
     name = FORMER.get(name, name)
     if name not in HOME:

@@ -199,8 +199,6 @@ ORBITS = Section[Orbits](
     default=(),
     stored=OrbitsFields,
     holds={
-        "exact.events": ("Events", "ModeTrack", "Track"),
-        "reduced.validation.words": ("Misleads",),
         "study.sections.fields": ("OrbitPair",),
     },
     bind=_bind,

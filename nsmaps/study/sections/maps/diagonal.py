@@ -158,7 +158,6 @@ DIAGONAL = Section[DiagonalSection](
     key="diagonal",
     type=DiagonalSection | None,
     stored=DiagonalFields,
-    holds={"reduced.fit.filter_errors": ("NearDiagonals",), "reduced.fit.filter": ("DiagonalRegion",)},
     needs=_needs,
     check=_check,
     bind=_bind,

@@ -255,7 +255,6 @@ PARAMETRIC = Section[ParametricSection](
     type=ParametricSection | None,
     stored=ParametricFields,
     holds={
-        "reduced.composite.parametric": ("ParametricMap", "ParametricReport"),
         "dynamics.diagrams.agreement": ("Agreement",),
     },
     needs=_needs,

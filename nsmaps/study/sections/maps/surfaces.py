@@ -100,7 +100,6 @@ GRID = Section[Spans](
     type=Spans | None,
     step="surfaces",
     stored=SurfacesFields,
-    holds={"exact.surfaces.surface": ("Axis", "Grid", "Surface")},
     bind=_grid,
     compute=_compute,
     describe=_describe,

@@ -126,7 +126,6 @@ AUXILIARY_MAP = Section[AuxiliaryMapSection](
     key="auxiliary_map",
     type=AuxiliaryMapSection | None,
     stored=AuxiliaryMapFields,
-    holds={"auxiliary.full_map": ("AuxiliaryOrbit", "AuxiliaryRegion")},
     needs=_needs,
     check=_check,
     bind=_bind,

@@ -221,12 +221,6 @@ DOMAINS = Section[Domains](
     type=Domains,
     default=(),
     stored=DomainsFields,
-    holds={
-        "auxiliary.attracting_domain": ("AttractingDomain",),
-        "auxiliary.envelope": ("Envelope",),
-        "auxiliary.worst_case_limits": ("TwoCycle",),
-        "auxiliary.worst_case": ("Update",),
-    },
     needs=_needs,
     check=_check,
     bind=_bind,
