@@ -1,6 +1,8 @@
 """The motion of a system at and between impacts or events, sampled, and first arrivals at a section."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +20,7 @@ class Events(Result):
     """M events of one motion of a system with modes, in their order."""
 
     name: NDArray[np.str_] = field(metadata=array("event", "of the guard, or 'slip to stick' at a surface of sliding", NONE))
-    letter: NDArray[np.str_] = field(metadata=array("event", "as it stands in words", NONE))
+    letter: NDArray[np.str_] = field(metadata=array("event", "letter of the event", NONE))
     time: Floats = field(metadata=array("event", "since the start, in the system's time", TIME))
     phase: Floats = field(metadata=array("event", "radians in [0, 2 pi); zero without forcing", "rad"))
     before: Floats = field(
@@ -43,6 +45,12 @@ class Track(Result):
     velocity: Floats = field(metadata=array("flight sample", "rate of the displacement"))
     ball: Floats = field(metadata=array("flight sample", "place of the ball"))
     walls: Floats = field(metadata=array("wall flight sample", "places of the walls"))
+    units: Mapping[str, str] = field(default_factory=dict)
+    picture: ClassVar[str] = "nsmaps.figures.system.motion"
+
+    def __repr__(self) -> str:
+        ends = f"{self.time.min():.4g} to {self.time.max():.4g}"
+        return f"Track({len(self.impacts.time)} impacts on {', '.join(self.impacts.walls)}, time {ends})"
 
     @array_property("impact", "velocity just before each impact")
     def rates(self) -> Floats:
@@ -64,6 +72,13 @@ class ModeTrack(Result):
     modes: NDArray[np.str_] = field(metadata=array("flight", "of each flight, sliding and contact among them", NONE))
     time: Floats = field(metadata=array("flight sample", "since the start", TIME))
     states: Floats = field(metadata=array("flight sample state", "the states of the system"))
+    coordinates: Coordinates | None = None  #: of the section; None in earlier runs
+    units: Mapping[str, str] = field(default_factory=dict)
+    picture: ClassVar[str] = "nsmaps.figures.system.motion"
+
+    def __repr__(self) -> str:
+        modes = ", ".join(dict.fromkeys(self.modes.tolist()))
+        return f"ModeTrack({len(self.events.time)} events of ({', '.join(self.names)}) through {modes})"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -1,6 +1,7 @@
 """The exact motion at and between impacts or events, sampled, for figures of trajectories."""
 
-from typing import overload
+from dataclasses import replace
+from typing import Any, overload
 
 from nsmaps.arrays import ArrayLike
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
@@ -9,6 +10,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.results import units_of
 
 
 @overload
@@ -31,4 +33,6 @@ def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: 
     """
     check_samples(n, samples)
     check_chatter(chatter)
-    return FlowSystem.require(system, "a trajectory")._track(state, n, samples, chatter)
+    found = FlowSystem.require(system, "a trajectory")._track(state, n, samples, chatter)
+    about: dict[str, Any] = {"coordinates": system.coordinates} if isinstance(found, ModeTrack) else {}
+    return replace(found, units=units_of(system), **about)

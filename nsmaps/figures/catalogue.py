@@ -28,6 +28,7 @@ _ROWS = (
         "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall. With "
         "modes it is that of all states, coloured by mode, with the events.",
         (data.TRACKS,),
+        of_parts=True,
     ),
     Row(
         "system.impacts",
@@ -35,6 +36,7 @@ _ROWS = (
         "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls, or all "
         "events of a system with modes. Dotted lines give their order.",
         (data.TRACKS,),
+        of_parts=True,
     ),
     Row(
         "returns.slices",

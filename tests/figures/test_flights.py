@@ -40,7 +40,7 @@ def test_a_run_keeps_it(slip):
 
 
 def test_all_states_over_time_and_a_plane(slip):
-    (sheet,) = sheets(slip)
+    (sheet,) = sheets(slip.orbits[0].track)
     assert len(sheet.panels) == 3
     drawn = sheet.figure()
     assert [axes.get_ylabel()[:3] for axes in drawn.axes] == ["$x$", "$u$", "$u$"]
@@ -48,7 +48,7 @@ def test_all_states_over_time_and_a_plane(slip):
 
 @pytest.mark.parametrize("k", [0, 1])
 def test_a_state_over_time_has_a_curve_a_flight_in_the_colour_of_its_mode(slip, ax, k):
-    motion(slip, ax, state=k)
+    motion(slip.orbits[0].track, ax, state=k)
     track = slip.orbits[0].track
     curves = [line for line in ax.lines if len(line.get_xdata()) == track.time.shape[1]]
     assert [to_rgba(line.get_color()) for line in curves] == [to_rgba(RED if mode == "slower" else SKY) for mode in track.modes]
@@ -62,12 +62,12 @@ def test_a_state_over_time_has_a_curve_a_flight_in_the_colour_of_its_mode(slip, 
 
 def test_the_plane_and_the_events(slip, ax):
     track = slip.orbits[0].track
-    phase_plane(slip, ax)
+    phase_plane(track, ax)
     curves = [line.get_xydata() for line in ax.lines if len(line.get_xdata()) == track.time.shape[1]]
     assert np.array_equal(np.array(curves), track.states)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$ (dimensionless)", "$u$ (dimensionless)")
     ax.clear()
-    impacts(slip, ax)
+    impacts(track, ax)
     (way,) = [line for line in ax.lines if len(line.get_xdata()) == 8]
     assert np.array_equal(way.get_xydata(), np.column_stack([track.events.before[:, 0], track.events.phase]))
     assert ax.get_ylabel() == r"$\phi$ (rad)"
@@ -77,6 +77,6 @@ def test_the_plane_and_the_events(slip, ax):
 def test_events_without_a_phase_are_shown_by_two_states(ax):
     converter = nsmaps.load_system("buck_converter", E=22.0)
     track = track_of(converter, [12.0, 0.55], 6)
-    at_events(track, ax, converter.coordinates)
+    at_events(track, ax)
     (way,) = [line for line in ax.lines if len(line.get_xdata()) == 6]
     assert np.array_equal(way.get_xydata(), track.events.before[:, :2])

@@ -32,8 +32,8 @@ def marked(ax, marker, colour):
 
 
 def test_the_ball_and_the_walls_over_time(result, ax):
-    motion(result, ax)
     track = result.orbits[0].track
+    motion(track, ax)
     drawn = [line.get_xydata() for line in ax.lines if line.get_marker() == "None"]
     for line, place in zip(drawn, (*track.walls, track.ball), strict=True):
         assert np.array_equal(line, np.column_stack([track.time.ravel(), place.ravel()]))
@@ -44,7 +44,7 @@ def test_the_ball_and_the_walls_over_time(result, ax):
 
 
 def test_the_phase_plane_has_arrows_of_time_and_velocities_before_impacts(result, ax):
-    phase_plane(result, ax)
+    phase_plane(result.orbits[0].track, ax)
     assert np.allclose(marked(ax, "*", GREEN), [[0.2, 0.4], [0.2, 0.8]])
     assert np.allclose(marked(ax, "o", BLUE), [[-0.2, -0.6]])
     (first, second) = ax.texts
@@ -56,12 +56,12 @@ def test_the_phase_plane_has_arrows_of_time_and_velocities_before_impacts(result
 
 
 def test_motion_has_a_row_an_orbit(result):
-    (sheet,) = sheets(result)
+    (sheet,) = sheets([pair.track for pair in result.orbits])
     assert (len(sheet.panels), sheet.columns) == (4, 2)
 
 
 def test_impacts_are_joined_in_their_order(result, ax):
-    impacts(result, ax)
+    impacts(result.orbits[0].track, ax)
     (way,) = [line for line in ax.lines if line.get_linestyle() == ":"]
     assert np.allclose(way.get_xydata(), [[0.4, 0.5], [-0.6, 3.0], [0.8, 6.0]])
     assert np.allclose(marked(ax, "*", GREEN), [[0.4, 0.5], [0.8, 6.0]])

@@ -35,8 +35,9 @@ def plane(track: ModeTrack, ax: Axes) -> Axes:
     return _from_start(ax, events.before[0, 0], events.before[0, 1], *map(label, track.names[:2]))
 
 
-def at_events(track: ModeTrack, ax: Axes, coordinates: Coordinates) -> Axes:
+def at_events(track: ModeTrack, ax: Axes) -> Axes:
     """The phase, or the second coordinate, over the first one just before each event; dotted lines give their order."""
+    coordinates = track.coordinates or Coordinates(track.names)
     names = [name for name in coordinates if name in track.names] or list(track.names)
     x = track.events.before[:, track.names.index(names[0])]
     phased = bool(coordinates.angles.any()) or len(names) < 2

@@ -1,38 +1,33 @@
 """Velocity and phase at all impacts of an orbit, in their order: fig. impact-time."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from nsmaps.exact.events import ModeTrack
-from nsmaps.figures.data import TRACKS
+from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import ORANGE, angle_ticks, with_unit
 from nsmaps.figures.system.flights import at_events, legend
-from nsmaps.figures.system.motion import mark_impacts, marks_of
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+from nsmaps.figures.system.motion import mark_impacts, marks_of, several
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(tracks: Track | ModeTrack | Sequence[Track | ModeTrack]) -> tuple[Sheet, ...]:
     """One sheet with a panel for every tracked orbit."""
-    count = len(TRACKS.of(result, "impacts"))
-    return (Sheet("impacts", tuple(partial(impacts, result, number=k) for k in range(count)), min(count, 2), 0.6, legend=True),)
+    panels = tuple(partial(impacts, track) for track in several(tracks))
+    return (Sheet("impacts", panels, min(len(panels), 2), 0.6, legend=True),)
 
 
-def impacts(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+def impacts(track: Track | ModeTrack, ax: Axes) -> Axes:
     """Phase over velocity just before each impact, marked by wall: the velocity has the sign of its wall's side.
 
     Dotted lines lead from each impact to the next; phases are in [0, 2 pi). Of a system with modes it is the first coordinate of
     its section that is a state.
     """
-    track = TRACKS.of(result, "impacts")[number]
     if isinstance(track, ModeTrack):
-        return at_events(track, ax, result.system.coordinates)
+        return at_events(track, ax)
     phase = track.impacts.phase
     ax.axvline(0, color="0.75", lw=0.5, zorder=0)
     ax.plot(track.rates, phase, color="0.35", ls=":", lw=0.7)

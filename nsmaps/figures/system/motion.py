@@ -1,7 +1,7 @@
 """The exact motion at and between impacts or events: fig. model:abc, panels (b) and (c)."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,38 +9,38 @@ from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.events import ModeTrack, Track
-from nsmaps.figures.data import TRACKS
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
 from nsmaps.figures.system.flights import in_lines, legend, over_time, plane
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
 
 MARKS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0))  #: colour, shape and size of impacts, by wall: a star for the base wall
 _ARROWS = 14  #: flights with an arrow of time, at most: the first, before they lie over each other
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(tracks: Track | ModeTrack | Sequence[Track | ModeTrack]) -> tuple[Sheet, ...]:
     """One sheet: a row a tracked orbit, its places over time and its phase plane; with modes all states, one or two a row."""
     panels: list[Panel] = []
-    for number, track in enumerate(TRACKS.of(result, "motion")):
-        more = partial(phase_plane, result, number=number)
+    for track in several(tracks):
+        more = partial(phase_plane, track)
         if isinstance(track, ModeTrack):
-            panels += [partial(motion, result, number=number, state=k) for k in range(len(track.names))]
+            panels += [partial(motion, track, state=k) for k in range(len(track.names))]
             panels += [more] * (len(track.names) > 1)
         else:
-            panels += [partial(motion, result, number=number), more]
+            panels += [partial(motion, track), more]
     return (Sheet("motion", tuple(panels), 2, 0.85, legend=True),)
 
 
-def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> Axes:
+def several(tracks: Track | ModeTrack | Sequence[Track | ModeTrack]) -> Sequence[Track | ModeTrack]:
+    """Tracks, of which one may be given alone."""
+    return [tracks] if isinstance(tracks, Track | ModeTrack) else tracks
+
+
+def motion(track: Track | ModeTrack, ax: Axes, state: int = 0) -> Axes:
     """The ball between the walls over time, solid, with its impacts marked by wall; dashed the walls.
 
     Places are at rest where the system says how its walls move; else they are displacements, and walls do not move. Of a system
     with modes it is the state of this position.
     """
-    track = TRACKS.of(result, "motion")[number]
     if isinstance(track, ModeTrack):
         return over_time(track, ax, state)
     time = track.time.ravel()
@@ -58,12 +58,11 @@ def motion(result: "StudyResult", ax: Axes, number: int = 0, state: int = 0) -> 
     return ax
 
 
-def phase_plane(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
+def phase_plane(track: Track | ModeTrack, ax: Axes) -> Axes:
     """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls.
 
     Of a system with modes it is the second state over the first.
     """
-    track = TRACKS.of(result, "motion")[number]
     if isinstance(track, ModeTrack):
         return plane(track, ax)
     for at in track.at:
