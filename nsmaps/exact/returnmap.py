@@ -179,7 +179,9 @@ def _check_returns(own: Method) -> Method:
 
 def _without_overflow(found: Returns) -> Returns:
     """Returns, of which those whose image is not finite have escaped."""
-    lost = (found.outcome == Outcome.returned) & ~finite_rows(found.image)
+    lost = ~finite_rows(found.image)
+    if lost.any():
+        lost &= found.outcome == Outcome.returned
     if not lost.any():
         return found
     image, outcome = np.where(lost[:, None], np.nan, found.image), np.where(lost, Outcome.escaped, found.outcome)

@@ -104,13 +104,17 @@ class Returns(WithCoordinates, Result):
         if shapes != ((count, dim), (count, dim), (count, dim, dim)):
             expected = f"(N, {dim}) of states and images, (N, {dim}, {dim}) of derivatives"
             raise StateError(f"states, images and derivatives have the shapes {shapes}; expected: {expected}")
-        found = finite_rows(start) & finite_rows(there)
-        turns = np.where(names.angles & found[:, None], np.floor(np.where(found[:, None], there, 0.0) / TWO_PI), 0.0)
-        outcome = np.where(found, Outcome.returned, np.where(finite_rows(start), Outcome.escaped, Outcome.invalid))
-        codes = np.array([encode(word, walls) for word in words or [""] * count], np.int64).reshape(count)
-        wrapped = np.where(found[:, None], names.wrap(np.where(found[:, None], there, 0.0)), np.nan)
-        rows = turns.astype(np.int32), np.where(found, codes, 0), outcome.astype(np.int8), np.where(found, 1.0, np.nan)
-        return cls(names, tuple(walls), start, wrapped, *rows, derivative=slopes)
+        known = finite_rows(start)
+        lost = ~(known & finite_rows(there))
+        inner = np.where(lost[:, None], 0.0, there) if lost.any() else there
+        turns = np.where(names.angles, np.floor(inner / TWO_PI), 0.0).astype(np.int32)
+        codes = np.array([encode(word, walls) for word in words], np.int64).reshape(count) if words else np.zeros(count, np.int64)
+        wrapped, outcome, time = names.wrap(inner), np.zeros(count, np.int8), np.ones(count)
+        if lost.any():
+            wrapped[lost] = time[lost] = np.nan
+            turns[lost] = codes[lost] = 0
+            outcome[lost] = np.where(known, Outcome.escaped, Outcome.invalid)[lost]
+        return cls(names, tuple(walls), start, wrapped, turns, codes, outcome, time, derivative=slopes)
 
     @property
     def numbers(self) -> NDArray[np.int32]:

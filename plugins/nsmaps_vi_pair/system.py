@@ -74,7 +74,7 @@ class VIPair(ImpactSystem):
         from sympy import Dummy, lambdify
 
         at = Dummy()
-        return lambdify(at, self.capsule(at))(t) - displacement
+        return self._once("capsule", lambda: lambdify(at, self.capsule(at)))(t) - displacement
 
     @model_validator(mode="before")
     @classmethod
