@@ -64,11 +64,11 @@ class Winners:
     def __call__(self, boxes: Floats) -> tuple[Bools, Bools]:
         """Which regions may be the first to hold a state of boxes (N, n, 2), shape (N, R), and may none, shape (N,)."""
         ends = {key: enclose(boxes) for key, enclose in self.terms.items()}
-        masks = np.zeros((len(boxes), max(len(self.limits), 1)), np.uint8)
-        for column, (key, limit) in enumerate(self.limits):
-            low, high = ends[key]
-            known = np.where(low < limit, 1, 0) + np.where((low <= limit) & (limit <= high), 2, 0) + np.where(high > limit, 4, 0)
-            masks[:, column] = np.where(np.isnan(low), 15, known)
+        low, high = (np.array([ends[key][k] for key, _ in self.limits]).reshape(len(self.limits), len(boxes)).T for k in (0, 1))
+        limit = np.array([limit for _, limit in self.limits])
+        known = (low < limit) + 2 * ((low <= limit) & (limit <= high)) + 4 * (high > limit)
+        masks = np.zeros((len(boxes), len(self.limits) + 1), np.uint8)  # a row without comparisons has a byte too
+        masks[:, :-1] = np.where(np.isnan(low), 15, known)
         rows = masks.view(np.dtype((np.void, masks.shape[1])))[:, 0]
         _, first, inverse = np.unique(rows, return_index=True, return_inverse=True)
         for mask in masks[first]:
