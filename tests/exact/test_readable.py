@@ -4,26 +4,10 @@ import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 EXACT = Path(__file__).parents[2] / "nsmaps" / "exact"
-#: rooms of `exact`, and modules, that do not comply yet: a line goes when they do, and none is added
-LATER = (
-    "modes/march",
-    "modes/paths",
-)
-#: modules in which functions are still named by a bare participle, such as `moved`, or in which an entry point names no shape
-LATER_NAMES = (
-    "modes/march",
-    "modes/tables",
-    "observables",
-)
-LATER_SHAPES = (
-    "modes/march/returns.py",
-    "modes/paths/path.py",
-)
 PLAIN = (0.0, 0.5, 1.0, 2.0)  #: floats that need no name
 LONGEST, MOST = 4, 7  #: of a tuple that is returned, of arguments
 #: past participles: words in -ed but for some nouns and verbs, and irregular ones that are nothing else
@@ -35,6 +19,12 @@ PARTICIPLE = re.compile(
 )
 ENTRIES = {"entry", "long_entry"}
 COMPILERS = {"inner", "inlined", "fused", "allocating", *ENTRIES}  #: decorators of `exact/engine/jit.py`
+#: arguments that are quantities of the motion: a kernel that takes one has units in its docstring, or its module or room does
+QUANTITIES = {
+    *("end", "h", "length", "max_length", "phase", "phases", "phi", "s", "step", "tau", "time", "times", "until", "when"),
+    *("chatter", "flight", "gap", "impact", "motion", "passage", "speed", "state", "states", "v", "z"),
+}
+UNITS = re.compile(r"\b(?:[Uu]nits?|radians|longest steps|cells of the mode)\b")
 SHAPE = re.compile(r"\((?:\d+ )?[A-Z0-9]\w*(?: [-+*] \w+)*(?:, [^()]*|,)\)")  #: as (N,), (N, 2), (n + 1, M)
 #: formulas of compiled code and of definitions: where they stand, and the source that is cited there
 SOURCES = (
@@ -114,47 +104,47 @@ def without_shapes(tree: ast.Module) -> list[str]:
     return found
 
 
-def is_listed(name: str, rooms: tuple[str, ...]) -> bool:
-    """True for a module that is one of some rooms and modules, or in one of them."""
-    return any(name == each or name.startswith(f"{each}/") for each in rooms)
-
-
-def later(file: Path) -> bool:
-    """True for a module that does not comply yet."""
-    return is_listed(str(file.relative_to(EXACT)), LATER)
+def without_units(tree: ast.Module, room: ast.Module) -> list[str]:
+    """The kernels that take quantities, and of which neither they nor their module nor its room state units."""
+    if any(UNITS.search(ast.get_docstring(each) or "") for each in (tree, room)):
+        return []
+    kernels = [
+        node for node, known in functions(tree) if known & COMPILERS and {each.arg for each in node.args.args} & QUANTITIES
+    ]
+    return [node.name for node in kernels if not UNITS.search(ast.get_docstring(node) or "")]
 
 
 FILES = sorted(file for file in EXACT.rglob("*.py") if file.name != "constants.py")
 
 
-@pytest.mark.parametrize("file", [file for file in FILES if not later(file)], ids=lambda file: str(file.relative_to(EXACT)))
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(EXACT)))
 def test_numbers_have_names_and_few_of_them_go_together(file: Path) -> None:
     assert list(complaints(ast.parse(file.read_text()))) == []
 
 
-@pytest.mark.parametrize("room", LATER)
-def test_the_list_of_modules_that_do_not_comply_yet_can_only_shrink(room: str) -> None:
-    files = [file for file in FILES if later(file) and str(file.relative_to(EXACT)).startswith(room)]
-    assert any(list(complaints(ast.parse(file.read_text()))) for file in files), f"{room} complies: take it off the list"
-
-
-def trees(rooms: tuple[str, ...], listed: bool) -> list[tuple[str, ast.Module]]:
-    """The modules that are listed, or that are not, by rooms or names, with their names."""
-    names = [(str(file.relative_to(EXACT)), file) for file in FILES]
-    return [(name, ast.parse(file.read_text())) for name, file in names if is_listed(name, rooms) == listed]
+def trees() -> list[tuple[str, ast.Module]]:
+    """The modules with their names."""
+    return [(str(file.relative_to(EXACT)), ast.parse(file.read_text())) for file in FILES]
 
 
 def test_kernels_have_docstrings() -> None:
-    kernels = [(name, *each) for name, tree in trees((), listed=False) for each in functions(tree) if each[1] & COMPILERS]
+    kernels = [(name, *each) for name, tree in trees() for each in functions(tree) if each[1] & COMPILERS]
     assert len(kernels) > 400
     assert [(name, node.name) for name, node, _ in kernels if not ast.get_docstring(node)] == []
 
 
-@pytest.mark.parametrize(("rule", "rooms"), [(participles, LATER_NAMES), (without_shapes, LATER_SHAPES)])
-def test_functions_are_named_by_nouns_and_verbs_and_entries_state_shapes(rule: Any, rooms: tuple[str, ...]) -> None:
-    assert [(name, found) for name, tree in trees(rooms, listed=False) if (found := rule(tree))] == []
-    comply = [room for room in rooms if not any(rule(tree) for _, tree in trees((room,), listed=True))]
-    assert comply == [], "these comply: take them off the list"
+def test_functions_are_named_by_nouns_and_verbs() -> None:
+    assert [(name, found) for name, tree in trees() if (found := participles(tree))] == []
+
+
+def test_entries_state_shapes() -> None:
+    assert [(name, found) for name, tree in trees() if (found := without_shapes(tree))] == []
+
+
+def test_kernels_their_modules_or_rooms_state_units() -> None:
+    known = dict(trees())
+    rooms = {name: known[str(Path(name).with_name("__init__.py"))] for name in known}
+    assert [(name, found) for name, tree in known.items() if (found := without_units(tree, rooms[name]))] == []
 
 
 @pytest.mark.parametrize(("file", "sources"), [(file, sources) for file, *sources in SOURCES])
@@ -172,3 +162,7 @@ def test_the_rules_are_seen_to_be_broken() -> None:
     entry = "@entry\ndef f(x):\n    'The first number of x{}.'\n    return x[FIRST]"
     assert without_shapes(ast.parse(entry.format(""))) == ["f"]
     assert without_shapes(ast.parse(entry.format(", shape (N,)"))) == []
+    kernel, room = "@inner\ndef f(p, time):\n    'The state{}.'", ast.parse("'A room.'")
+    assert without_units(ast.parse(kernel.format("")), room) == ["f"]
+    assert without_units(ast.parse(kernel.format(" at a time in radians of the forcing")), room) == []
+    assert without_units(ast.parse(kernel.format("")), ast.parse("'Units are those of the system.'")) == []

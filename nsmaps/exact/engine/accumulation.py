@@ -2,7 +2,7 @@
 
 C. Budd and F. Dux, Chattering and related behaviour in impact oscillators, Phil. Trans. R. Soc. A 347 (1994), to the order of the
 acceleration; A. Nordmark and P. Piiroinen, Simulation and stability analysis of impacting systems with complete chattering,
-Nonlinear Dynamics 58 (2009), to higher orders.
+Nonlinear Dynamics 58 (2009), to higher orders. Units are those of the system.
 """
 
 from nsmaps.exact.engine.jit import inlined

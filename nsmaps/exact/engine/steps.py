@@ -2,6 +2,7 @@
 
 A gap y has the rates u, b, j, its first to third derivative by the time; `jerk` and `snap` bound the third and the fourth. By
 Taylor's theorem y(h) lies within snap h^4/24 of y + u h + b h^2/2 + j h^3/6, and within jerk h^3/6 of it without its last term.
+Units are those of the gap and of its time.
 """
 
 import math

@@ -1,1 +1,4 @@
-"""The engine under noise: flights with Ornstein-Uhlenbeck forcing, and orbits of them."""
+"""The engine under noise: flights with Ornstein-Uhlenbeck forcing, and orbits of them.
+
+Units are those of the system, phases are in radians.
+"""

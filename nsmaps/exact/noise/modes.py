@@ -26,10 +26,10 @@ from nsmaps.exact.modes.march.returns import (
     follow_motion,
     write_image,
 )
-from nsmaps.exact.modes.march.section import repelled
+from nsmaps.exact.modes.march.section import is_repelled
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.tables.memory import NO_FUNCTION, PIECES
-from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, sized, weighed
+from nsmaps.exact.modes.tables.taylor import ROUNDING, TERMS, combine_rows, weighted_size
 from nsmaps.exact.noise.flight import noise_over, quintic
 from nsmaps.exact.observables.motions import join_event, join_flight, join_start, write_before
 from nsmaps.exact.observables.sums import begin_totals
@@ -83,8 +83,8 @@ def series_of(p, f, w):
     if len(p.nonlinear) > 0:
         size, _ = combine(p, f, w)
         return size
-    weighed(p.series[f], w.z, w.a)
-    return sized(p.sizes[f], w.z)
+    combine_rows(p.series[f], w.z, w.a)
+    return weighted_size(p.sizes[f], w.z)
 
 
 @inner
@@ -168,7 +168,7 @@ def advance(p, h, motion, out, o, w):
     run, count = motion
     left = h
     while count[FATE] == UNDER_WAY and count[MADE] < len(out.found.codes):
-        if repelled(p, count[MODE], w):
+        if is_repelled(p, count[MODE], w):
             count[FATE] = REPELLING
             break
         copy_features(p, w, o.x)

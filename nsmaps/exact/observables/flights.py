@@ -124,6 +124,6 @@ def image_of(context, state, counts):
 
 
 @entry
-def observed(p, q, chatter, at, batches):
+def observe_flights(p, q, chatter, at, batches):
     """Follow M states through the returns of all batches: whether all totals are known, see `follow_batches`."""
     return follow_batches(q, at, batches, PAUSE, image_of, (p, q, chatter))

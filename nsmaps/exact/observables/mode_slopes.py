@@ -14,7 +14,7 @@ from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, PIECES
 from nsmaps.exact.observables.memory import VALUE
 from nsmaps.exact.observables.motions import ROW, over_pieces, phase_after, row_of, write_before
 from nsmaps.exact.observables.slopes import add_slopes
-from nsmaps.exact.observables.sums import evaluated
+from nsmaps.exact.observables.sums import evaluate_formulas
 
 FIRST = 0  # coordinate of an image, NaN without a return
 
@@ -46,7 +46,7 @@ def add_impact(p, k, phase, seen, w):
         q.y[p.own + i] = w.z[i]
         for j in range(len(g.phase)):
             g.d[p.own + i, j] = w.dz[i, j]
-    evaluated(q, q.impact, phase)
+    evaluate_formulas(q, q.impact, phase)
     add_slopes(q, g, 2 * p.own, k, False, 1.0, seen.slopes)
 
 
@@ -57,7 +57,7 @@ def evaluate_instant(piece, s, seen):
     slopes_at(p, piece.mode, s, x, q.y, g.d)
     for c in range(len(g.phase)):
         g.phase[c] = x.dphi[c] + x.moved.rate * s
-    evaluated(q, q.flight, phase_after(p, piece.phase, s))
+    evaluate_formulas(q, q.flight, phase_after(p, piece.phase, s))
 
 
 @inner

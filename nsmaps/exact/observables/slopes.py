@@ -10,7 +10,7 @@ from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, V, row_of
 from nsmaps.exact.observables.memory import BY_INPUT, VALUE
-from nsmaps.exact.observables.sums import evaluated, panels
+from nsmaps.exact.observables.sums import evaluate_formulas, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
 OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas
@@ -86,7 +86,7 @@ def add_impact(sums, leg, impact, slope, speed_after):
         g.d[V_AFTER, j] = slope * g.carried[SPEED, j] + by * leg.speed_p
         g.d[PLACE, j] = by * leg.place_p
         g.phase[j] = g.carried[PHASE, j]
-    evaluated(q, q.impact, impact.phase)
+    evaluate_formulas(q, q.impact, impact.phase)
     add_slopes(q, g, OF_IMPACTS, leg.row, False, 1.0, slopes)
 
 
@@ -105,7 +105,7 @@ def add_instant(p, sums, leg, x, weight):
         g.d[AT_VELOCITY, j] = v_phi * turned + v_w * g.back[AFTER, j] + by * velocity_p
         g.phase[j] = turned + by * leg.rate_p * x
     phi, _ = phase_and_turns(p, leg.phase, x)
-    evaluated(q, q.flight, phi)
+    evaluate_formulas(q, q.flight, phi)
     add_slopes(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
 
 
@@ -121,7 +121,7 @@ def carry_to_impact(p, sums, leg, up, s):
     if q.flight != 0:
         q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, velocity
         phi, _ = phase_and_turns(p, leg.phase, s)
-        evaluated(q, q.flight, phi)
+        evaluate_formulas(q, q.flight, phi)
     for j in range(3):
         by, turned = along_parameters(j), g.carried[PHASE, j]
         dt = -(by * (leg.place_p - wall_p + place_p) + z_phi * turned + z_w * g.back[AFTER, j]) / velocity

@@ -1,4 +1,7 @@
-"""How a value of a formula joins its total; shared by the loops of impact systems and of systems with modes."""
+"""How a value of a formula joins its total; shared by the loops of impact systems and of systems with modes.
+
+Units are those of the system and of the formula, phases in radians.
+"""
 
 import math
 
@@ -31,13 +34,13 @@ def write_totals(q, ended, b, k, time, totals):
 
 
 @inlined
-def joined(q, c, value):
+def join_value(q, c, value):
     """Join a value to a total."""
     q.total[c] = max(q.total[c], value) if q.largest[c] else q.total[c] + value
 
 
 @inlined
-def evaluated(q, address, phi):
+def evaluate_formulas(q, address, phi):
     """Let the formulas at an address write their values for the inputs `q.y`."""
     call_reset(address, phi, q.y.ctypes.data, q.parameters.ctypes.data, q.out.ctypes.data)
 
@@ -45,25 +48,25 @@ def evaluated(q, address, phi):
 @inlined
 def at_impact(q, row, phi):
     """Join the values of an impact, whose inputs are written."""
-    evaluated(q, q.impact, phi)
+    evaluate_formulas(q, q.impact, phi)
     for c in range(q.at.shape[1]):
         if q.at[row, c]:
-            joined(q, c, q.out[c, VALUE])
+            join_value(q, c, q.out[c, VALUE])
 
 
 @inlined
 def at_rest(q, row, phi):
     """Join what impacts that accumulate tend to, whose inputs are written: they are infinitely many."""
-    evaluated(q, q.impact, phi)
+    evaluate_formulas(q, q.impact, phi)
     for c in range(q.at.shape[1]):
         if q.at[row, c] and q.out[c, VALUE] != 0.0 and not q.largest[c]:
             q.total[c] += math.copysign(math.inf, q.out[c, VALUE])
 
 
 @inlined
-def sampled(q, row, phi, s, weight):
+def join_sample(q, row, phi, s, weight):
     """Add the values at an instant of a flight, whose inputs are written, and take note of the largest."""
-    evaluated(q, q.flight, phi)
+    evaluate_formulas(q, q.flight, phi)
     first = q.at.shape[1]
     for c in range(q.over.shape[1]):
         if q.over[row, c]:
@@ -89,9 +92,9 @@ def highest(q, c, low, high, instant, flight):
     largest = q.peak[c]
     for _ in range(NARROWINGS):
         one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        evaluated(q, q.flight, instant(q, one, flight))
+        evaluate_formulas(q, q.flight, instant(q, one, flight))
         at_one = q.out[c, VALUE]
-        evaluated(q, q.flight, instant(q, two, flight))
+        evaluate_formulas(q, q.flight, instant(q, two, flight))
         at_two = q.out[c, VALUE]
         largest = max(largest, max(at_one, at_two))
         low, high = (one, high) if at_one < at_two else (low, two)
@@ -106,16 +109,16 @@ def join_panels(q, row, count, time, instant, flight):
     """
     first, h = q.at.shape[1], time / count
     q.peak[:] = -math.inf
-    sampled(q, row, instant(q, 0.0, flight), 0.0, 0.0)
+    join_sample(q, row, instant(q, 0.0, flight), 0.0, 0.0)
     for i in range(count):
         for j in range(len(q.nodes)):
             s = h * (i + q.nodes[j])
-            sampled(q, row, instant(q, s, flight), s, h * q.weights[j])
-    sampled(q, row, instant(q, time, flight), time, 0.0)
+            join_sample(q, row, instant(q, s, flight), s, h * q.weights[j])
+    join_sample(q, row, instant(q, time, flight), time, 0.0)
     for c in range(q.over.shape[1]):
         if q.over[row, c] and q.largest[first + c]:
             low, high = max(q.when[c] - BESIDE * h, 0.0), min(q.when[c] + BESIDE * h, time)
-            joined(q, first + c, highest(q, c, low, high, instant, flight))
+            join_value(q, first + c, highest(q, c, low, high, instant, flight))
 
 
 @inner

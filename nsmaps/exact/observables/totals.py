@@ -17,7 +17,7 @@ from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
 from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import moved_of
-from nsmaps.exact.observables.flights import Batches, observed
+from nsmaps.exact.observables.flights import Batches, observe_flights
 from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
 from nsmaps.exact.observables.memory import PANEL
 from nsmaps.exact.observables.mode_slopes import SlopeObservation, mode_slopes
@@ -72,7 +72,7 @@ def totals_of(
                 check_stop()
         else:
             flow = flow_of(kernel.table)
-            while not observed(flow, q, float(chatter), at, which):
+            while not observe_flights(flow, q, float(chatter), at, which):
                 check_stop()
 
     in_chunks(m, run, CHUNK)

@@ -6,7 +6,7 @@ from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import INVALID
 from nsmaps.exact.modes.flights.states import dot, features, velocity
 from nsmaps.exact.modes.march.returns import Return, first_return
-from nsmaps.exact.modes.march.starting import phase_of, started_by_law
+from nsmaps.exact.modes.march.starting import apply_start_law, phase_of
 from nsmaps.exact.modes.paths.placing import OFF
 
 
@@ -17,7 +17,7 @@ def distance(p, surfaces, k, w):
     far = 0.0
     for j in range(surfaces.rows.shape[1]):
         value, size = dot(surfaces.rows[k, j], w.z)
-        size += abs(dot(surfaces.rows[k, j], w.field)[0])
+        size += abs(dot(surfaces.rows[k, j], w.field).value)
         if value != 0.0:
             far = max(far, abs(value) / size)
     return far
@@ -37,9 +37,9 @@ def on_section(p, surfaces, row, w):
             w.other[p.places[c]] = row[c]
     for k in range(len(p.starts)):
         for i in range(n):
-            w.z[i] = dot(p.states[k, i], w.other)[0]
+            w.z[i] = dot(p.states[k, i], w.other).value
         if p.start_laws[k] != 0:
-            started_by_law(p, k, phi, w.z, w)
+            apply_start_law(p, k, phi, w.z, w)
         if distance(p, surfaces, k, w) <= OFF:
             return True
     return False

@@ -1,1 +1,1 @@
-"""Many returns in parallel, in vector instructions."""
+"""Many returns in parallel, in vector instructions. Units are those of the system, phases are in radians."""

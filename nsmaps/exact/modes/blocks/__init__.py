@@ -1,1 +1,4 @@
-"""Many motions in parallel."""
+"""Many motions in parallel.
+
+Times within a flight are in longest steps of its mode, other quantities in the units of the system, phases in radians.
+"""

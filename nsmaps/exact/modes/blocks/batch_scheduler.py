@@ -10,7 +10,7 @@ import math
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import RETURNED, UNDECIDED
 from nsmaps.exact.modes.blocks.events_block import NONE, NOT_PLAIN, begin_block, pass_events
-from nsmaps.exact.modes.blocks.flights_block import AT_ONCE, load_column, move, next_events, store_column, turn_phases
+from nsmaps.exact.modes.blocks.flights_block import UNSURE, load_column, move, next_events, store_column, turn_phases
 from nsmaps.exact.modes.blocks.workspace import (
     AT,
     BATCH,
@@ -116,7 +116,7 @@ def advance(p, mode, k, found, r, b, w):
     numbers[DOUBT] |= b.h[IN.doubtful + k]
     numbers[STEPS] += 1
     if (
-        b.h[IN.doubtful + k] == AT_ONCE
+        b.h[IN.doubtful + k] == UNSURE
         or numbers[STEPS] > MOST
         or not b.t[AT.size + k] < math.inf
         or (which != NO_FUNCTION and b.t[AT.time + k] == 0.0)

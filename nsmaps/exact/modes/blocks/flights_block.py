@@ -13,11 +13,9 @@ from nsmaps.exact.modes.blocks.workspace import AT, IN, PITCH, POINTS
 from nsmaps.exact.modes.flights.motion import within_turn
 from nsmaps.exact.modes.march.flight import first_zero_of
 from nsmaps.exact.modes.tables.memory import NO_FUNCTION
-from nsmaps.exact.modes.tables.taylor import ORDER, ROUNDING, TERMS
+from nsmaps.exact.modes.tables.taylor import AT_ONCE, EQUAL, ORDER, ROUNDING, TERMS
 
-ON_SURFACE = 16.0 * ROUNDING  # of the sizes of terms: at the start of a flight this is left to `begins`
-SAME = 4.0 * ROUNDING  # of a time: two events that are closer take place at once
-AT_ONCE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
+UNSURE = 2  # in place of a doubt: two functions may be zero at once, or the doubt be before the event
 
 
 @fused
@@ -66,8 +64,8 @@ def screen(p, f, n, b, w):
     for k in range(n):
         start, size, terms = sign * t[POINTS + k], t[AT.value + k], t[AT.zero_terms + k]
         error = ROUNDING * size * (1.0 + t[AT.growth + k]) + t[AT.slope + k]
-        on_surface = start + constant <= ON_SURFACE * size if terms == 0.0 else terms == TERMS
-        h[IN.doubtful + k] = AT_ONCE if on_surface & (h[IN.start + k] >= 0) else h[IN.doubtful + k]
+        on_surface = start + constant <= AT_ONCE * size if terms == 0.0 else terms == TERMS
+        h[IN.doubtful + k] = UNSURE if on_surface & (h[IN.start + k] >= 0) else h[IN.doubtful + k]
         near = (start + constant >= 0.0) & (start + constant <= error)
         t[AT.error + k], t[AT.shift + k] = error, -start if terms > 0.0 else constant
         t[AT.at_zero + k] = 1.0 if (terms > 0.0) | near else 0.0
@@ -113,8 +111,8 @@ def next_events(p, mode, n, b, w):
             if h[IN.kind + k] == 0:
                 continue
             when = t[AT.time + k]
-            near = 0.0 if h[IN.function + k] == NO_FUNCTION else SAME * when
-            if h[IN.kind + k] == 2 or abs(t[AT.guess + k] - when) <= SAME * when:
+            near = 0.0 if h[IN.function + k] == NO_FUNCTION else EQUAL * when
+            if h[IN.kind + k] == 2 or abs(t[AT.guess + k] - when) <= EQUAL * when:
                 load_column(k, b, w)
                 for g in range(len(w.on)):
                     w.on[g] = p.on[h[IN.start + k], g] if h[IN.start + k] >= 0 else 0
@@ -122,9 +120,9 @@ def next_events(p, mode, n, b, w):
             else:
                 found, x, unsure = t[AT.guess + k] < when, t[AT.guess + k], False
             if found and h[IN.function + k] != NO_FUNCTION and abs(x - when) <= near:
-                h[IN.doubtful + k] = AT_ONCE
+                h[IN.doubtful + k] = UNSURE
             elif found:
-                doubt = AT_ONCE if h[IN.doubtful + k] > 0 else 1 if unsure else 0
+                doubt = UNSURE if h[IN.doubtful + k] > 0 else 1 if unsure else 0
                 h[IN.function + k], t[AT.time + k], h[IN.doubtful + k] = f, x, doubt
             elif unsure and h[IN.doubtful + k] == 0:
                 h[IN.doubtful + k] = 1

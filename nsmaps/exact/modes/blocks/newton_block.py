@@ -9,9 +9,8 @@ from nsmaps.exact.modes.blocks.series_block import combine, evaluate_with_slope,
 from nsmaps.exact.modes.blocks.workspace import AT, IN, PART_POINTS, PITCH, POINTS, SERIES
 from nsmaps.exact.modes.march.zeros import CLOSE
 from nsmaps.exact.modes.tables.polynomials import BERNSTEIN
-from nsmaps.exact.modes.tables.taylor import ORDER
+from nsmaps.exact.modes.tables.taylor import ORDER, SAFE
 
-SAFE = 16.0  # squared: a zero's rate is at least four times what the function's error may change it by
 ROUNDS = 12  # of Newton's method in a block; more are rare
 
 

@@ -20,8 +20,8 @@ from nsmaps.exact.modes.enclosure.forms import (
 from nsmaps.exact.modes.enclosure.memory import BEHIND, KNOWN, MODE
 from nsmaps.exact.modes.enclosure.passage import apply_reset, fall_at_start, may_repel, put_start, take_event
 from nsmaps.exact.modes.enclosure.tables import RATE, VALUE
-from nsmaps.exact.modes.march.section import AS_NEAR
 from nsmaps.exact.modes.march.words import append_letter
+from nsmaps.exact.modes.tables.taylor import AT_ONCE
 
 STEP = 4.0  # a longest step is at least a cell, and shorter than so many
 IN_FLIGHT = MOST_PARTS  # place of the set in flight, behind those that wait
@@ -62,7 +62,7 @@ def nearest_start(p, cell, w):
         _, far = distance(p, b, w)
         if sure and far < bound:
             bound = far
-    return bound + AS_NEAR
+    return bound + AT_ONCE
 
 
 @inner
@@ -72,7 +72,7 @@ def most_below(p, b, w):
     count = p.below[mode]
     for f in span(p.watched, mode):
         apply_row(p.functions[f, VALUE], w.z, w.delay)
-        if f != p.function[p.starts[b]] and lower_bound(w.delay) <= AS_NEAR * magnitude(w.delay):
+        if f != p.function[p.starts[b]] and lower_bound(w.delay) <= AT_ONCE * magnitude(w.delay):
             count += 1
     return count
 
@@ -84,7 +84,7 @@ def fewest_below(p, cell, w):
     for b in range(len(p.starts)):
         _, sure = put_start(p, b, cell, w)
         _, far = distance(p, b, w)
-        if sure and far <= AS_NEAR:
+        if sure and far <= AT_ONCE:
             count = most_below(p, b, w)
             _, falls = fall_at_start(p, b, w)
             if falls:

@@ -1,4 +1,7 @@
-"""The motion along a piece of a flight: features and derivatives at its end, and states at instants of it."""
+"""The motion along a piece of a flight: features and derivatives at its end, and states at instants of it.
+
+Times `tau` within a piece are in units of its length, other quantities in the units of the system, phases in radians.
+"""
 
 import math
 
@@ -7,12 +10,12 @@ from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.pieces import advance_states, expand_slopes, slope, take_step, value_at
 from nsmaps.exact.modes.flights.states import derive, features, shift
 from nsmaps.exact.modes.tables.memory import ONLY
-from nsmaps.exact.modes.tables.taylor import ORDER, moved_on, propagated
+from nsmaps.exact.modes.tables.taylor import ORDER, apply_propagator, write_propagator
 
 
 @inner
 def carry_slopes(p, mode, tau, w, d):
-    """Write the derivatives of states at tau: dz + F dz + dF z, where `propagated` has written F = exp(Y tau) - 1."""
+    """Write the derivatives of states at tau: dz + F dz + dF z, where `write_propagator` has written F = exp(Y tau) - 1."""
     n, width = len(w.new), len(w.z)
     for i in range(n):
         for c in range(w.dz.shape[1]):
@@ -60,9 +63,9 @@ def advance(p, mode, tau, unit, phi, w):
     if len(p.nonlinear) > 0:
         advance_states(p, tau, w)
     else:
-        propagated(p, mode, tau, w)
+        write_propagator(p, mode, tau, w)
         carry_slopes(p, mode, tau, w, w.slopes)
-        moved_on(w)
+        apply_propagator(w)
         for i in range(len(w.new)):
             for c in range(w.dz.shape[1]):
                 w.dz[i, c] = w.slopes[i, c]
@@ -87,7 +90,7 @@ def state_at(p, mode, s, w, y):
         for i in range(p.own):
             y[i] = value_at(w.piece.local[i], tau)
         return
-    propagated(p, mode, tau, w)
+    write_propagator(p, mode, tau, w)
     for i in range(p.own):
         total = w.z[i]
         for j in range(width):

@@ -1,7 +1,8 @@
 """Pieces of a Taylor flight: one step of heyoka each, at whose start the series of all features are known to rounding.
 
-heyoka: F. Biscani and D. Izzo, MNRAS 504 (2021) 2614. Steps are chosen by the last two terms of a series, as by A. Jorba and
-M. Zou, Experimental Mathematics 14 (2005) 99, section 3.2, but for each row by itself.
+heyoka: F. Biscani and D. Izzo, MNRAS 504 (2021) 2614. Steps are chosen by the last two terms of a series, as by A. Jorba and M.
+Zou, Experimental Mathematics 14 (2005) 99, section 3.2, but for each row by itself. Times `tau` and `x` within a piece are in
+units of its length, other quantities in the units of the system, phases in radians.
 """
 
 import math

@@ -1,6 +1,7 @@
 """The features of a state and their rates: own states, derived states, 1, and the waves of the phase.
 
-Derived states and rates that are not affine come from compiled laws, at addresses of the table.
+Derived states and rates that are not affine come from compiled laws, at addresses of the table. Rates are by time in longest
+steps of the mode; states are in the units of the system, phases in radians.
 """
 
 from typing import NamedTuple

@@ -1,17 +1,22 @@
-"""How a motion begins in a mode: which functions are zero there, and whether it can continue."""
+"""How a motion begins in a mode: which functions are zero there, and whether it can continue.
 
-import math
+Series are in time in longest steps of the mode; other quantities are in the units of the system, phases in radians.
+"""
+
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
+from nsmaps.exact.modes.flights.laws import size_column, size_place, slope_column, slope_place
 from nsmaps.exact.modes.flights.pieces import UNIT, exact_length, expand
 from nsmaps.exact.modes.flights.states import dot, velocity
 from nsmaps.exact.modes.march.flight import NOW
-from nsmaps.exact.modes.march.section import repelled
+from nsmaps.exact.modes.march.section import is_repelled
+from nsmaps.exact.modes.march.words import reset_image, unit_of
 from nsmaps.exact.modes.tables.memory import (
     ACCUMULATING,
     AFTER,
     BEFORE,
+    END,
     FIRST_AT_ONCE,
     FLIGHT_TIME,
     FUNCTION_BEFORE,
@@ -22,10 +27,19 @@ from nsmaps.exact.modes.tables.memory import (
     START_FUNCTION,
     TIMED_EVENTS,
 )
-from nsmaps.exact.modes.tables.taylor import DEGREE, ROUNDING, TERMS, next_term, sized
+from nsmaps.exact.modes.tables.taylor import (
+    AT_ONCE,
+    CONSTANT,
+    DEGREE,
+    EQUAL,
+    LINEAR,
+    SQUARE,
+    TERMS,
+    next_term,
+    weighted_size,
+)
 
 GOES_ON = -1  # in place of an outcome
-AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
 ACCUMULATED, SLOWER = 1e-12, 1.0 - 1e-6  # of a unit of time and of a speed: returns that are as short and slow down end
 MOST_IDLE = 64  # events in a row that take no time but for rounding
 
@@ -33,16 +47,17 @@ MOST_IDLE = 64  # events in a row that take no time but for rounding
 @inner
 def next_sizes(p, mode, d, k):
     """Write bounds on the sizes of the term k + 1 of the series of z, from those of the term k."""
-    n, turn, share = p.first.shape[1] - 1, p.rate * p.steps[mode], 1.0 / (k + 1)
+    n, turn, following = p.first.shape[1] - 1, p.rate * p.steps[mode], k + 1
+    share = 1.0 / following
     for i in range(n):
         total = 0.0
-        for j in range(p.first[mode, i], p.first[mode, i + 1]):
+        for j in range(p.first[mode, i], p.first[mode, i + END]):
             total += abs(p.values[j]) * d[k, p.columns[j]]
-        d[k + 1, i] = total * share
-    d[k + 1, n] = 0.0
+        d[following, i] = total * share
+    d[following, n] = 0.0
     for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        d[k + 1, c], d[k + 1, c + 1] = m * turn * share * d[k, c + 1], m * turn * share * d[k, c]
+        c, s = n + 2 * m - 1, n + 2 * m
+        d[following, c], d[following, s] = m * turn * share * d[k, s], m * turn * share * d[k, c]
 
 
 @inner
@@ -65,7 +80,7 @@ def size_of_feature(p, j, known, w):
     if j >= p.first.shape[1] - 1:
         return 1.0
     if len(p.nonlinear) > 0 and j >= p.own:
-        return w.piece.derived[j - p.own, w.piece.derived.shape[1] - 1]
+        return w.piece.derived[j - p.own, size_column(p)]
     return abs(w.z[j]) if known else w.scales[j]
 
 
@@ -81,24 +96,25 @@ def further_term(p, mode, k, w):
     """Write the term k + 1 of the Taylor series of the features in memory, in the time unit of the mode, from the term k."""
     if len(p.nonlinear) == 0:
         next_term(p, mode, w.d, k)
-    elif k == 0:
+        return
+    if k == 0:
         expand(p, mode, w)
         for j in range(len(w.piece.state)):
             power = 1.0
             for m in range(DEGREE + 1):
                 w.d[m, j], power = w.piece.series[j, m] * power, power * p.steps[mode]
-    if len(p.nonlinear) > 0:
-        next_waves(p, mode, w.d, k, 1.0)
+    next_waves(p, mode, w.d, k, 1.0)
 
 
 @inner
 def next_waves(p, mode, d, k, sign):
     """Write the term k + 1 of the series of 1 and of the waves, or of their sizes with the sign -1."""
-    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode] / (k + 1)
-    d[k + 1, n] = 0.0
+    n, following = p.first.shape[1] - 1, k + 1
+    turn = p.rate * p.steps[mode] * (1.0 / following)
+    d[following, n] = 0.0
     for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
-        c = n + 2 * m - 1
-        d[k + 1, c], d[k + 1, c + 1] = -sign * m * turn * d[k, c + 1], m * turn * d[k, c]
+        c, s = n + 2 * m - 1, n + 2 * m
+        d[following, c], d[following, s] = -sign * m * turn * d[k, s], m * turn * d[k, c]
 
 
 @inner
@@ -112,10 +128,11 @@ def further_sizes(p, mode, k, w):
         h = exact_length(w.piece.series, 0, UNIT, p.horizon)
         step = p.steps[mode]
         for j in range(len(w.piece.state)):
-            w.e[1, j] = size_of_rate(p, j, w) * step
-            w.e[2, j] = max(w.e[1, j] * step / h, 0.5 * size_of_second_rate(p, j, w) * step * step)
-            for m in range(3, DEGREE + 1):
-                w.e[m, j] = w.e[m - 1, j] * step / h
+            w.e[LINEAR, j] = size_of_rate(p, j, w) * step
+            w.e[SQUARE, j] = max(w.e[LINEAR, j] * step / h, 0.5 * size_of_second_rate(p, j, w) * step * step)
+            for m in range(SQUARE, DEGREE):
+                following = m + 1
+                w.e[following, j] = w.e[m, j] * step / h
     next_waves(p, mode, w.e, k, -1.0)
 
 
@@ -124,10 +141,10 @@ def size_of_rate(p, j, w):
     """The size of the terms of the rate of an own or derived state, by what the laws of rates and derived states have written."""
     own, rates = p.own, w.piece.rates
     if j < own:
-        return rates[j * (own + 3) + 1]
-    total = abs(w.piece.derived[j - own, own + 1]) * p.rate
+        return rates[size_place(p, j)]
+    total = abs(w.piece.derived[j - own, slope_column(own)]) * p.rate
     for i in range(own):
-        total += abs(w.piece.derived[j - own, 1 + i]) * rates[i * (own + 3) + 1]
+        total += abs(w.piece.derived[j - own, slope_column(i)]) * rates[size_place(p, i)]
     return total
 
 
@@ -136,10 +153,10 @@ def size_of_second_rate(p, j, w):
     """The size of the terms of the second derivative of an own state by the time, by what the law of the rates has written."""
     if j >= p.own:
         return 0.0
-    own, rates, row = p.own, w.piece.rates, j * (p.own + 3)
-    total = abs(rates[row + own + 2]) * p.rate
-    for i in range(own):
-        total += abs(rates[row + 2 + i]) * rates[i * (own + 3) + 1]
+    rates = w.piece.rates
+    total = abs(rates[slope_place(p, j, p.own)]) * p.rate
+    for i in range(p.own):
+        total += abs(rates[slope_place(p, j, i)]) * rates[size_place(p, i)]
     return total
 
 
@@ -150,7 +167,7 @@ def leading(p, f, mode, first, known, w):
     Sizes are those of `sized_value`. All `TERMS` are zero where as many are as there are features: the function stays zero.
     """
     for j in range(len(w.z)):
-        w.d[0, j], w.e[0, j] = w.z[j], size_of_feature(p, j, known, w)
+        w.d[CONSTANT, j], w.e[CONSTANT, j] = w.z[j], size_of_feature(p, j, known, w)
     for k in range(min(first + len(w.z), TERMS - 2 if len(p.nonlinear) == 0 else DEGREE)):
         if k >= first:
             value, size = 0.0, 0.0
@@ -174,10 +191,10 @@ def begin_mode(p, mode, w):
     if w.integers[ACCUMULATING] == 1:
         w.integers[ACCUMULATING] = 0
         return ACCUMULATES
-    if repelled(p, mode, w):
+    if is_repelled(p, mode, w):
         return REPELLING
     grown_to(w)
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         if w.on[f] == TERMS:
             continue
         known = w.on[f] > 0
@@ -185,7 +202,7 @@ def begin_mode(p, mode, w):
             value, size = sized_value(p, f, known, w)
             if value > AT_ONCE * size:
                 continue
-            if value < -AT_ONCE * max(size, sized(p.sizes[f], w.z)):
+            if value < -AT_ONCE * max(size, weighted_size(p.sizes[f], w.z)):
                 if not p.leaves[f]:
                     w.integers[FIRST_AT_ONCE], w.integers[SECOND_AT_ONCE] = f, NO_FUNCTION
                     return BLOCKED
@@ -202,7 +219,7 @@ def outcome_of_idle_events(which, time, w):
 
     Writes the functions of the last two events that differ.
     """
-    if w.reals[FLIGHT_TIME] > 4.0 * ROUNDING * time:
+    if w.reals[FLIGHT_TIME] > EQUAL * time:
         w.integers[IDLE_EVENTS], w.integers[LAST_FUNCTION], w.integers[FUNCTION_BEFORE] = 0, which, NO_FUNCTION
         return GOES_ON
     if which != w.integers[LAST_FUNCTION]:
@@ -240,34 +257,17 @@ def ever_faster(p, mode, which, time, w):
     """
     if w.integers[START_FUNCTION] == NO_FUNCTION or not brief(p, mode, time, w):
         return False
-    if which != w.integers[START_FUNCTION] and dot(p.functions[which], w.start_rates[AFTER])[0] <= 0.0:
+    if which != w.integers[START_FUNCTION] and dot(p.functions[which], w.start_rates[AFTER]).value <= 0.0:
         return False
     write_rates(p, mode, w.field, w)
-    before = dot(p.functions[which], w.start_rates[AFTER if p.after else BEFORE])[0]
-    return abs(dot(p.functions[which], w.field)[0]) < SLOWER * abs(before)
+    before = dot(p.functions[which], w.start_rates[AFTER if p.after else BEFORE]).value
+    return abs(dot(p.functions[which], w.field).value) < SLOWER * abs(before)
 
 
 @inner
 def brief(p, mode, time, w):
     """Whether a return is within rounding of a unit of time."""
     return time <= ACCUMULATED * unit_of(p, mode, w)
-
-
-@inner
-def unit_of(p, mode, w):
-    """A unit of time: a radian of the forcing, without one the longest step of a mode, of a Taylor flight the last one."""
-    if p.rate > 0.0:
-        return 1.0 / p.rate
-    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[0]
-
-
-@inner
-def reset_image(w):
-    """Let the return in memory have no image."""
-    for c in range(len(w.image)):
-        w.image[c] = math.nan
-        for j in range(w.tangent.shape[1]):
-            w.tangent[c, j] = math.nan
 
 
 @inner

@@ -6,20 +6,23 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.accumulation import accumulation_time, corrected_time
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
-from nsmaps.exact.modes.march.beginning import further_term, leading, unit_of
-from nsmaps.exact.modes.march.section import allowed, apply_transition
-from nsmaps.exact.modes.march.words import CHATTER, REST
+from nsmaps.exact.modes.march.beginning import further_term, leading
+from nsmaps.exact.modes.march.section import apply_transition, check_conditions
+from nsmaps.exact.modes.march.words import CHATTER, REST, unit_of
 from nsmaps.exact.modes.tables.memory import (
     ACCUMULATING,
     ACCUMULATION_TIME,
+    AWAY,
     CONTACT_MARK,
     CONTACT_TIME,
+    END,
     FIRST_AT_ONCE,
     NO_FUNCTION,
+    PRESSURE,
     SECOND_AT_ONCE,
     SPEED_RATIO,
 )
-from nsmaps.exact.modes.tables.taylor import ROUNDING
+from nsmaps.exact.modes.tables.taylor import CONSTANT, CUBE, EQUAL, LINEAR, ROUNDING, SIX, SQUARE
 
 BRIEF = 1e-8  # of a radian of the forcing: impacts that accumulate within it change a state by less than rounding
 STEADY = 1e-5  # relative change of the pressure within impacts that accumulate: its cube is rounding
@@ -30,7 +33,8 @@ LONGEST = 0.125  # of a unit of time: impacts accumulate within it, so that two 
 def contact_after(p, impact, mode, w):
     """The transition by which contact may begin after an impact, -1 for none."""
     for j in range(len(p.contacts)):
-        if p.contacts[j] >= 0 and p.contacts[j] == p.impacts[impact] and p.mode[j] == mode and allowed(p, j, w.z, w)[0]:
+        of_impact = p.contacts[j] >= 0 and p.contacts[j] == p.impacts[impact] and p.mode[j] == mode
+        if of_impact and check_conditions(p, j, w.z, w).hold:
             return j
     return -1
 
@@ -40,16 +44,17 @@ def approach(p, k, w):
     """The speed towards the surface of an impact, before its reset; infinite for other events."""
     for j in range(len(p.contacts)):
         if p.contacts[j] >= 0 and p.contacts[j] == p.impacts[k]:
-            return -dot(p.begins[j, 0], w.z)[0]
+            return -dot(p.begins[j, AWAY], w.z).value
     return math.inf
 
 
 @inner
-def pressed(p, mode, w):
+def is_pressed(p, mode, w):
     """Whether contact lasts at a pressure of zero: by its first derivative that is not zero; also where it stays zero."""
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         if p.releases[p.chosen[p.choices[f]]]:
-            return leading(p, f, mode, 0, True, w)[1] >= 0.0
+            _, lead = leading(p, f, mode, 0, True, w)
+            return lead >= 0.0
     return False
 
 
@@ -61,25 +66,26 @@ def mark_of(p, k, j, mode, before, w):
     towards the surface lost, has the same impulse by then. Until then the states differ: within `BRIEF` by less than rounding, as
     u x does, and within a longer time, at a speed that `chatter` allows, if no other event takes place in it.
     """
-    after, size = row_value(p, p.begins[j, 0], w.z, w)
-    press, sizes = row_value(p, p.begins[j, 1], w.z, w)
+    after, size = row_value(p, p.begins[j, AWAY], w.z, w)
+    press, sizes = row_value(p, p.begins[j, PRESSURE], w.z, w)
     w.reals[ACCUMULATION_TIME] = 0.0
     if after <= ROUNDING * size:
-        return REST if press > 4.0 * ROUNDING * sizes or pressed(p, p.target[j], w) else 0
+        return REST if press > EQUAL * sizes or is_pressed(p, p.target[j], w) else 0
     unit = unit_of(p, mode, w)
     if not (press > 0.0 and after < before) or (p.is_section[k] and before > w.chatter * press * unit):
         return 0
     x = accumulation_time(after, after / before, press)
-    first_terms(p, mode, 2, w)
+    first_terms(p, mode, SQUARE, w)
     step = p.steps[mode]
-    jerk, bend = dot(p.begins[j, 1], w.d[1])[0] / step, 2.0 * dot(p.begins[j, 1], w.d[2])[1] / (step * step)
+    jerk = dot(p.begins[j, PRESSURE], w.d[LINEAR]).value / step
+    bend = 2.0 * dot(p.begins[j, PRESSURE], w.d[SQUARE]).size / (step * step)
     if x * abs(jerk) > STEADY * press or x * x * bend > STEADY * STEADY * press:
         return 0
     if x > BRIEF * unit and not (p.is_section[k] and x <= LONGEST * unit and sum_is_exact(p, j, mode, x, w)):
         return 0
     contact_state(p, j, w.z, w.other, w)
     velocity(p, p.target[j], w.other, w.field, w)
-    held_jerk = dot(p.begins[j, 1], w.field)[0] / p.steps[p.target[j]]
+    held_jerk = dot(p.begins[j, PRESSURE], w.field).value / p.steps[p.target[j]]
     w.reals[ACCUMULATION_TIME], w.reals[SPEED_RATIO] = corrected_time(x, after / before, press, jerk, held_jerk), after / before
     return CHATTER
 
@@ -88,7 +94,7 @@ def mark_of(p, k, j, mode, before, w):
 def first_terms(p, mode, terms, w):
     """Write the first terms of the Taylor series of the features, as of `further_term`, to `w.d`."""
     for j in range(len(w.z)):
-        w.d[0, j] = w.z[j]
+        w.d[CONSTANT, j] = w.z[j]
     for m in range(terms):
         further_term(p, mode, m, w)
 
@@ -98,7 +104,7 @@ def contact_state(p, j, z, out, w):
     """Write the features z, shape (N,), in the contact with which a transition j begins: without speed at the surface."""
     n = p.resets.shape[1]
     for i in range(len(z)):
-        out[i] = dot(p.resets[j, i], z)[0] if i < n else z[i]
+        out[i] = dot(p.resets[j, i], z).value if i < n else z[i]
     derive(p, out, w)
 
 
@@ -119,7 +125,7 @@ def sum_is_exact(p, j, mode, x, w):
     share = x / p.steps[p.target[j]]
     for i in range(len(w.new)):
         size = max(w.scales[i], abs(w.z[i]), abs(w.field[i]))
-        if abs(w.one[i] - w.field[i]) * share * share > 6.0 * ROUNDING * size:
+        if abs(w.one[i] - w.field[i]) * share * share > SIX * ROUNDING * size:
             return False
     return clear_until(p, mode, x, w) and clear_until(p, p.target[j], x, w)
 
@@ -127,11 +133,11 @@ def sum_is_exact(p, j, mode, x, w):
 @inner
 def clear_until(p, mode, x, w):
     """Whether no function that is watched in a mode can fall to zero within a time x, but those that are zero just now."""
-    first_terms(p, mode, 2, w)
+    first_terms(p, mode, SQUARE, w)
     share = x / p.steps[mode]
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         value, size = row_value(p, p.functions[f], w.z, w)
-        change = share * (dot(p.functions[f], w.d[1])[1] + share * dot(p.functions[f], w.d[2])[1])
+        change = share * (dot(p.functions[f], w.d[LINEAR]).size + share * dot(p.functions[f], w.d[SQUARE]).size)
         if w.on[f] == 0 and ROUNDING * size < abs(value) <= 2.0 * change:
             return False
     return True
@@ -143,16 +149,17 @@ def falling(p, k, w):
     if p.bounces[k] < 0 or not p.is_section[k]:
         return math.nan
     velocity(p, p.mode[k], w.z, w.field, w)
-    return -dot(p.functions[p.function[k]], w.field)[0] / p.steps[p.mode[k]]
+    return -dot(p.functions[p.function[k]], w.field).value / p.steps[p.mode[k]]
 
 
 @inner
 def accumulate(p, k, before, mode, w):
     """Whether events like the last one follow it ever faster, in all within rounding of the mode's unit of time."""
     f, step = p.bounces[k], p.steps[mode]
-    first_terms(p, mode, 3, w)
-    after, half, sixth = dot(p.functions[f], w.d[1])[0] / step, dot(p.functions[f], w.d[2])[0], dot(p.functions[f], w.d[3])[0]
-    press, change = -2.0 * half / (step * step), 6.0 * abs(sixth) / (step * step * step)
+    first_terms(p, mode, CUBE, w)
+    after, half = dot(p.functions[f], w.d[LINEAR]).value / step, dot(p.functions[f], w.d[SQUARE]).value
+    sixth = dot(p.functions[f], w.d[CUBE]).value
+    press, change = -2.0 * half / (step * step), SIX * abs(sixth) / (step * step * step)
     if not (press > 0.0 and before <= SUMMED_SPEED * press * unit_of(p, mode, w) and (after < before or before <= 0.0)):
         return False
     x = 2.0 * after / (press * (1.0 - after / before)) if before > 0.0 else 0.0

@@ -33,6 +33,7 @@ from nsmaps.exact.modes.tables.memory import (
     CONTACT_MARK,
     CONTACT_TIME,
     DOUBT_TIME,
+    FIRST,
     NO_FUNCTION,
     PIECES,
     START_FUNCTION,
@@ -225,18 +226,20 @@ def first_arrival(p, mode, state, phase, w):
 def write_return(p, found, r, k, ended):
     """Write how return number r of a motion ended, in a record that has its image."""
     found.outcome[r, k], found.codes[r, k], found.time[r, k] = ended.outcome, ended.code, ended.time
-    if r > 0 and math.isnan(found.states[r, k, 0]):
-        found.outcome[r, k] = found.outcome[r - 1, k]
+    before = r - 1
+    if r > 0 and math.isnan(found.states[r, k, FIRST]):
+        found.outcome[r, k] = found.outcome[before, k]
     for c in range(len(p.places)):
-        before = math.floor(found.states[r, k, c] / TWO_PI) if ended.outcome != INVALID else 0
-        found.turns[r, k, c] = ended.turns + before if p.places[c] < 0 else 0
+        whole = math.floor(found.states[r, k, c] / TWO_PI) if ended.outcome != INVALID else 0
+        found.turns[r, k, c] = ended.turns + whole if p.places[c] < 0 else 0
 
 
 @inner
 def write_image(found, r, k, w):
     """Write the image in memory of return number r of a motion, its derivatives and margins to a record."""
+    after = r + 1
     for c in range(len(w.image)):
-        found.states[r + 1, k, c] = w.image[c]
+        found.states[after, k, c] = w.image[c]
         for j in range(w.tangent.shape[1]):
             found.tangents[r, k, c, j] = w.tangent[c, j]
     for c in range(len(w.margins)):
@@ -253,7 +256,7 @@ def write_first_return(p, found, r, k, w):
 
 @long_entry
 def arrivals(p, modes, states, phases, found, begin, w):
-    """The first arrivals at the section of states in modes, from one on, written to a `Record` of one return.
+    """The first arrivals at the section of states (M, n) in modes (M,), from one on, written to a `Record` of one return.
 
     The number of those that are known after about `PAUSE` pieces of flights.
     """

@@ -1,34 +1,50 @@
 """The transition that takes place at an event, and how far a state is from one."""
 
+from typing import NamedTuple
+
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
+from nsmaps.exact.modes.flights.laws import VALUE, parameter_column, slope_column
 from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
+from nsmaps.exact.modes.tables.memory import END, RATE_ABOVE, RATE_BELOW, SURFACE
 from nsmaps.exact.modes.tables.taylor import ROUNDING
 
-AS_NEAR = 16.0 * ROUNDING  # of the sizes of terms: surfaces from which a state is as far
+
+class Conditions(NamedTuple):
+    """The conditions of a transition."""
+
+    hold: bool
+    doubtful: bool  #: one of them is zero but for rounding
+
+
+class Choice(NamedTuple):
+    """The transition that takes place at an event."""
+
+    transition: int  #: -1 for none
+    doubtful: bool
 
 
 @inner
-def allowed(p, k, z, w):
-    """Whether the conditions of a transition hold, and whether one of them is zero but for rounding."""
+def check_conditions(p, k, z, w):
+    """The `Conditions` of a transition at features z, shape (N,)."""
     holds, doubtful = True, False
-    for c in range(p.conditions[k], p.conditions[k + 1]):
+    for c in range(p.conditions[k], p.conditions[k + END]):
         value, size = row_value(p, p.where[c], z, w)
         holds = holds and value >= 0.0
         doubtful = doubtful or abs(value) <= ROUNDING * size
-    return holds, doubtful
+    return Conditions(holds, doubtful)
 
 
 @inner
 def transition_at(p, function, z, w):
-    """The transition that takes place where a function is zero, -1 for none, and whether that is doubtful."""
+    """The transition that takes place where a function is zero: a `Choice`."""
     unsure = False
-    for c in range(p.choices[function], p.choices[function + 1]):
-        holds, doubtful = allowed(p, p.chosen[c], z, w)
+    for c in range(p.choices[function], p.choices[function + END]):
+        holds, doubtful = check_conditions(p, p.chosen[c], z, w)
         unsure = unsure or doubtful
         if holds:
-            return p.chosen[c], unsure
-    return -1, unsure
+            return Choice(p.chosen[c], unsure)
+    return Choice(-1, unsure)
 
 
 @inner
@@ -43,11 +59,11 @@ def away(p, start, w):
     velocity(p, mode, w.z, w.field, w)
     for i in range(p.landings.shape[1]):
         value, size = dot(p.landings[start, i], w.z)
-        size += abs(dot(p.landings[start, i], w.field)[0])
+        size += abs(dot(p.landings[start, i], w.field).value)
         far = max(far, abs(value) / size if size > 0.0 else 0.0)
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         value, size = row_value(p, p.functions[f], w.z, w)
-        size += abs(dot(p.functions[f], w.field)[0])
+        size += abs(dot(p.functions[f], w.field).value)
         if p.after:
             wrong = -value if p.on[transition, f] == 0 else 0.0
         else:
@@ -73,7 +89,7 @@ def reset(p, k, phi, w):
                     w.slopes[i, c] += w.moved.resets[k, i, j] * w.z[j]
     if p.laws[k] != 0:
         call_reset(p.laws[k], phi, w.z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
-        curved(p, k, w)
+        apply_law(p, k, w)
     for i in range(n):
         w.z[i] = w.new[i]
         for c in range(directions):
@@ -82,29 +98,29 @@ def reset(p, k, phi, w):
 
 
 @inner
-def curved(p, k, w):
+def apply_law(p, k, w):
     """Take over what the compiled part of a reset has written."""
     own = p.own
     for i in range(own):
         if p.curved[k, i]:
-            w.new[i] = w.curved[i, 0]
+            w.new[i] = w.curved[i, VALUE]
             for c in range(w.dz.shape[1]):
-                w.slopes[i, c] = w.curved[i, own + 1] * w.dphi[c]
+                w.slopes[i, c] = w.curved[i, slope_column(own)] * w.dphi[c]
                 for j in range(own):
-                    w.slopes[i, c] += w.curved[i, 1 + j] * w.dz[j, c]
+                    w.slopes[i, c] += w.curved[i, slope_column(j)] * w.dz[j, c]
                 if w.moved.here:
                     for j in range(len(p.parameters)):
-                        w.slopes[i, c] += w.curved[i, own + 2 + j] * w.moved.parameters[j]
+                        w.slopes[i, c] += w.curved[i, parameter_column(p, j)] * w.moved.parameters[j]
 
 
 @inner
-def repelled(p, mode, w):
+def is_repelled(p, mode, w):
     """Whether a state lies on a surface beside its mode, but for rounding, from which both fields lead away."""
     for s in range(len(p.surfaces)):
         if p.beside[s, mode]:
-            value, size = row_value(p, p.surfaces[s, 0], w.z, w)
-            up, one = row_value(p, p.surfaces[s, 1], w.z, w)
-            down, other = row_value(p, p.surfaces[s, 2], w.z, w)
+            value, size = row_value(p, p.surfaces[s, SURFACE], w.z, w)
+            up, one = row_value(p, p.surfaces[s, RATE_ABOVE], w.z, w)
+            down, other = row_value(p, p.surfaces[s, RATE_BELOW], w.z, w)
             if abs(value) <= ROUNDING * size and up > ROUNDING * one and down > ROUNDING * other:
                 return True
     return False
@@ -130,7 +146,7 @@ def contact_of(p, mode):
 
 
 @inner
-def lifted(p, j, z):
+def contact_distance(p, j, z):
     """How far a state is from lasting contact, as a share of the sizes of terms: from what the transition to it makes of it."""
     far = 0.0
     for i in range(p.own):
@@ -160,7 +176,7 @@ def below_after(p, transition, w):
     mode = p.target[transition] if p.after else p.mode[transition]
     count = p.below[mode]
     velocity(p, mode, w.z, w.field, w)
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         own = p.on[transition, f] > 0 if p.after else f == p.function[transition]
         value, size = row_value(p, p.functions[f], w.z, w)
         rate, steep = dot(p.functions[f], w.field)

@@ -6,21 +6,32 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
+from nsmaps.exact.modes.flights.laws import VALUE, parameter_column, slope_column
 from nsmaps.exact.modes.flights.states import derive, dot, features, shift
-from nsmaps.exact.modes.march.section import AS_NEAR, allowed, away, below_after, contact_of, falling, lifted, reset, seen_before
-from nsmaps.exact.modes.tables.taylor import ROUNDING
+from nsmaps.exact.modes.march.section import (
+    away,
+    below_after,
+    check_conditions,
+    contact_distance,
+    contact_of,
+    falling,
+    reset,
+    seen_before,
+)
+from nsmaps.exact.modes.tables.memory import ALONG
+from nsmaps.exact.modes.tables.taylor import AT_ONCE, EQUAL
 
 
 @inner
-def started_by_law(p, k, phi, z, w):
+def apply_start_law(p, k, phi, z, w):
     """Write the states that no row of the coordinates in `w.other` gives, and to `w.curved` their derivatives."""
     call_reset(p.start_laws[k], phi, w.other.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
     for i in range(p.own):
-        z[i] = w.curved[i, 0] if p.start_curved[k, i] else z[i]
+        z[i] = w.curved[i, VALUE] if p.start_curved[k, i] else z[i]
 
 
 @inner
-def begun(p, row, phi, w):
+def choose_start(p, row, phi, w):
     """Write the features at the section that coordinates give; the number of the start, -1 for coordinates outside of the domain.
 
     Among several starts it is the one whose state lies nearest to its surface, or one in lasting contact that is pressed; of
@@ -38,19 +49,19 @@ def begun(p, row, phi, w):
         for i in range(n):
             w.z[i], _ = dot(p.states[k, i], given)
         if p.start_laws[k] != 0:
-            started_by_law(p, k, phi, w.z, w)
+            apply_start_law(p, k, phi, w.z, w)
         derive(p, w.z, w)
-        holds, _ = allowed(p, p.starts[k], w.z, w)
+        holds, _ = check_conditions(p, p.starts[k], w.z, w)
         far = away(p, k, w) if len(p.starts) > 1 else 0.0
         j = contact_of(p, p.mode[p.starts[k]])
         if j >= 0:
-            far = max(far, lifted(p, j, w.z))
-            far = -1.0 if far <= 4.0 * ROUNDING else far
+            far = max(far, contact_distance(p, j, w.z))
+            far = -1.0 if far <= EQUAL else far
         same = seen_before(p, p.starts[k])
         down = not same or falling(p, p.starts[k], w)
         count = below_after(p, p.starts[k], w) if len(p.starts) > 1 else 0
         better = down > falls or (down == falls and count < fewest)
-        if (holds or not same) and (far < least - AS_NEAR or (far <= least + AS_NEAR and better)):
+        if (holds or not same) and (far < least - AT_ONCE or (far <= least + AT_ONCE and better)):
             best, least, falls, fewest = k, far, down, count
             for i in range(n):
                 w.new[i] = w.z[i]
@@ -98,16 +109,16 @@ def launch(p, start, row, phi, w):
 @inner
 def launch_by_law(p, start, phi, w):
     """Write how the states that a law gives at a start change with the coordinates, or with the parameters."""
-    started_by_law(p, start, phi, w.z, w)
+    apply_start_law(p, start, phi, w.z, w)
     for i in range(p.own):
         if p.start_curved[start, i]:
             for c in range(w.dz.shape[1]):
-                w.dz[i, c] = w.curved[i, p.own + 1] * w.dphi[c]
+                w.dz[i, c] = w.curved[i, slope_column(p.own)] * w.dphi[c]
                 if w.moved.here:
                     for k in range(len(p.parameters)):
-                        w.dz[i, c] += w.curved[i, p.own + 2 + k] * w.moved.parameters[k]
+                        w.dz[i, c] += w.curved[i, parameter_column(p, k)] * w.moved.parameters[k]
                 elif p.places[c] >= 0:
-                    w.dz[i, c] = w.curved[i, 1 + p.places[c]]
+                    w.dz[i, c] = w.curved[i, slope_column(p.places[c])]
 
 
 @inner
@@ -120,13 +131,13 @@ def launch_moved(p, start, row, phi, w):
         if p.places[c] >= 0:
             w.other[p.places[c]] = row[c]
     for j in range(n, width):
-        w.other[j], w.dz[j, 0] = w.z[j], 0.0
-    w.dphi[0] = w.moved.phase
+        w.other[j], w.dz[j, ALONG] = w.z[j], 0.0
+    w.dphi[ALONG] = w.moved.phase
     shift(p, w)
     for i in range(n):
-        w.dz[i, 0], _ = dot(w.moved.states[start, i], w.other)
+        w.dz[i, ALONG], _ = dot(w.moved.states[start, i], w.other)
         for j in range(n + 1, width):
-            w.dz[i, 0] += p.states[start, i, j] * w.dz[j, 0]
+            w.dz[i, ALONG] += p.states[start, i, j] * w.dz[j, ALONG]
     if p.start_laws[start] != 0:
         launch_by_law(p, start, phi, w)
 
@@ -135,7 +146,7 @@ def launch_moved(p, start, row, phi, w):
 def find_start(p, row, w):
     """The transition at the start, -1 for a row outside of the domain, and the phase within a turn; features are written."""
     phi = phase_of(p, row)
-    start = -1 if math.isnan(phi) else begun(p, row, phi, w)
+    start = -1 if math.isnan(phi) else choose_start(p, row, phi, w)
     if start < 0:
         return -1, 0.0
     launch(p, start, row, phi, w)

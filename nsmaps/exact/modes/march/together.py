@@ -2,9 +2,11 @@
 
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
+from nsmaps.exact.modes.flights.laws import VALUE
 from nsmaps.exact.modes.flights.states import derive, dot, row_value, velocity
-from nsmaps.exact.modes.march.beginning import AT_ONCE
 from nsmaps.exact.modes.march.section import transition_at
+from nsmaps.exact.modes.tables.memory import END
+from nsmaps.exact.modes.tables.taylor import AT_ONCE
 
 NOWHERE = -2  # in place of a mode: no event takes place
 
@@ -18,18 +20,18 @@ def just_after(p, k, phi, z, after, w):
         return
     n = p.first.shape[1] - 1
     for i in range(n):
-        after[i] = dot(p.resets[k, i], z)[0]
+        after[i] = dot(p.resets[k, i], z).value
     if p.laws[k] != 0:
         call_reset(p.laws[k], phi, z.ctypes.data, p.parameters.ctypes.data, w.curved.ctypes.data)
         for i in range(n):
-            after[i] = w.curved[i, 0] if p.curved[k, i] else after[i]
+            after[i] = w.curved[i, VALUE] if p.curved[k, i] else after[i]
     derive(p, after, w)
 
 
 @inner
 def same_function(p, function, mode):
     """The function that is watched in a mode and is the same as one of another mode, -1 for none."""
-    for f in range(p.watched[mode], p.watched[mode + 1]):
+    for f in range(p.watched[mode], p.watched[mode + END]):
         same = True
         for j in range(p.functions.shape[1]):
             same = same and p.functions[f, j] == p.functions[function, j]
@@ -59,7 +61,7 @@ def in_order(p, first, second, phi, after, w):
     just_after(p, k, phi, w.z, after, w)
     mode = p.target[k]
     f = function_due(p, second, mode, after, True, w)
-    k = transition_at(p, f, after, w)[0] if f >= 0 else -1
+    k = transition_at(p, f, after, w).transition if f >= 0 else -1
     if k < 0:
         return mode
     for j in range(len(after)):
@@ -71,10 +73,11 @@ def in_order(p, first, second, phi, after, w):
 @inner
 def same_image(p, function, other, phi, w):
     """Whether the section, met where a function is zero, has the same image before and after the event of another one."""
-    k, m, n = transition_at(p, function, w.z, w)[0], transition_at(p, other, w.z, w)[0], p.first.shape[1] - 1
+    k, m = transition_at(p, function, w.z, w).transition, transition_at(p, other, w.z, w).transition
+    n = p.first.shape[1] - 1
     just_after(p, m, phi, w.z, w.one, w)
     f = function_due(p, function, p.target[m], w.one, True, w)
-    j = transition_at(p, f, w.one, w)[0] if f >= 0 else -1
+    j = transition_at(p, f, w.one, w).transition if f >= 0 else -1
     if j < 0 or not p.is_section[j]:
         return False
     for i in range(n):
@@ -92,7 +95,7 @@ def same_image(p, function, other, phi, w):
 @inner
 def order_matters(p, one, two, phi, w):
     """Whether two functions that are zero at once lead to different images, states or modes, by which event is first."""
-    k, m = transition_at(p, one, w.z, w)[0], transition_at(p, two, w.z, w)[0]
+    k, m = transition_at(p, one, w.z, w).transition, transition_at(p, two, w.z, w).transition
     if k >= 0 and m >= 0 and p.is_section[k] != p.is_section[m]:
         return not (same_image(p, one, two, phi, w) if p.is_section[k] else same_image(p, two, one, phi, w))
     if in_order(p, one, two, phi, w.one, w) != in_order(p, two, one, phi, w.two, w):

@@ -5,7 +5,6 @@ import math
 from nsmaps.exact.engine.constants import TWO_PI
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.returns import append_symbol
-from nsmaps.exact.modes.march.beginning import reset_image, unit_of
 from nsmaps.exact.modes.tables.memory import (
     ACCUMULATING,
     ACCUMULATION_TIME,
@@ -20,6 +19,7 @@ from nsmaps.exact.modes.tables.memory import (
     LAST_FUNCTION,
     MINIMA,
     NO_FUNCTION,
+    ONLY,
     ROW_CODE,
     ROW_LETTER,
     ROW_POWER,
@@ -44,6 +44,23 @@ def with_margins(w):
 def base_of(p, w):
     """The base of the codes of words."""
     return p.base + OF_MARGINS if with_margins(w) else p.base
+
+
+@inner
+def unit_of(p, mode, w):
+    """A unit of time: a radian of the forcing, without one the longest step of a mode, of a Taylor flight the last one."""
+    if p.rate > 0.0:
+        return 1.0 / p.rate
+    return p.steps[mode] if len(p.nonlinear) == 0 else w.piece.length[ONLY]
+
+
+@inner
+def reset_image(w):
+    """Let the return in memory have no image."""
+    for c in range(len(w.image)):
+        w.image[c] = math.nan
+        for j in range(w.tangent.shape[1]):
+            w.tangent[c, j] = math.nan
 
 
 @inner

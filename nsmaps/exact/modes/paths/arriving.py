@@ -12,8 +12,9 @@ from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.events import Arrivals
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
+from nsmaps.exact.modes.flights.laws import VALUE
 from nsmaps.exact.modes.march.returns import arrivals
-from nsmaps.exact.modes.tables.memory import Memory, memory, record
+from nsmaps.exact.modes.tables.memory import END, FIRST, RATE_ABOVE, SURFACE, Memory, memory, record
 from nsmaps.exact.modes.tables.nonlinear import derived_at, rates_at, write_variations
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
@@ -46,10 +47,12 @@ def arrivals_of(
     begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
     while begin < len(start):
         begin = arrivals(table, chosen, place, phase, found, begin, room)
-    unclear = (found.outcome[0] == Outcome.repelling) & (found.time[0] == 0)
+    (outcome,), (time,) = found.outcome, found.time
+    unclear = (outcome == Outcome.repelling) & (time == 0)
     names_of_modes = np.array([*definition.modes, ""])[np.where(unclear, NOWHERE, chosen)]
-    slopes = found.tangents[0] if derivative else None
-    rows = found.states[1], found.turns[0], found.codes[0], found.outcome[0], found.time[0]
+    slopes = found.tangents[FIRST] if derivative else None
+    (_, images), (turns,), (codes,) = found.states, found.turns, found.codes
+    rows = images, turns, codes, outcome, time
     return Arrivals(definition.coordinates, names, definition.letters, start, names_of_modes, *rows, slopes)
 
 
@@ -60,7 +63,7 @@ def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: st
     chosen = modes_of(definition, table, features_of(table, place, phase), phase, [mode])
     found, w = record(np.full((1, len(definition.coordinates)), np.nan), 1, 0), memory(table, 0)
     arrivals(table, chosen, place, phase, found, 0, w)
-    return Outcome(found.outcome[0, 0]), float(found.time[0, 0]), int(chosen[0]), w
+    return Outcome(found.outcome.item()), found.time.item(), chosen.item(), w
 
 
 def start_names(definition: Definition, forced: bool) -> Coordinates:
@@ -76,7 +79,7 @@ def features_of(table: Tables, states: Floats, phase: Floats) -> Floats:
         for m in range(1, (table.functions.shape[1] - table.first.shape[1]) // 2 + 1)
         for wave in (np.cos(m * phase), np.sin(m * phase))
     ]
-    return np.column_stack([states, derived_at(table, states, phase)[..., 0], np.ones(len(states)), *waves])
+    return np.column_stack([states, derived_at(table, states, phase)[..., VALUE], np.ones(len(states)), *waves])
 
 
 def check_surfaces(definition: Definition, table: Tables, features: Floats, named: NDArray[np.str_]) -> None:
@@ -87,7 +90,8 @@ def check_surfaces(definition: Definition, table: Tables, features: Floats, name
             rows = Numbers(held, definition.symbols, (features.shape[1] - n - 1) // 2).floats(table.parameters.tolist())
             values, sizes = own @ rows.T, abs(own) @ abs(rows).T
             if (off := (abs(values) > ON * sizes).any(axis=1)).any():
-                far, where = abs(values[off][0]).max(), ", ".join(f"{x:.10g}" for x in own[off][0, : table.own])
+                (value, *_), (state, *_) = values[off], own[off]
+                far, where = abs(value).max(), ", ".join(f"{x:.10g}" for x in state[: table.own])
                 raise StateError(
                     f"the state ({where}) is given in the mode {mode!r}, and its surface is {far:.3g} away; expected: states of "
                     "sliding and of contact that lasts on their surface, or no mode"
@@ -105,13 +109,13 @@ def modes_of(definition: Definition, table: Tables, features: Floats, phase: Flo
     features = np.where(known[:, None], features, 0.0)
     values, named = features @ table.functions.T, np.array(given, str)
     on = np.einsum("mj,qkj->mqk", features, table.surfaces)
-    near = abs(on[..., 0]) <= ROUNDING * (abs(features) @ abs(table.surfaces[:, 0]).T)
-    away = near & (on[..., 1:] > 0).all(axis=-1)
+    near = abs(on[..., SURFACE]) <= ROUNDING * (abs(features) @ abs(table.surfaces[:, SURFACE]).T)
+    away = near & (on[..., RATE_ABOVE:] > 0).all(axis=-1)
     slack = ROUNDING * (abs(features) @ abs(table.functions).T)
     derived = {one.mode for one in definition.transitions if one.held}
     found, least = np.full(len(features), NOWHERE), np.full(len(features), np.inf)
     for mode, name in enumerate(definition.modes):
-        watched = slice(table.watched[mode], table.watched[mode + 1])
+        watched = slice(table.watched[mode], table.watched[mode + END])
         own, edge = values[:, watched], slack[:, watched]
         obeyed: Bools = (named == name) | ((named == "") & (mode not in derived)) | away[:, table.beside[:, mode]].any(axis=1)
         obeyed &= (own >= -edge).all(axis=1) & known
@@ -130,7 +134,7 @@ def velocities(table: Tables, mode: int, features: Floats, phase: Floats) -> Flo
     if table.taylor[mode]:
         rates[:, :n] = rates_at(table, mode, features[:, : table.own], phase) * table.steps[mode]
     for i in range(0 if table.taylor[mode] else n):
-        row = slice(table.first[mode, i], table.first[mode, i + 1])
+        row = slice(table.first[mode, i], table.first[mode, i + END])
         rates[:, i] = features[:, table.columns[row]] @ table.values[row]
     m = np.arange(1, (features.shape[1] - n - 1) // 2 + 1)
     rates[:, n + 1 :: 2], rates[:, n + 2 :: 2] = -m * turn * features[:, n + 2 :: 2], m * turn * features[:, n + 1 :: 2]

@@ -16,17 +16,16 @@ LAST = 3  #: last events that are named of one that does not end
 
 def end_of(definition: Definition, table: Tables, outcome: Outcome, mode: str, events: Iterable[Event]) -> str:
     """How a motion that begins in a mode ended with `escaped`, `rests` or `endless`, by its events."""
-    last = deque(islice(events, FOLLOWED), LAST)
-    names = [definition.transitions[event.transition].name for event in last]
-    after = f"{last[-1].time:.10g} after the start, after the event {names[-1]!r}," if last else "From the start on,"
+    named = [(definition.transitions[event.transition], event) for event in deque(islice(events, FOLLOWED), LAST)]
     if outcome == Outcome.endless:
-        times = ", ".join(f"{name!r} after {event.time:.10g}" for name, event in zip(names, last, strict=True))
+        times = ", ".join(f"{one.name!r} after {event.time:.10g}" for one, event in named)
         return f"{outcome.advice} Of its first {FOLLOWED:,} events the last are {times}."
-    if last and last[-1].mode < 0 and definition.transitions[last[-1].transition].target < 0:
-        return f"The guard {names[-1]!r} ends the motion, {last[-1].time:.10g} after the start."
-    if last:
-        mode = definition.modes[last[-1].mode]
-        after = f"{last[-1].time:.10g} after the start, after the event {names[-1]!r},"
+    after = "From the start on,"
+    for one, event in named[-1:]:
+        if event.mode < 0 and one.target < 0:
+            return f"The guard {one.name!r} ends the motion, {event.time:.10g} after the start."
+        mode = definition.modes[event.mode]
+        after = f"{event.time:.10g} after the start, after the event {one.name!r},"
     if outcome == Outcome.rests:
         return f"{after} the motion stays in contact, in the mode {mode!r}: the pressure never falls to zero."
     return (

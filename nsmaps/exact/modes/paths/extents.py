@@ -14,6 +14,7 @@ from nsmaps.exact.modes.tables.memory import memory
 from nsmaps.exact.modes.tables.tables import Tables
 
 MOST_EVENTS = 64  #: of a return, beyond which its motion is not looked at
+LAST = -1  #: instant of a flight, just before the event at its end
 SAMPLES = 9  #: instants of a flight
 SLOW = 1e-9  #: share of the largest rate of a function between events, below which its rate at them is rounding
 
@@ -39,7 +40,7 @@ def fastest_of(definition: Definition, table: Tables, starts: Floats, between: b
     at_events, ever = np.zeros(len(table.functions)), np.zeros(len(table.functions))
     for begin, _, times, states in flights_of(definition, table, starts):
         rates = np.abs(rates_of(table, begin.mode, begin.phase + table.rate * times, states))
-        at_events, ever = np.maximum(at_events, rates[-1]), np.maximum(ever, rates.max(axis=0))
+        at_events, ever = np.maximum(at_events, rates[LAST]), np.maximum(ever, rates.max(axis=0))
     return ever if between else np.where(at_events > SLOW * ever, at_events, ever)
 
 

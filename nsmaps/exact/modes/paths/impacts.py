@@ -14,6 +14,8 @@ from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import CHATTER as CHATTERED
 from nsmaps.exact.words import REST as RESTED
 
+SPEED = 1  #: place of the velocity among the states of an impact system
+
 
 def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, chatter: float) -> Impacts:
     """The first n impacts and releases of the motion from one state, shape (2,). StateError if it is not a start."""
@@ -21,10 +23,11 @@ def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, cha
     ones = [definition.transitions[event.transition] for event in events]
     wall = np.array([definition.letters.index(one.name) for one in ones], np.int8)
     time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
-    speed = np.abs([event.before[-1] for event in events])
+    speed = np.abs([event.before[SPEED] for event in events])
     marks = ["", *(_mark(event) if one.releases else "" for event, one in zip(events, ones[1:], strict=False))]
-    if len(events) < n and events[-1].contact:
-        marks[-1] = RESTED  # until all times
+    *_, last = events
+    if len(events) < n and last.contact:
+        marks[-1:] = [RESTED]  # until all times
     return Impacts(definition.letters, wall, time, phase, speed, np.array(marks))
 
 
@@ -32,10 +35,11 @@ def flights_of(definition: Definition, table: Tables, impacts: Impacts, samples:
     """Times, displacements and velocities in the M - 1 flights between impacts, each of shape (M - 1, samples)."""
     if len(impacts.time) < 2:
         return (np.empty((0, samples)),) * 3
-    start, into_base = np.array([impacts.speed[0], impacts.phase[0]]), -float(definition.transitions[0].function.coefficients[0])
+    first, (base, *_) = 0, definition.transitions
+    (by_place, *_), start = base.function.coefficients, np.array([impacts.speed[first], impacts.phase[first]])
     track = mode_track(definition, table, start, len(impacts.time), samples, SUMMED_SPEED)
     places, speeds = np.moveaxis(track.states, -1, 0)
-    return track.time, places, into_base * speeds
+    return track.time, places, -float(by_place) * speeds
 
 
 def _mark(event: Event) -> str:

@@ -1,4 +1,7 @@
-"""The events of a motion of a system with modes, and its states between events: compiled."""
+"""The events of a motion of a system with modes, and its states between events: compiled.
+
+Units are those of the system, phases are in radians.
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -107,7 +110,7 @@ def continue_track(p, passage, rows, w):
 
 @long_entry
 def sample(p, mode, phi, z, times, states, w):
-    """Write the states of a flight from the states z at times since its start, which grow."""
+    """Write the states (K, n) of a flight from the states z, shape (n,), at times (K,) since its start, which grow."""
     done = 0.0
     for i in range(len(z)):
         w.z[i] = z[i]

@@ -11,6 +11,7 @@ from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.tables.nonlinear import derived_at, start_states
 from nsmaps.exact.modes.tables.tables import Tables
 
+RANK = 1e-12  #: of the largest singular value: smaller ones are rounding
 OFF = 1e-6  #: of the sizes of its terms and of its change in time: how far a function is from zero at most on its surface
 
 #: of each start the functions that are zero there, shape (K, N); () where no coordinate is redundant
@@ -47,20 +48,23 @@ def nearest_on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Float
         change = (surfaces[k][:, : table.first.shape[1] - 1] @ _slopes(table, k, rows[i : i + 1]))[:, places[states]]
         units = np.abs(rows[i, states])
         units[units == 0] = units.max(initial=0.0) or 1.0
-        values = surfaces[k] @ _features(table, k, rows[i : i + 1])[0][0]
-        moved[i, states] -= units * np.linalg.lstsq(change * units, values, rcond=1e-12)[0]
+        (features,), _ = _features(table, k, rows[i : i + 1])
+        correction, *_ = np.linalg.lstsq(change * units, surfaces[k] @ features, rcond=RANK)
+        moved[i, states] -= units * correction
     return moved
 
 
 def why_off(definition: Definition, table: Tables, surfaces: Surfaces, row: Floats) -> str:
     """On which surface a row does not lie, and a row that does."""
-    k = int(_distances(table, surfaces, row[None])[:, 0].argmin())
-    values = surfaces[k] @ _features(table, k, row[None])[0][0]
+    (far,), (nearest,) = _distances(table, surfaces, row[None]).T, nearest_on_section(table, surfaces, row[None])
+    k = int(far.argmin())
+    (features,), _ = _features(table, k, row[None])
+    values = surfaces[k] @ features
     event, side = definition.transitions[definition.starts[k].transition].name, "just after" if definition.after else "at"
     return (
         f"{_in_words(definition, row)} is not on the section: a function that is zero {side} {event!r} is "
         f"{values[abs(values).argmax()]:.6g} there, as not all coordinates are free; expected: such as "
-        f"{_in_words(definition, nearest_on_section(table, surfaces, row[None])[0])} (`on_section` of the system)."
+        f"{_in_words(definition, nearest)} (`on_section` of the system)."
     )
 
 
@@ -74,7 +78,7 @@ def _states(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats, Floats
     given, phase = np.zeros((len(rows), own)), np.full(len(rows), table.phase)
     given[:, places[places >= 0]] = rows[:, places >= 0]
     if (places < 0).any():
-        phase = rows[:, np.flatnonzero(places < 0)[0]]
+        (phase,) = rows[:, places < 0].T
     phase = np.where(np.abs(phase) <= MOST_PHASE, phase, 0.0) % TWO_PI
     return *start_states(table, k, given, features_of(table, given, phase), phase), phase
 

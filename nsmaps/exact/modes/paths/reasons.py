@@ -18,9 +18,12 @@ from nsmaps.exact.modes.tables.memory import (
     DOUBT_REASON,
     DOUBT_TIME,
     DOUBTED_FUNCTION,
+    END,
     FIRST_AT_ONCE,
     NO_FUNCTION,
+    RATE_ABOVE,
     SECOND_AT_ONCE,
+    SURFACE,
     Memory,
     memory,
     record,
@@ -35,7 +38,7 @@ def reasons_of(definition: Definition, table: Tables, start: Floats, chatter: fl
     for row in start:
         found, w = record(row[None], 1, 0), memory(table, 0, chatter=chatter)
         returns(table, found, np.zeros(2, np.int64), w, workspace(table, 0, False, w.moved))
-        outcome, time = Outcome(found.outcome[0, 0]), float(found.time[0, 0])
+        outcome, time = Outcome(found.outcome.item()), found.time.item()
         if outcome == Outcome.invalid:
             sentences.append(not_a_start(definition, table, row))
         elif outcome in ENDS:
@@ -82,7 +85,7 @@ def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) ->
 def surface_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """From which surface both modes lead away, when and where."""
     values = table.surfaces @ w.z
-    away = np.where((values[:, 1:] > 0).all(axis=1), abs(values[:, 0]), np.inf)
+    away = np.where((values[:, RATE_ABOVE:] > 0).all(axis=1), abs(values[:, SURFACE]), np.inf)
     surface = definition.surfaces[int(np.argmin(away))]
     return (
         f"Both modes beside the sliding {surface.name!r}, {' and '.join(map(repr, surface.modes))}, lead away from its surface, "
@@ -157,7 +160,7 @@ def _states(definition: Definition, w: Memory) -> str:
 
 def _guards(definition: Definition, table: Tables, function: int) -> str:
     """The guards of a function, by name."""
-    ones = table.chosen[table.choices[function] : table.choices[function + 1]]
+    ones = table.chosen[table.choices[function] : table.choices[function + END]]
     names = dict.fromkeys(definition.transitions[k].name or "(a section behind, or a kink)" for k in np.asarray(ones).tolist())
     return " or ".join(map(repr, names))
 

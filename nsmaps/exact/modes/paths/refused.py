@@ -10,6 +10,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
+from nsmaps.exact.modes.tables.memory import END
 from nsmaps.exact.modes.tables.nonlinear import start_states
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.modes.tables.taylor import ROUNDING
@@ -30,15 +31,13 @@ def not_a_start(definition: Definition, table: Tables, row: Floats) -> str:
     if why := no_number(definition.coordinates, row, phase):
         return why
     given = np.zeros((1, n))
-    for place, value in zip(places, row.tolist(), strict=True):
-        if place >= 0:
-            given[0, place] = value
+    given[:, table.places[table.places >= 0]] = row[table.places >= 0]
     phases = np.array([phase % TWO_PI])
     features = features_of(table, given, phases)
     reasons: dict[str, str] = {}
     for start, k in enumerate(table.starts.tolist()):
         states, _ = start_states(table, start, given, features, phases)
-        features_there = features_of(table, states, phases)[0]
+        (features_there,) = features_of(table, states, phases)
         name, (kept, why) = definition.transitions[k].name, _at(definition, table, k, features_there, phases)
         if name not in reasons or kept:
             reasons[name] = f"{name!r} {why} at {states_of(definition, features_there)}"
@@ -47,11 +46,12 @@ def not_a_start(definition: Definition, table: Tables, row: Floats) -> str:
 
 def _at(definition: Definition, table: Tables, k: int, features: Floats, phase: Floats) -> tuple[bool, str]:
     """Whether the conditions of a transition hold at a state, and why it does not take place there."""
-    conditions = table.where[table.conditions[k] : table.conditions[k + 1]] @ features
+    conditions = table.where[table.conditions[k] : table.conditions[k + END]] @ features
     if len(conditions) and conditions.min() < 0:
         return False, f"has a condition that is {conditions.min():.6g}, and expected not to be negative,"
     mode = int(table.mode[k])
-    rate = float(table.functions[table.function[k]] @ velocities(table, mode, features[None], phase)[0] / table.steps[mode])
+    (velocity,) = velocities(table, mode, features[None], phase)
+    rate = float(table.functions[table.function[k]] @ velocity / table.steps[mode])
     return True, f"has a function that rises, at the rate {rate:.6g} in the mode {definition.modes[mode]!r},"
 
 
@@ -61,11 +61,11 @@ def in_no_mode(definition: Definition, table: Tables, state: Floats, mode: str) 
     phase = float(state[n]) if table.rate > 0 else 0.0
     if why := no_number([*definition.states, "phase"][: len(state)], state, phase):
         return why
-    features = features_of(table, state[None, :n], np.array([phase]))[0]
+    (features,) = features_of(table, state[None, :n], np.array([phase]))
     values, sizes = table.functions @ features, np.abs(table.functions) @ np.abs(features)
     reasons: dict[str, str] = {}
     for number, name in enumerate(definition.modes):
-        watched = range(table.watched[number], table.watched[number + 1])
+        watched = range(table.watched[number], table.watched[number + END])
         below = [f for f in watched if values[f] < -ROUNDING * sizes[f]]
         guards = {definition.transitions[table.chosen[table.choices[f]]].name: values[f] for f in below}
         if (mode in ("", name)) and guards:

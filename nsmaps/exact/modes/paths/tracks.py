@@ -14,7 +14,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.events import Passage
 from nsmaps.exact.modes.march.words import INSTANT
 from nsmaps.exact.modes.paths.path import FILLED, EventRows, begin_track, begin_track_in, continue_track, event_rows, sample
-from nsmaps.exact.modes.tables.memory import Memory, memory
+from nsmaps.exact.modes.tables.memory import FIRST, Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
 
 EVENTS = 32  #: that are computed at a time
@@ -64,7 +64,7 @@ def _following(definition: Definition, table: Tables, passage: Passage, rows: Ev
                 yield Event(*numbers, rows.before[k].copy(), rows.after[k].copy(), int(rows.contact[k]))
         if written == 0:
             return
-        rows.before[0], rows.numbers[FILLED] = rows.before[written % len(rows.before)], 0
+        rows.before[FIRST], rows.numbers[FILLED] = rows.before[written % len(rows.before)], 0
 
 
 def mode_track(definition: Definition, table: Tables, start: Floats, n: int, samples: int, chatter: float) -> ModeTrack:
@@ -89,7 +89,7 @@ def shortest_rest(definition: Definition, table: Tables, start: Floats) -> float
     Raises as `events_of`.
     """
     section = {definition.transitions[one.transition].name for one in definition.starts}
-    instant = INSTANT * (2 * np.pi / table.rate if table.rate > 0 else table.steps[0])
+    instant = INSTANT * (2 * np.pi / table.rate if table.rate > 0 else table.steps[FIRST])
     shortest = since = np.nan
     for number, event in enumerate(events_of(definition, table, start)):
         one, duration = definition.transitions[event.transition], event.time - since

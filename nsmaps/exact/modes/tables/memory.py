@@ -8,11 +8,14 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
-FIRST = 0  #: row of the starts in `Record.states`
+FIRST = 0  #: the first place of an array, as that of the starts in `Record.states`
 ONLY = 0  #: place in an array of one number
 NO_FUNCTION = -1
 END = 1  #: behind a place in an array of first places: where its range ends
 CLEARANCE, SLOWEST, MINIMA = range(3)  #: places in `Memory.margins`: least value at a minimum, least rate at an event, minima
+AWAY, PRESSURE = range(2)  #: rows of `Tables.begins`, speed away from a surface of contact and pressure towards it
+SURFACE, RATE_ABOVE, RATE_BELOW = range(3)  #: rows of `Tables.surfaces`, the rate below with the other sign
+ALONG = 0  #: the one direction of derivatives by parameters
 BEFORE, AFTER = range(2)  #: rows of `Memory.start_rates`, just before and after the event at the start
 INTERVALS = 8  #: of a step of a Taylor flight, between the instants at which its series is compared with the rates
 

@@ -49,7 +49,7 @@ def write_variations(definition: Definition, variations: Ints, along: bool) -> N
 def derived_at(table: Any, states: Floats, phase: Floats) -> Floats:
     """What the law of the derived states writes at own states (M, own) and phases (M,), shape (M, R, own + P + 3)."""
     own, count = table.own, len(table.parameters)
-    return _written(table, table.derived, states, phase, (table.first.shape[1] - 1 - own, own + count + 3))
+    return write_by_law(table, table.derived, states, phase, (table.first.shape[1] - 1 - own, own + count + 3))
 
 
 def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Floats) -> tuple[Floats, Floats]:
@@ -59,7 +59,7 @@ def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Flo
     """
     own, count = table.own, len(table.parameters)
     rows, curved = table.states[k, :own], table.start_curved[k]
-    law = _written(table, table.start_laws[k], given, phase, (own, own + count + 2))
+    law = write_by_law(table, table.start_laws[k], given, phase, (own, own + count + 2))
     values, *_ = np.moveaxis(law, -1, 0)
     return np.where(curved, values, features @ rows.T), np.where(curved[:, None], law[..., 1 : own + 1], rows[:, :own])
 
@@ -67,13 +67,13 @@ def start_states(table: Any, k: int, given: Floats, features: Floats, phase: Flo
 def rates_at(table: Any, mode: int, states: Floats, phase: Floats) -> Floats:
     """The rates of own and derived states in a mode with Taylor flights, shape (M, n), as `derived_at`."""
     own, flat = table.own, table.kinds.shape[1]
-    written = _written(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 2),))
+    written = write_by_law(table, table.rates[mode], states, phase, (own * (own + 3) + flat * (own + 2),))
     rates, derived, by_phase = written[:, : own * (own + 3) : own + 3], derived_at(table, states, phase), own + 1
     more = np.einsum("mri,mi->mr", derived[..., 1:by_phase], rates) + table.rate * derived[..., by_phase]
     return np.concatenate([rates, more], axis=1)
 
 
-def _written(table: Any, address: int, states: Floats, phase: Floats, shape: tuple[int, ...]) -> Floats:
+def write_by_law(table: Any, address: int, states: Floats, phase: Floats, shape: tuple[int, ...]) -> Floats:
     """What a law writes at states and phases, one after the other."""
     rows, out = np.ascontiguousarray(states), np.zeros((len(states), *shape))
     if address:

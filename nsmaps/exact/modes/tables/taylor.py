@@ -1,4 +1,7 @@
-"""The Taylor series of a linear flow, with a bound on what is left out."""
+"""The Taylor series of a linear flow, with a bound on what is left out.
+
+Times `tau` and `x` are in longest steps of the mode, other quantities in the units of the system.
+"""
 
 import math
 
@@ -8,7 +11,12 @@ DOUBLINGS = 5
 ORDER = 2**DOUBLINGS - 2  # of the series
 TERMS = ORDER + 2  # of arrays that hold it: full vectors of a processor
 DEGREE = 20  # of a step of heyoka at its tolerance zero
+CONSTANT, LINEAR, SQUARE, CUBE = range(4)  # terms of a series
+SIX = 6.0  # 3!: a third derivative over its term of a series
 ROUNDING = 1e-15  # a few units in the last place
+EQUAL = 4.0 * ROUNDING  # relative: numbers that differ by less are equal but for rounding
+SAFE = 16.0  # rate^2 over error and second derivative at a certain zero: 2 by the formula of a parabola, a factor 8 for safety
+AT_ONCE = 16.0 * ROUNDING  # of the sizes of its terms: a function that is zero but for rounding
 
 
 @inner
@@ -48,7 +56,7 @@ def remaining(tau):
 
 
 @inner
-def weighed(rows, z, a):
+def combine_rows(rows, z, a):
     """Write the sum of rows, each times a feature."""
     first = 0
     for k in range(len(a)):
@@ -59,7 +67,7 @@ def weighed(rows, z, a):
 
 
 @inner
-def sized(row, z):
+def weighted_size(row, z):
     """The sum of the sizes of features, each times a weight."""
     total = 0.0
     for j in range(len(z)):
@@ -68,7 +76,7 @@ def sized(row, z):
 
 
 @inner
-def raised(x, powers):
+def write_powers(x, powers):
     """Write the powers of x from the zeroth on."""
     zeroth, length = 0, 1
     powers[zeroth] = 1.0
@@ -79,7 +87,7 @@ def raised(x, powers):
 
 
 @inner
-def propagated(p, mode, tau, w):
+def write_propagator(p, mode, tau, w):
     """Write the matrix by which states change within a time: of exp(Y step tau) less the unit matrix, the rows of states."""
     terms = p.propagators
     for i in range(len(w.flow)):
@@ -92,8 +100,8 @@ def propagated(p, mode, tau, w):
 
 
 @inner
-def moved_on(w):
-    """Change states by the matrix that `propagated` wrote."""
+def apply_propagator(w):
+    """Change states by the matrix that `write_propagator` wrote."""
     n, width = len(w.new), len(w.z)
     for i in range(n):
         total = 0.0
