@@ -122,6 +122,10 @@ class MotionKernel(Kernel):
     def modes(self) -> Any:
         """The kernel of the definition with modes, in which motions start anywhere."""
 
+    def starts(self, start: Floats) -> Floats:
+        """A batch, shape (N, n), with NaN for rows that do not lie on the section; here all do."""
+        return start
+
     @abstractmethod
     def closed_form(self, what: str, refusal: type[NsmapsError] = NsmapsError) -> Any:
         """This kernel, if its flights are in closed form.

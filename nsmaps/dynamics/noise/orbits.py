@@ -16,7 +16,6 @@ from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import words_of
 from nsmaps.interrupts import threads
@@ -231,7 +230,7 @@ def _blank(n: int, r: int, impacts: int, dim: int) -> Arrays:
 
 def in_closed_form(system: FlowSystem) -> TypeGuard[ImpactSystem]:
     """Whether flights under noise are sums of those in closed form and of the noise's part."""
-    return isinstance(system, ImpactSystem) and not system.obstacle()
+    return not system.obstacle()
 
 
 def _kernel_of(system: FlowSystem, step: float, observables: "tuple[Observable, ...]") -> "SpectralKernel | DrivenKernel":
@@ -241,7 +240,6 @@ def _kernel_of(system: FlowSystem, step: float, observables: "tuple[Observable, 
         return kernel
     from nsmaps.exact.noise.driven import driven_kernel
 
-    assert isinstance(system, HybridFormulas)
     return driven_kernel(system, step, observables)
 
 

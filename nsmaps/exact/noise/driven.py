@@ -14,12 +14,11 @@ from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.modes.tables.memory import Record, memory
 from nsmaps.exact.modes.tables.tables import Tables, tables_of
 from nsmaps.exact.noise import modes
-from nsmaps.exact.observables.formulas import Plan, of_modes, plan_in, plan_of
+from nsmaps.exact.observables.by_modes import plan_by_modes
+from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.motions import COUNTED, Observation
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.exact.observables.totals import in_modes
 from nsmaps.exact.systems.guards import HybridFormulas
-from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
 
 
@@ -66,8 +65,5 @@ def driven_kernel(system: HybridFormulas, step: float, observables: tuple[Observ
             "y.noise in the formulas, beside the forcing"
         )
     definition, values = known_definition(system, driven=True), (*system.parameters.values(), step)
-    if isinstance(system, ImpactSystem):
-        plan = in_modes(plan_of(system, observables), definition)
-    else:
-        plan = plan_in(of_modes(definition, (*system.parameter_names(), STEP.name)), observables)
+    plan = plan_by_modes(system, observables, definition, (*system.parameter_names(), STEP.name))
     return DrivenKernel(tables_of(definition, values, step), values, plan)

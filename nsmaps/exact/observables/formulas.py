@@ -108,8 +108,8 @@ def _read(vocabulary: Vocabulary, text: str, of: str) -> sp.Expr:
 @singledispatch
 def vocabulary_of(system: System) -> Vocabulary:
     """What formulas of observables of a system may contain."""
-    names = System.require(system, "observables").parameter_names()
-    return _of_returns(Coordinates(system.coordinates), system.letters, names)
+    known = System.require(system, "observables")
+    return _of_returns(Coordinates(known.coordinates), known.letters, known.parameter_names())
 
 
 @vocabulary_of.register
@@ -158,6 +158,7 @@ class Plan:
     """The formulas of some observables of a class of systems, those of impacts first, or those of returns."""
 
     vocabulary: Vocabulary
+    observables: tuple[Observable, ...]
     columns: tuple[tuple[int, int], ...]  #: of each formula the observable, and 0, or 1 where it divides
     formulas: dict[str, tuple[sp.Expr, ...]]  #: of impacts and of flights, or of returns
     rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts or returns and (M, F) of flights
@@ -222,7 +223,7 @@ def plan_in(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan
         rows[of] = np.array(counts, bool).reshape(len(own), len(vocabulary.places[of])).T.copy()
     largest = np.array([observables[k].largest for k, _ in columns], bool)
     scales = np.array([1.0 if part else observables[k].scale for k, part in columns])
-    return Plan(vocabulary, tuple(columns), formulas, rows, largest, scales)
+    return Plan(vocabulary, observables, tuple(columns), formulas, rows, largest, scales)
 
 
 def known_observables(system: System) -> dict[str, Observable]:
@@ -263,8 +264,7 @@ def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
     place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
     force = sp.expand(sp.simplify(formulas.force.subs({Z: place, W: velocity})))
     mean = sp.simplify(sp.integrate(force, (PHI, 0, 2 * sp.pi)) / (2 * sp.pi))
-    damping = sp.simplify(mean.subs(velocity, 0) - mean)
-    return sp.simplify(force - mean) * velocity, damping * velocity
+    return sp.simplify(force - mean) * velocity, sp.simplify(mean.subs(velocity, 0) - mean) * velocity
 
 
 def resolve_observables(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:

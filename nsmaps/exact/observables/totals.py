@@ -1,29 +1,28 @@
 """Totals of observables along orbits of exact systems: the formulas compiled, and the loops run on all cores."""
 
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.kernel import SpectralKernel, flow_of
-from nsmaps.exact.kernel import in_chunks
+from nsmaps.exact.kernel import MotionKernel, in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
 from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import moved_of
+from nsmaps.exact.observables.by_modes import plan_by_modes
 from nsmaps.exact.observables.flights import Batches, observe_flights
-from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes
+from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.memory import PANEL
 from nsmaps.exact.observables.mode_slopes import SlopeObservation, mode_slopes
 from nsmaps.exact.observables.motions import Observation, observed_modes
 from nsmaps.exact.observables.slopes import Directions, Slopes, observed_slopes
-from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
 
 if TYPE_CHECKING:
@@ -56,60 +55,49 @@ def totals_of(
 
     On all cores.
     """
-    kernel: Any = system._kernel()
-    states, m = np.array(kernel.starts(start) if isinstance(kernel, ModeKernel) else start, float), len(start)
+    kernel = system._kernel()
+    states, m = np.array(kernel.starts(start), float), len(start)
     outcome, time = np.zeros(m, np.int8), np.zeros((batches, m))
-    totals = np.zeros((batches, m, len(plan.columns)))
-    values, plan = list(system.parameters.values()), _of_kernel(plan, system, kernel)
+    totals, own = np.zeros((batches, m, len(plan.columns))), plan_by_kernel(kernel, plan)
 
     def run(k: slice) -> None:
-        at, which = np.zeros(2, np.int64), Batches(discard, length, states[k], outcome[k], time[:, k], totals[:, k])
-        q = plan.memory(values, panel_of(kernel))
-        if isinstance(kernel, ModeKernel):
-            table = kernel.table
-            seen, w = Observation(q, memory(table, 0), np.zeros(2, np.int64)), memory(table, 0, chatter=chatter)
-            while not observed_modes(table, seen, at, which, w):
-                check_stop()
-        else:
-            flow = flow_of(kernel.table)
-            while not observe_flights(flow, q, float(chatter), at, which):
-                check_stop()
+        add_values(kernel, own, Batches(discard, length, states[k], outcome[k], time[:, k], totals[:, k]), chatter)
 
     in_chunks(m, run, CHUNK)
     return Totals(totals * plan.scales, time, states, outcome)
 
 
-@lru_cache(maxsize=64)
-def in_modes(plan: Plan, d: Any) -> Plan:
-    """The formulas of impacts and flights of an impact system by the states of its definition with modes.
-
-    Speeds are the sizes of the velocity v towards the base wall; it is the rate of the place, or less that.
-    """
-    place, v, after = (sp.Symbol(f"_y_{name}", real=True) for name in (*ImpactSystem.states, f"v{AFTER}"))
-    first, *_ = d.transitions
-    of_place, *_ = first.function.coefficients
-    towards_base = -of_place
-    states = {
-        "impacts": dict(zip(plan.vocabulary.variables("impacts"), (sp.Abs(v), sp.Abs(after), place), strict=True)),
-        "flights": dict(zip(plan.vocabulary.variables("flights"), (place, towards_base * v), strict=True)),
-    }
-    formulas = {of: tuple(one.subs(states[of], simultaneous=True) for one in plan.formulas[of]) for of in states}
-    letters = [d.letters.index(one.letter) if one.letter and not one.begins else -1 for one in d.transitions]
-    counts = np.array([plan.rows["impacts"][k] & (k >= 0) for k in letters])
-    rows = {"impacts": counts, "flights": plan.rows["flights"]}
-    return replace(plan, vocabulary=of_modes(d, plan.vocabulary.parameter_names), formulas=formulas, rows=rows, departed=True)
-
-
-def _of_kernel(plan: Plan, system: "FlowSystem", kernel: Any) -> Plan:
+@singledispatch
+def plan_by_kernel(kernel: MotionKernel, plan: Plan) -> Plan:
     """The formulas by the states that a kernel follows."""
-    walls = isinstance(system, ImpactSystem) and isinstance(kernel, ModeKernel)
-    return in_modes(plan, kernel.definition) if walls else plan
+    return plan
 
 
-def panel_of(kernel: SpectralKernel | ModeKernel) -> float:
+@plan_by_kernel.register
+def _(kernel: ModeKernel, plan: Plan) -> Plan:
+    return plan_by_modes(kernel.system, plan.observables, kernel.definition, kernel.system.parameter_names())
+
+
+@singledispatch
+def add_values(kernel: Any, plan: Plan, which: Batches, chatter: float) -> None:
+    """Add the values of formulas along orbits to their totals, on one core."""
+    q, flow = plan.memory([*kernel.system.parameters.values()], panel_of(kernel)), kernel.flow
+    at = np.zeros(2, np.int64)
+    while not observe_flights(flow, q, float(chatter), at, which):
+        check_stop()
+
+
+@add_values.register
+def _(kernel: ModeKernel, plan: Plan, which: Batches, chatter: float) -> None:
+    table, at = kernel.table, np.zeros(2, np.int64)
+    seen = Observation(plan.memory(kernel.values, np.inf), memory(table, 0), np.zeros(2, np.int64))
+    w = memory(table, 0, chatter=chatter)
+    while not observed_modes(table, seen, at, which, w):
+        check_stop()
+
+
+def panel_of(kernel: SpectralKernel) -> float:
     """The longest part of a flight that one rule of integration covers; with modes these have longest steps of their own."""
-    if isinstance(kernel, ModeKernel):
-        return np.inf
     table = kernel.table
     count, first = int(table[layout.SIMPLE] + table[layout.CHAINED]), int(table[layout.AT_RATES])
     rates = np.hypot(*table[first : first + 2 * count].reshape(-1, 2).T) if count else np.zeros(1)
@@ -124,26 +112,33 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
     Args:
         rates: shape (P,), of change of the parameters.
     """
-    kernel: Any = system._kernel()
-    values, n = list(system.parameters.values()), states.shape[1]
-    plan = _of_kernel(plan, system, kernel)
-    if isinstance(kernel, ModeKernel):
-        states = kernel.starts(states)
-        by_state = _mode_slopes(kernel, plan, states, n, None, rates)
-        moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
-        by_parameters = _mode_slopes(kernel, plan, states, 1, moving, rates)
-        slopes = np.concatenate([by_state, by_parameters], axis=2)
-    else:
-        moved = kernel.formulas.along(system.parameter_names()).table([*values, *rates.tolist()])
-        slopes = np.empty((len(states), len(plan.columns), 3))
-
-        def run(k: slice) -> None:
-            q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
-            observed_slopes(kernel.flow, Slopes(flow_of(moved), q, g, slopes[k]), states[k], SUMMED_SPEED)
-
-        in_chunks(len(states), run)
+    kernel = system._kernel()
+    plan = plan_by_kernel(kernel, plan)
+    slopes: Floats = slopes_by(kernel, plan, kernel.starts(states), rates)
     slopes[:, plan.largest] = np.nan
     return slopes * plan.scales[:, None]
+
+
+@singledispatch
+def slopes_by(kernel: Any, plan: Plan, states: Floats, rates: Floats) -> Floats:
+    """As `slopes_of`, of totals that are not scaled."""
+    values = [*kernel.system.parameters.values()]
+    moved = kernel.formulas.along(kernel.system.parameter_names()).table([*values, *rates.tolist()])
+    slopes = np.empty((len(states), len(plan.columns), 3))
+
+    def run(k: slice) -> None:
+        q, g = plan.memory(values, panel_of(kernel), slopes=True), _directions(plan, rates, 3, True)
+        observed_slopes(kernel.flow, Slopes(flow_of(moved), q, g, slopes[k]), states[k], SUMMED_SPEED)
+
+    in_chunks(len(states), run)
+    return slopes
+
+
+@slopes_by.register
+def _(kernel: ModeKernel, plan: Plan, states: Floats, rates: Floats) -> Floats:
+    moving = moved_of(kernel.definition, kernel.table, kernel.values, rates)
+    by_state = _mode_slopes(kernel, plan, states, states.shape[1], None, rates)
+    return np.concatenate([by_state, _mode_slopes(kernel, plan, states, 1, moving, rates)], axis=2)
 
 
 def _mode_slopes(kernel: ModeKernel, plan: Plan, states: Floats, directions: int, moved: Moved | None, rates: Floats) -> Floats:

@@ -3,7 +3,6 @@
 Series are in time in longest steps of the mode; other quantities are in the units of the system, phases in radians.
 """
 
-
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
 from nsmaps.exact.modes.flights.laws import size_column, size_place, slope_column, slope_place

@@ -31,7 +31,7 @@ def arrivals_of(
     names = start_names(definition, forced=table.rate > 0)
     start = as_states(states, names)
     n, m = len(definition.states), len(definition.coordinates)
-    given = ("",) * len(start) if modes is None else (modes,) * len(start) if isinstance(modes, str) else tuple(modes)
+    given = modes_given(modes, len(start))
     if len(given) != len(start):
         raise StateError(f"{len(given)} modes of {len(start)} states; expected: one name, or as many as states")
     known = tuple(dict.fromkeys(definition.modes))
@@ -54,6 +54,11 @@ def arrivals_of(
     (_, images), (turns,), (codes,) = found.states, found.turns, found.codes
     rows = images, turns, codes, outcome, time
     return Arrivals(definition.coordinates, names, definition.letters, start, names_of_modes, *rows, slopes)
+
+
+def modes_given(modes: str | Sequence[str] | None, count: int) -> tuple[str, ...]:
+    """The names of the modes in which so many states are given, "" for any."""
+    return (modes or "",) * count if modes is None or isinstance(modes, str) else tuple(modes)
 
 
 def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: str) -> tuple[Outcome, float, int, Memory]:

@@ -9,6 +9,7 @@ from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.returns import CHATTER
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.tracks import Event, events_of, mode_track
+from nsmaps.exact.modes.tables.memory import FIRST
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.returns import Impacts
 from nsmaps.exact.words import CHATTER as CHATTERED
@@ -35,8 +36,9 @@ def flights_of(definition: Definition, table: Tables, impacts: Impacts, samples:
     """Times, displacements and velocities in the M - 1 flights between impacts, each of shape (M - 1, samples)."""
     if len(impacts.time) < 2:
         return (np.empty((0, samples)),) * 3
-    first, (base, *_) = 0, definition.transitions
-    (by_place, *_), start = base.function.coefficients, np.array([impacts.speed[first], impacts.phase[first]])
+    base, *_ = definition.transitions
+    by_place, *_ = base.function.coefficients
+    start = np.array([impacts.speed[FIRST], impacts.phase[FIRST]])
     track = mode_track(definition, table, start, len(impacts.time), samples, SUMMED_SPEED)
     places, speeds = np.moveaxis(track.states, -1, 0)
     return track.time, places, -float(by_place) * speeds

@@ -1,6 +1,8 @@
 """Why first returns and arrivals of a system with modes ended, in sentences."""
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -10,10 +12,9 @@ from nsmaps.exact.modes.blocks.batch_scheduler import returns
 from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, STEEP, STIFF
-from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone
-from nsmaps.exact.modes.paths.ends import ENDS, end_of
+from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone, modes_given
 from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
-from nsmaps.exact.modes.paths.tracks import events_from, events_of
+from nsmaps.exact.modes.paths.tracks import Event, events_from, events_of
 from nsmaps.exact.modes.tables.memory import (
     DOUBT_REASON,
     DOUBT_TIME,
@@ -30,6 +31,10 @@ from nsmaps.exact.modes.tables.memory import (
 )
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.outcome import Outcome
+
+FOLLOWED = 5_000  #: events of a motion that are looked at
+ENDS = Outcome.escaped, Outcome.rests, Outcome.endless
+LAST = 3  #: last events that are named of one that does not end
 
 
 def reasons_of(definition: Definition, table: Tables, start: Floats, chatter: float = SUMMED_SPEED) -> tuple[str, ...]:
@@ -53,9 +58,8 @@ def arrival_reasons_of(
 ) -> tuple[str, ...]:
     """As `HybridSystem.arrival_reasons`."""
     arrivals = arrivals_of(definition, table, states, modes, False)
-    given = ("",) * len(arrivals) if modes is None else (modes,) * len(arrivals) if isinstance(modes, str) else tuple(modes)
     sentences = []
-    for row, mode in zip(arrivals.start, given, strict=True):
+    for row, mode in zip(arrivals.start, modes_given(modes, len(arrivals)), strict=True):
         outcome, time, number, w = arrived_alone(definition, table, row, mode)
         if outcome == Outcome.invalid:
             sentences.append(in_no_mode(definition, table, row, mode))
@@ -71,6 +75,26 @@ def _sentence(definition: Definition, table: Tables, outcome: Outcome, time: flo
     """Why a motion ended, by what its memory holds; what is advised of the outcome where that is nothing."""
     why = WHY.get(outcome)
     return why(definition, table, time, w) if why else outcome.advice
+
+
+def end_of(definition: Definition, table: Tables, outcome: Outcome, mode: str, events: Iterable[Event]) -> str:
+    """How a motion that begins in a mode ended with `escaped`, `rests` or `endless`, by its events."""
+    named = [(definition.transitions[event.transition], event) for event in deque(islice(events, FOLLOWED), LAST)]
+    if outcome == Outcome.endless:
+        times = ", ".join(f"{one.name!r} after {event.time:.10g}" for one, event in named)
+        return f"{outcome.advice} Of its first {FOLLOWED:,} events the last are {times}."
+    after = "From the start on,"
+    for one, event in named[-1:]:
+        if event.mode < 0 and one.target < 0:
+            return f"The guard {one.name!r} ends the motion, {event.time:.10g} after the start."
+        mode = definition.modes[event.mode]
+        after = f"{event.time:.10g} after the start, after the event {one.name!r},"
+    if outcome == Outcome.rests:
+        return f"{after} the motion stays in contact, in the mode {mode!r}: the pressure never falls to zero."
+    return (
+        f"{after} no guard of the mode {mode!r} is met: within the horizon of {table.horizon:.6g}, or before the states "
+        "are larger than any float."
+    )
 
 
 def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) -> str:

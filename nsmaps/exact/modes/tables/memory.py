@@ -6,6 +6,7 @@ import numpy as np
 
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.addresses import by_address
+from nsmaps.exact.kernel import return_rows
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
 FIRST = 0  #: the first place of an array, as that of the starts in `Record.states`
@@ -138,12 +139,7 @@ class Record(NamedTuple):
 
 def record(start: Any, n: int, directions: int) -> Record:
     """Room for the first n returns of states (M, m)."""
-    count, m = start.shape
-    states = np.empty((n + 1, count, m))
-    states[FIRST] = start
-    codes, outcome, time = np.zeros((n, count), np.int64), np.zeros((n, count), np.int8), np.zeros((n, count))
-    tangents, margins = np.empty((n, count, m, directions)), np.zeros((n, count, 3))
-    return Record(states, np.zeros((n, count, m), np.int32), codes, outcome, time, tangents, margins)
+    return Record(*return_rows(start, n, directions), np.zeros((n, len(start), 3)))
 
 
 def still(p: Any) -> Moved:

@@ -173,12 +173,11 @@ def _size(spec: NoiseSection, study: "Study", system: "System") -> Size:
 def _seconds(spec: NoiseSection, system: "System") -> float:
     """The time of one return."""
     from nsmaps.dynamics.noise.law import usual_step
-    from nsmaps.exact.systems.hybrid import HybridSystem
 
     if spec.tau is None:
         return RETURN
     usual = usual_step(system, spec.tau)
-    return (NOISY_MODES if isinstance(system, HybridSystem) else NOISY) * max(1.0, usual / (spec.step or usual))
+    return (NOISY_MODES if system.obstacle() else NOISY) * max(1.0, usual / (spec.step or usual))
 
 
 def _numbers(result: "StudyResult") -> dict[str, Any]:
