@@ -150,7 +150,8 @@ def _differ(one: Row, other: Row) -> bool:
     """Whether two functions surely differ: at trial values they do, which is much faster than to simplify a difference."""
     for a, b in _pairs(one, other):
         if a != b:
-            x, y = (sp.N(expr.subs(trials(a, b)[0]), DIGITS) for expr in (a, b))
+            values, *_ = trials(a, b)
+            x, y = (sp.N(expr.subs(values), DIGITS) for expr in (a, b))
             if x.is_finite and y.is_finite and abs(x - y) > NEAR * (1 + abs(x)):
                 return True
     return False
