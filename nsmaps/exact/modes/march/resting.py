@@ -34,7 +34,7 @@ def contact_after(p, impact, mode, w):
     """The transition by which contact may begin after an impact, -1 for none."""
     for j in range(len(p.contacts)):
         of_impact = p.contacts[j] >= 0 and p.contacts[j] == p.impacts[impact] and p.mode[j] == mode
-        if of_impact and check_conditions(p, j, w.z, w).hold:
+        if of_impact and check_conditions(p, j, w.z, w).satisfied:
             return j
     return -1
 

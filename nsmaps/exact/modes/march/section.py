@@ -13,7 +13,7 @@ from nsmaps.exact.modes.tables.taylor import ROUNDING
 class Conditions(NamedTuple):
     """The conditions of a transition."""
 
-    hold: bool
+    satisfied: bool
     doubtful: bool  #: one of them is zero but for rounding
 
 
