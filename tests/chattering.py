@@ -4,31 +4,10 @@ from itertools import pairwise
 
 import mpmath as mp
 import numpy as np
-import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import CompleteChatter, Guard, HybridSystem, PoincareSection
-
-
-class Ball(HybridSystem):
-    """The bouncing ball, whose states are relative to the table."""
-
-    Gamma: float
-    r: float
-    states = ("x", "v")
-
-    def period(self):
-        return 2 * sp.pi
-
-    def modes(self, t, y):
-        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return PoincareSection("B", ("v", "phi"))
+from nsmaps import CompleteChatter, Guard
 
 
 class Held(TwoMasses):

@@ -1,33 +1,10 @@
 """Maps given by formulas, for the tests of what encloses and exports them."""
 
 import sympy as sp
+from systems import Logistic, Lozi
 
 from nsmaps import PiecewiseMap
 from nsmaps.coordinates import Angle
-
-
-class Lozi(PiecewiseMap):
-    """x' = 1 + y - a |x|, y' = b x, in its two affine pieces."""
-
-    a: float = 1.7
-    b: float = 0.5
-    coordinates = ("x", "y")
-
-    def pieces(self, x):
-        return {
-            "L": (x.x <= 0, {"x": 1 + self.a * x.x + x.y, "y": self.b * x.x}),
-            "R": (True, {"x": 1 - self.a * x.x + x.y, "y": self.b * x.x}),
-        }
-
-
-class Logistic(PiecewiseMap):
-    """x' = r x (1 - x)."""
-
-    r: float = 3.83
-    coordinates = ("x",)
-
-    def pieces(self, x):
-        return {"A": (True, {"x": self.r * x.x * (1 - x.x)})}
 
 
 class Root(PiecewiseMap):

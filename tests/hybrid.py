@@ -10,6 +10,7 @@ from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
+from systems import BallInModes
 
 from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 
@@ -98,22 +99,10 @@ class StrobedFriction(Friction):
         return PoincareSection("O", ("x", "u"))
 
 
-class BallUnderNoise(HybridSystem):
-    """A ball over a table that moves as Gamma sin t, at the place x relative to it."""
+class BallUnderNoise(BallInModes):
+    """The bouncing ball with noise in its acceleration."""
 
-    Gamma: float = 1.2
-    r: float = 0.4
-
-    states, noise = ("x", "v"), "noise"
-
-    def period(self):
-        return 2 * sp.pi
+    noise = "noise"
 
     def modes(self, t, y):
         return {"flight": {"x": y.v, "v": self.Gamma * sp.sin(t) - 1 + y.noise}}
-
-    def guards(self, t, y):
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t, y):
-        return PoincareSection("B", ("v", "phi"))

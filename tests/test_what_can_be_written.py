@@ -11,6 +11,7 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from systems import Logistic
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, ImpactSystem, Noise, PoincareSection, Returns, SlidingSurface, Wall
@@ -116,7 +117,7 @@ def noise():
     ):
         quiet = nsmaps.noisy_orbits(system, start, 1, Noise(sigma=0, tau=0.5))
         assert quiet.states[1, 0] == pytest.approx(system.first_return([start]).image[0], abs=1e-9)
-    for system, start, scale in ((pair, [0.8, 0.3], {"v": 1, "phi": 1}), (Logistic(a=2.5), [0.5], None)):
+    for system, start, scale in ((pair, [0.8, 0.3], {"v": 1, "phi": 1}), (Logistic(r=2.5), [0.5], None)):
         kicks = (
             nsmaps.noisy_orbits(system, start, 1, Noise(sigma=1e-3, scale=scale), 4000).states[1]
             - system.first_return([start]).image
@@ -261,16 +262,6 @@ def delay():
             made.first_return([[-1.0]])
 
 
-class Logistic(nsmaps.PiecewiseMap):
-    """x -> a x (1 - x), by its formula."""
-
-    a: float
-    coordinates = ("x",)
-
-    def pieces(self, x):
-        return {"R": (True, {"x": self.a * x.x * (1 - x.x)})}
-
-
 class InPython(nsmaps.System):
     """The same as a program."""
 
@@ -284,7 +275,7 @@ class InPython(nsmaps.System):
 
 def own_map():
     """Its fixed point 1 - 1/a has the multiplier 2 - a, and so a deviate of 1/sqrt(1 - (2 - a)^2) of the noise."""
-    for map in (Logistic(a=2.5), InPython(a=2.5)):
+    for map in (Logistic(r=2.5), InPython(a=2.5)):
         orbit = nsmaps.periodic_orbit(map, [0.5])
         assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
         square = nsmaps.observe(map, [0.6], 5, [{"name": "square", "formula": "x**2"}])
@@ -293,12 +284,12 @@ def own_map():
         assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
         with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
             track(map, [0.5], 2)
-    proved = verify(prove_map(Logistic(a=2.5), cycles=[([0.6], 1)]))
+    proved = verify(prove_map(Logistic(r=2.5), cycles=[([0.6], 1)]))
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
-    found = nsmaps.find_cycles(Logistic(a=2.5), [[0.3, 0.9]], 1)
+    found = nsmaps.find_cycles(Logistic(r=2.5), [[0.3, 0.9]], 1)
     assert [cycle.states[0, 0] for cycle in found.cycles] == [pytest.approx(0.6)]
-    assert all(nsmaps.export(Logistic(a=2.5), language) for language in LANGUAGES)
-    exec(nsmaps.export(Logistic(a=2.5), "python"), program := {})
+    assert all(nsmaps.export(Logistic(r=2.5), language) for language in LANGUAGES)
+    exec(nsmaps.export(Logistic(r=2.5), "python"), program := {})
     assert program["logistic"]([[0.2]])[0] == pytest.approx(0.4)
     with pytest.raises(nsmaps.NsmapsError, match="given by a program, and not by formulas"):
         nsmaps.export(InPython(a=2.5), "c")

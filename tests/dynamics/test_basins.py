@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from toys import GearRattle
+from systems import GearRattle
 
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates

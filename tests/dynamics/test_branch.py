@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from dynamics_implicit import flight, gaps, multipliers_test, solve
-from toys import BouncingBall
+from systems import BouncingBall
 
 import nsmaps
 from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, PoincareSection, Wall

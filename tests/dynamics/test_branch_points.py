@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from boxmaps import plain_returns
-from toys import Oscillator
+from systems import Oscillator
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection

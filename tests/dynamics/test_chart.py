@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from toys import BouncingBall
+from systems import BouncingBall
 
 import nsmaps
 from nsmaps.dynamics.charts import chart as module

@@ -6,7 +6,7 @@ import pytest
 from chattering import after_release, slopes_to_rest, sums_to_rest, until_rest
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
-from toys import DraggedBall
+from systems import DraggedBall
 
 import nsmaps
 from nsmaps import CompleteChatter, chatter_cascade, chatter_scaling, continue_branch

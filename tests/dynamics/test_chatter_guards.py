@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from chattering import Ball, Held, slopes_to_rest, sums_to_rest
+from chattering import Held, slopes_to_rest, sums_to_rest
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_buck_converter import BuckConverter
+from systems import BallInModes
 
 import nsmaps
 from nsmaps import CompleteChatter, Outcome, chatter_cascade, continue_branch
@@ -13,12 +14,12 @@ from nsmaps.errors import NsmapsError
 VALUES = {"Gamma": 1.3, "r": 0.5}
 
 
-BALL, PAIR = CompleteChatter(Ball(**VALUES)), CompleteChatter(Held(b=0.05, w=0.3, f=1.5, d=0, r=0.4, k2=2.0))
+BALL, PAIR = CompleteChatter(BallInModes(**VALUES)), CompleteChatter(Held(b=0.05, w=0.3, f=1.5, d=0, r=0.4, k2=2.0))
 
 
 def test_the_map_is_that_of_the_impact_system():
     states = np.column_stack([np.linspace(0.05, 3, 30), np.linspace(0, 6.2, 30)])
-    expected, found = (CompleteChatter(one) for one in (BouncingBall(**VALUES), Ball(**VALUES)))
+    expected, found = (CompleteChatter(one) for one in (BouncingBall(**VALUES), BallInModes(**VALUES)))
     here, there = expected.first_return(states, derivative=True), found.first_return(states * [-1, 1], derivative=True)
     assert (np.char.find(here.words, "B~B") == 0).sum() > 5
     assert here.words.tolist() == there.words.tolist()
@@ -58,7 +59,7 @@ def test_the_rest_shrinks_towards_its_end_as_that_of_the_impact_system():
     at = {"Gamma": 1.5973, "r": 0.5}
     rests = [
         map.rests(nsmaps.periodic_orbit(map, [sign, 2.0]).states)[0]
-        for map, sign in ((CompleteChatter(BouncingBall(**at)), 1), (CompleteChatter(Ball(**at)), -1))
+        for map, sign in ((CompleteChatter(BouncingBall(**at)), 1), (CompleteChatter(BallInModes(**at)), -1))
     ]
     assert rests[1] == pytest.approx(rests[0], abs=2e-7)
     assert 0.01 < rests[1] < 0.02

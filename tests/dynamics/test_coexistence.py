@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from toys import GearRattle
+from systems import GearRattle
 
 import nsmaps
 from nsmaps.coordinates import Angle

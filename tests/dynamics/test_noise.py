@@ -6,7 +6,7 @@ from functools import cache
 import mpmath as mp
 import numpy as np
 import pytest
-from toys import BouncingBall, Oscillator, Table
+from systems import BouncingBall, Oscillator, Table
 
 import nsmaps
 from nsmaps.dynamics.noise import orbits

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from toys import BouncingBall
+from systems import BouncingBall
 
 import nsmaps
 from nsmaps.errors import StateError

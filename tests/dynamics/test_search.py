@@ -4,7 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from toys import BouncingBall
+from systems import BouncingBall
 
 import nsmaps
 from nsmaps.dynamics.search import periodic_orbits

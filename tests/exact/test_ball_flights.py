@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
-from toys import DraggedBall, Oscillator, Textbook
+from systems import DraggedBall, Oscillator, Textbook
 
 from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.enclosure.arithmetic import elementary

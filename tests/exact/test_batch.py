@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import TILT
-from toys import BouncingBall, Oscillator, Table
+from systems import BouncingBall, Oscillator, Table
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.blocks import batch

@@ -8,7 +8,7 @@ import sympy as sp
 from digits import in_balls, number
 from flint import ctx
 from numba import njit
-from toys import BouncingBall, Dragged, Oscillator, Saddle, Table, Textbook
+from systems import BouncingBall, Dragged, Oscillator, Saddle, Table, Textbook
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight import bounds, flow

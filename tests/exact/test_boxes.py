@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from toys import BouncingBall, DraggedBall, Oscillator, Table
+from systems import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
 from nsmaps.exact.compiling.compiled import njit

@@ -12,7 +12,7 @@ import sympy as sp
 from digits import in_balls, number
 from flint import acb, arb, ctx
 from nsmaps_impact_oscillator import ImpactOscillator
-from toys import Dragged, Saddle, Table, Textbook
+from systems import Dragged, Saddle, Table, Textbook
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight import layout

@@ -5,8 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 import sympy as sp
-from chattering import Ball, Held, until_rest
+from chattering import Held, until_rest
 from nsmaps_bouncing_ball import BouncingBall
+from systems import BallInModes
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
@@ -18,7 +19,7 @@ SHARES = (0.0, SUMMED_SPEED, 1e-6, np.inf)
 VALUES, START = {"Gamma": 1.3, "r": 0.5}, np.array([[0.3, 3.5]])
 
 
-class After(Ball):
+class After(BallInModes):
     """The same, seen after impacts."""
 
     def section(self, t, y):
@@ -36,7 +37,7 @@ def until_release(returns, sign=1.0):
 def test_impacts_are_summed_as_of_impact_systems(share):
     """The same number of single impacts, but for a sum as soon as it is exact, whose bounds on the pressure's change differ."""
     expected = BouncingBall(**VALUES).orbits(START, 80, chatter=share)
-    found = Ball(**VALUES).orbits(START * [-1, 1], 80, derivative=True, chatter=share)
+    found = BallInModes(**VALUES).orbits(START * [-1, 1], 80, derivative=True, chatter=share)
     (n, image, time), (m, other, last) = until_release(expected), until_release(found, -1)
     assert abs(n - m) <= np.isinf(share)
     assert found.words[: min(n, m)].tolist() == ["BB"] * min(n, m)
@@ -47,9 +48,9 @@ def test_impacts_are_summed_as_of_impact_systems(share):
 
 
 def test_fewer_impacts_are_single_the_larger_the_share():
-    counts = [until_release(Ball(**VALUES).orbits(START * [-1, 1], 80, chatter=share))[0] for share in SHARES[1:]]
+    counts = [until_release(BallInModes(**VALUES).orbits(START * [-1, 1], 80, chatter=share))[0] for share in SHARES[1:]]
     assert counts[0] > 2 * counts[1] > 2 * counts[2] > 0
-    single = Ball(**VALUES).orbits(START * [-1, 1], 80, chatter=0)
+    single = BallInModes(**VALUES).orbits(START * [-1, 1], 80, chatter=0)
     assert single.words.tolist() == ["BB"] * 80
     assert abs(single.image[-1, 0]) == pytest.approx(0.5**79 * abs(single.image[0, 0]), rel=0.1)
 
@@ -57,7 +58,7 @@ def test_fewer_impacts_are_single_the_larger_the_share():
 @pytest.mark.parametrize("share", SHARES[1:])
 def test_the_time_of_accumulation_is_that_of_impacts_in_60_digits(share):
     """To third order, where the ball is not released: at the latest the impact at which the sum is exact to rounding."""
-    returns = Ball(Gamma=0.8, r=0.6).orbits([[-0.2, 1.0]], 80, chatter=share)
+    returns = BallInModes(Gamma=0.8, r=0.6).orbits([[-0.2, 1.0]], 80, chatter=share)
     n = int(np.argmax(returns.outcome == Outcome.rests))
     assert returns.outcome[n] == Outcome.rests
     expected = until_rest(0.8, 0.6, 0.2, 1.0) - 1
@@ -85,7 +86,7 @@ def test_a_sum_changes_no_other_state(r):
 
 
 def test_impacts_at_a_section_after_them_are_single_too():
-    before = Ball(**VALUES).orbits(START * [-1, 1], 80)
+    before = BallInModes(**VALUES).orbits(START * [-1, 1], 80)
     after = After(**VALUES).orbits(START * [0.5, 1], 80)
     (n, image, time), (m, other, last) = until_release(before), until_release(after)
     assert n == m
@@ -132,13 +133,13 @@ def test_no_event_falls_into_a_sum(s):
 def test_margins_are_those_of_impact_systems():
     states = np.column_stack([np.linspace(0.05, 3, 40), np.linspace(0, 6.2, 40)])
     expected = BouncingBall(**VALUES).first_return(states, margin=True).margin
-    found = Ball(**VALUES).first_return(states * [-1, 1], margin=True, chatter=0).margin
+    found = BallInModes(**VALUES).first_return(states * [-1, 1], margin=True, chatter=0).margin
     assert np.isfinite(expected.slowest).sum() > 30
     assert found.slowest == pytest.approx(expected.slowest, rel=1e-12)
-    assert Ball(**VALUES).first_return(states * [-1, 1]).margin is None
+    assert BallInModes(**VALUES).first_return(states * [-1, 1]).margin is None
 
 
-@pytest.mark.parametrize("system", [BouncingBall(**VALUES), Ball(**VALUES)])
+@pytest.mark.parametrize("system", [BouncingBall(**VALUES), BallInModes(**VALUES)])
 def test_all_functions_of_returns_have_the_rule(system):
     state = START[0] * ([1, 1] if isinstance(system, BouncingBall) else [-1, 1])
     few = until_release(system.orbits(state[None], 80, chatter=np.inf))[0]
@@ -160,7 +161,7 @@ def test_all_functions_of_returns_have_the_rule(system):
         system.first_return(start, chatter=-1)
 
 
-class Bare(Ball):
+class Bare(BallInModes):
     """The same without a contact that may last."""
 
     def guards(self, t, y):
@@ -168,7 +169,8 @@ class Bare(Ball):
 
 
 @pytest.mark.parametrize(
-    ("kind", "sign", "ended"), [(BouncingBall, 1, Outcome.rests), (Ball, -1, Outcome.rests), (Bare, -1, Outcome.accumulates)]
+    ("kind", "sign", "ended"),
+    [(BouncingBall, 1, Outcome.rests), (BallInModes, -1, Outcome.rests), (Bare, -1, Outcome.accumulates)],
 )
 def test_chatter_that_ends_below_rounding_is_no_attractor(kind, sign, ended):
     """On a table that never throws the ball off: by basins, diagrams and the limits of orbits, however few impacts are left."""

@@ -14,32 +14,12 @@ from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 from scipy.integrate import solve_ivp
+from systems import BallInModes
 
 import nsmaps
 from nsmaps import Axis, Grid, Guard, HybridSystem, ImpactSystem, PoincareSection
 from nsmaps.errors import ProofError, SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
-
-
-class Ball(HybridSystem):
-    """The bouncing ball."""
-
-    Gamma: float
-    r: float
-
-    states = ("x", "v")
-
-    def period(self) -> Any:
-        return 2 * sp.pi
-
-    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
-
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
-
-    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
-        return PoincareSection("B", ("v", "phi"))
 
 
 class Oscillator(BeforeWall):
@@ -61,9 +41,9 @@ def starts(n: int, fastest: float) -> Any:
 @pytest.mark.parametrize(
     ("impacts", "modes", "sign"),
     [
-        (BouncingBall(Gamma=1.8, r=0.5), Ball(Gamma=1.8, r=0.5), -1),
-        (BouncingBall(Gamma=1.2, r=0.9), Ball(Gamma=1.2, r=0.9), -1),
-        (BouncingBall(Gamma=2.5, r=0.0), Ball(Gamma=2.5, r=0), -1),
+        (BouncingBall(Gamma=1.8, r=0.5), BallInModes(Gamma=1.8, r=0.5), -1),
+        (BouncingBall(Gamma=1.2, r=0.9), BallInModes(Gamma=1.2, r=0.9), -1),
+        (BouncingBall(Gamma=2.5, r=0.0), BallInModes(Gamma=2.5, r=0), -1),
         (
             ImpactOscillator(zeta=0.05, w=0.4, A=2, wall=-0.5, r=0.6),
             Oscillator(zeta=0.05, w=0.4, A=2, wall=-0.5, r=0.6),
@@ -90,7 +70,7 @@ def test_words_images_and_derivatives_are_those_of_impact_systems(impacts: Impac
 
 def test_orbits_through_chatter_and_release() -> None:
     """Returns from the release on, whose speed is zero and whose acceleration is zero but for rounding."""
-    impacts, modes = BouncingBall(Gamma=1.8, r=0.3), Ball(Gamma=1.8, r=0.3)
+    impacts, modes = BouncingBall(Gamma=1.8, r=0.3), BallInModes(Gamma=1.8, r=0.3)
     expected, returns = impacts.orbits([[0.01, 1.0]], 300), modes.orbits([[-0.01, 1.0]], 300)
     assert (expected.outcome == Outcome.stuck).sum() > 5
     assert np.array_equal(expected.words, returns.words)
@@ -98,7 +78,7 @@ def test_orbits_through_chatter_and_release() -> None:
 
 
 def test_a_ball_that_is_never_released() -> None:
-    returns = Ball(Gamma=0.9, r=0.5).first_return([[0.0, 1.0], [-1e-14, 2.0]])
+    returns = BallInModes(Gamma=0.9, r=0.5).first_return([[0.0, 1.0], [-1e-14, 2.0]])
     assert list(returns.outcome) == [Outcome.rests] * 2
     assert list(returns.words) == ["B_", "B~"]
 
@@ -163,7 +143,7 @@ def test_release_by_a_second_mass() -> None:
     ],
 )  # fmt: skip
 def test_what_is_no_impact_has_no_contact(guard: Any, said: str) -> None:
-    class Wrong(Ball):
+    class Wrong(BallInModes):
         """A ball with another guard."""
 
         def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
@@ -185,7 +165,7 @@ def test_a_released_pair_goes_on() -> None:
     assert [attractor.label for attractor in nsmaps.basins(pair, grid, max_returns=600).attractors] == ["1:1/T"]
 
 
-class Strobe(Ball):
+class Strobe(BallInModes):
     """The ball once a period, on the table or in flight."""
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
@@ -232,8 +212,8 @@ def test_a_release_is_on_the_right_side_of_the_clock(s: float) -> None:
 
 
 def test_boxes_of_systems_with_contact_are_refused_and_those_that_accumulate_are_not_bounded() -> None:
-    with pytest.raises(ProofError, match=r"Ball.guards: 'B' has contact that lasts, and chatter cannot be enclosed"):
-        Ball(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])
+    with pytest.raises(ProofError, match=r"BallInModes.guards: 'B' has contact that lasts, and chatter cannot be enclosed"):
+        BallInModes(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])
     found = Endless(Gamma=0.3, r=0.4).image_boxes([[[0.1, 0.11], [0.0, 0.01]], [[8.0, 8.01], [9.0, 9.01]]])
     assert found.bounded.tolist() == [False, True]
     assert Endless(Gamma=0.3, r=0.4).first_return([[0.1, 0.0]]).outcome.tolist() == [Outcome.accumulates]

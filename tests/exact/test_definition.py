@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from pydantic import Field, PrivateAttr
-from toys import Oscillator, Table
+from systems import Oscillator, Table
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.compiling import compiled, kept
@@ -335,7 +335,7 @@ def run(code):
 
 def test_a_class_without_a_file_and_with_annotations_that_are_text():
     """As in a notebook."""
-    head = "from __future__ import annotations\nfrom toys import Table\nimport sympy as sp\n"
+    head = "from __future__ import annotations\nfrom systems import Table\nimport sympy as sp\n"
     good = (
         "class Mine(Table):\n    pull: float = 1.0\n    def displacement(self, t, hit):\n"
         "        s = t - hit.t\n        return hit.z + hit.w * s - self.pull * s**2 / 2"

@@ -15,7 +15,7 @@ from flint import ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from toys import BouncingBall, Oscillator, Table
+from systems import BouncingBall, Oscillator, Table
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import NsmapsError, ParameterError, StateError, SystemDefinitionError
@@ -232,7 +232,7 @@ def test_a_constant_in_another_file_is_part_of_the_formula(tmp_path, monkeypatch
     """A kernel is found again by the text of all that its formulas are made of."""
     (tmp_path / "constants_of_fall.py").write_text("G = 1\n")
     (tmp_path / "fall_system.py").write_text(
-        "from toys import Table\nfrom constants_of_fall import G\n\n\nclass Fall(Table):\n"
+        "from systems import Table\nfrom constants_of_fall import G\n\n\nclass Fall(Table):\n"
         "    def displacement(self, t, hit):\n        s = t - hit.t\n        return hit.z + hit.w * s - G * s**2 / 2\n"
     )
     monkeypatch.syspath_prepend(tmp_path)
@@ -249,7 +249,7 @@ def test_a_constant_in_another_file_is_part_of_the_formula(tmp_path, monkeypatch
 
 def test_a_class_without_a_file_works():
     code = (
-        "import sys; sys.path[:0] = sys.argv[1:]\nfrom toys import Table\n"
+        "import sys; sys.path[:0] = sys.argv[1:]\nfrom systems import Table\n"
         "class Mine(Table):\n    pass\n"
         "print(Mine(height=10.0).first_return([[1.0, 0.0]]).time[0])"
     )

@@ -11,7 +11,7 @@ import sympy as sp
 from digits import in_balls, number, root
 from flint import arb, ctx
 from scipy.spatial import cKDTree
-from toys import BouncingBall, Oscillator, Table
+from systems import BouncingBall, Oscillator, Table
 
 from nsmaps.coordinates import TWO_PI, nearest_turn
 from nsmaps.errors import StateError

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from rocking import DIGITS, EPS, Block, Flight, Return, first_return
-from toys import BouncingBall
+from systems import BouncingBall
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.outcome import Outcome

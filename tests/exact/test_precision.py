@@ -76,7 +76,7 @@ def test_evaluations_per_flight():
 import sys; sys.path[:0] = sys.argv[1:]
 import numpy as np
 from conftest import vi_pair
-from toys import BouncingBall, Oscillator
+from systems import BouncingBall, Oscillator
 from nsmaps.exact.engine import march, returns
 from nsmaps.exact.engine.flight import flow
 for system, top in ((vi_pair(0.3), 1.2), (BouncingBall(a=1.3), 3.0), (Oscillator(zeta=0.05, w=0.81, gap=0.7), 2.0)):

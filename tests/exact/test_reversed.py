@@ -11,6 +11,7 @@ from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
+from systems import BallInModes
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -97,16 +98,10 @@ def test_a_section_at_two_walls_leads_back_too():
     assert np.abs(pair.coordinates.difference(back.image, states)).max() < 1e-12
 
 
-class Ball(HybridSystem):
-    """The bouncing ball, whose states are relative to the table."""
+class Ball(BallInModes):
+    """With other events or another reset, or with a table that nothing rests on."""
 
-    Gamma: float
-    r: float
     kind: str = ""
-    states = ("x", "v")
-
-    def period(self):
-        return 2 * sp.pi
 
     def modes(self, t, y):
         flight = {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}
@@ -123,9 +118,6 @@ class Ball(HybridSystem):
         speed = sp.exp(y.v) - 1 if self.kind == "bent" else -self.r * y.v
         again = {"E": Guard("other", y.x, ends=True)} if self.kind else {}
         return {"B": Guard("flight", y.x, reset={"v": speed}), **again}
-
-    def section(self, t, y):
-        return PoincareSection("B", ("v", "phi"))
 
 
 def test_the_stable_manifold_is_that_of_the_impact_system():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from toys import BouncingBall
+from systems import BouncingBall
 
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.surfaces.slice import slice_along

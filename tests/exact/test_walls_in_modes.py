@@ -8,7 +8,7 @@ import sympy as sp
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
-from toys import Table
+from systems import Table
 
 from nsmaps import ImpactSystem, Wall
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError

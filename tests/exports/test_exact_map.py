@@ -9,7 +9,7 @@ import as_python
 import numpy as np
 import pytest
 import sympy as sp
-import toys
+import systems
 from run_c import Program
 
 import nsmaps
@@ -42,10 +42,10 @@ SYSTEMS = {
     ),
     "no lift": (lambda: nsmaps.load_system("bouncing_ball", Gamma=0.6, r=0.4), 3.0, 5000, {"returned", "rests"}),
     "no wall met": (lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.1, wall=2.0), 3.0, 2000, {"escaped"}),
-    "curved law": (lambda: toys.DraggedBall(a=0.7), 3.0, 20_000, {"returned"}),
-    "two walls": (lambda: toys.Oscillator(zeta=0.1, w=2.2, gap=0.1), 3.0, 20_000, {"returned"}),
-    "equal rates": (lambda: toys.Oscillator(zeta=1, w=2.2, gap=0.1, damping="critical"), 3.0, 20_000, {"undecided"}),
-    "growing": (lambda: toys.Saddle(k=3.0), 3.0, 20_000, {"returned"}),
+    "curved law": (lambda: systems.DraggedBall(a=0.7), 3.0, 20_000, {"returned"}),
+    "two walls": (lambda: systems.Oscillator(zeta=0.1, w=2.2, gap=0.1), 3.0, 20_000, {"returned"}),
+    "equal rates": (lambda: systems.Oscillator(zeta=1, w=2.2, gap=0.1, damping="critical"), 3.0, 20_000, {"undecided"}),
+    "growing": (lambda: systems.Saddle(k=3.0), 3.0, 20_000, {"returned"}),
 }
 
 

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import exported
 import numpy as np
 import pytest
-import toys
+import systems
 from typer.testing import CliRunner
 
 import nsmaps
@@ -24,7 +24,7 @@ from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.symbolic.curve_iterates import second_iterate
 
 STUDY = f"""\
-system: {Path(toys.__file__)}:BouncingBall
+system: {Path(systems.__file__)}:BouncingBall
 parameters: {{a: 0.2, r: 0.5}}
 grid:
   v: {{from: 0.05, to: 0.5, points: 21}}
@@ -57,7 +57,7 @@ def test_errors_name_what_is_accepted():
     with pytest.raises(NsmapsError, match="a dict cannot be exported; expected: PolyMap, CompositeMap"):
         nsmaps.export({}, "c")
     with pytest.raises(NsmapsError, match="BouncingBall as 'matlab': its map is implicit; expected: latex, or c and julia of"):
-        nsmaps.export(toys.BouncingBall(a=0.3), "matlab")
+        nsmaps.export(systems.BouncingBall(a=0.3), "matlab")
     with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*expected: numbers, as by at"):
         nsmaps.export(second_iterate(PolynomialFit(degrees={"v": 3, "phi": 2})), "c")
     with pytest.raises(NsmapsError, match="the map has no piece"):
@@ -114,7 +114,7 @@ def a_result():
     chosen = SimpleNamespace(domain="first")
     return SimpleNamespace(
         study=SimpleNamespace(name="mine", title="A title", domains=sections, second_iterate=chosen),
-        system=toys.BouncingBall(a=0.3),
+        system=systems.BouncingBall(a=0.3),
         composite=whole,
         parametric=exported.parametric(),
         second_iterate=second_iterate(whole.piece("R1").map, -0.3, 0.5),

@@ -7,7 +7,7 @@ import subprocess
 import exported
 import pytest
 import sympy as sp
-import toys
+import systems
 
 import nsmaps
 from nsmaps.reduced.fit.polyfit import PolynomialFit
@@ -18,9 +18,9 @@ THINGS = {name: case[0] for name, case in exported.cases().items()} | {
     "awkward": exported.awkward(),
     "general": second_iterate(POLY23),
     "in d": second_iterate(exported.parametric(), piece="P0"),
-    "ball": toys.BouncingBall(a=0.3),
-    "oscillator": toys.Oscillator(zeta=0.1, w=2.0, gap=0.5),
-    "table": toys.Table(height=1.0),
+    "ball": systems.BouncingBall(a=0.3),
+    "oscillator": systems.Oscillator(zeta=0.1, w=2.0, gap=0.5),
+    "table": systems.Table(height=1.0),
     "VI pair": nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113),
 }
 

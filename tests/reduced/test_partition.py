@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from pydantic import ValidationError
-from toys import BouncingBall
+from systems import BouncingBall
 
 from nsmaps.coordinates import TWO_PI, Angle, wrap
 from nsmaps.dynamics.orbit import orbit

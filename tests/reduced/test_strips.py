@@ -3,7 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
-from toys import BouncingBall, Oscillator
+from systems import BouncingBall, Oscillator
 
 from nsmaps import ReturnMap, orbit
 from nsmaps.errors import FitError, StateError

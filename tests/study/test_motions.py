@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import toys
+import systems
 from typer.testing import CliRunner
 
 import nsmaps
@@ -56,7 +56,7 @@ def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: Path) -> None
 def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
     """Up to 46 intervals of chaos beside itself were told; the rattle has two attractors where 1:1/T is beside 2:1/2T and on."""
     Path("s.yaml").write_text(f"""\
-system: {toys.__file__}:GearRattle
+system: {systems.__file__}:GearRattle
 parameters: {{eps: 0.3}}
 bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, direction: both}}
 """)

@@ -9,7 +9,7 @@ from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
 from pydantic import Field
-from toys import Table
+from systems import Table
 
 from nsmaps.errors import CheckError, SystemDefinitionError
 from nsmaps.exact.systems.system import ImpactSystem

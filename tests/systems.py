@@ -1,4 +1,6 @@
-"""Small impact systems for the tests, with closed forms of every kind that a flight may take."""
+"""Example systems of the tests: impact systems with closed forms of every kind that a flight may take, a ball in modes,
+and maps.
+"""
 
 from collections.abc import Mapping
 from types import SimpleNamespace
@@ -7,6 +9,7 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field
 
+from nsmaps import Guard, HybridSystem, PiecewiseMap, PoincareSection
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall
 
@@ -197,3 +200,48 @@ class Saddle(ImpactSystem):
         s, x = t - hit.t, sp.Dummy()
         z, w = hit.z - steady(hit.t), hit.w - steady(x).diff(x).subs(x, hit.t)
         return steady(t) + z * sp.cosh(self.k * s) + w / self.k * sp.sinh(self.k * s)
+
+
+class BallInModes(HybridSystem):
+    """The bouncing ball, whose states are relative to the table."""
+
+    Gamma: float = 1.2
+    r: float = 0.4
+
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": -1 + self.Gamma * sp.sin(t)}}
+
+    def guards(self, t, y):
+        return {"B": Guard("flight", y.x, reset={"v": -self.r * y.v}, rests="table")}
+
+    def section(self, t, y):
+        return PoincareSection("B", ("v", "phi"))
+
+
+class Lozi(PiecewiseMap):
+    """x' = 1 + y - a |x|, y' = b x, in its two affine pieces."""
+
+    a: float = 1.7
+    b: float = 0.5
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {
+            "L": (x.x <= 0, {"x": 1 + self.a * x.x + x.y, "y": self.b * x.x}),
+            "R": (True, {"x": 1 - self.a * x.x + x.y, "y": self.b * x.x}),
+        }
+
+
+class Logistic(PiecewiseMap):
+    """x' = r x (1 - x)."""
+
+    r: float = 3.83
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {"A": (True, {"x": self.r * x.x * (1 - x.x)})}
