@@ -71,7 +71,9 @@ def _model(made: dict[str, Any], section: str) -> dict[str, Any]:
     holders = [made, *made["$defs"].values()]
     found = next(holder["properties"][section] for holder in holders if section in holder.get("properties", {}))
     (name,) = {*re.findall(r"#/\$defs/(\w+)", json.dumps(found))} - {"Instance"}
-    return made["$defs"][name]
+    model = made["$defs"][name]
+    entries = {*re.findall(r"#/\$defs/(\w+)", json.dumps(model.get("items", {})))} - {"Instance"}
+    return made["$defs"][entries.pop()] if entries else model
 
 
 def text() -> str:

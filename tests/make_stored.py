@@ -1,7 +1,4 @@
-"""Writes stored runs into tests/data, of further studies in this FORMAT or of all studies in a new one; older folders stay.
-
-python tests/make_stored.py STUDY..., such as new.yaml or tests/data/run-format-3/*/study.yaml
-"""
+"""Writes the stored runs in tests/data again, from their studies: python tests/make_stored.py [NAME...]."""
 
 import sys
 from pathlib import Path
@@ -11,22 +8,20 @@ import numpy as np
 import nsmaps
 from nsmaps.study.reading.reader import read_study
 from nsmaps.study.store.archive import FORMAT
-from nsmaps.study.store.renewed import renewed
-from nsmaps.study.study import Study
 
-DATA = Path(__file__).parent / "data"
+STORED = Path(__file__).parent / "data" / f"run-format-{FORMAT}"
 
 
-def main(studies: list[str]) -> None:
-    """Run every study, which may have former keys, and compress its arrays."""
-    for file in studies:
-        study = read_study(Path(file), Path(file).stem, translate=lambda data: renewed(data, Study))
-        folder = DATA / f"run-format-{FORMAT}" / study.name
-        if folder.exists():
-            raise SystemExit(f"{folder} is there; stored runs of a format are not written again")
-        nsmaps.run(study, out=folder)
-        arrays = dict(np.load(folder / "arrays.npz", allow_pickle=False))
-        np.savez_compressed(folder / "arrays.npz", allow_pickle=False, **arrays)
+def main(names: list[str]) -> None:
+    """Run the studies of these folders, or of all, and compress their arrays."""
+    for folder in sorted(STORED.iterdir()):
+        if not names or folder.name in names:
+            study = read_study(folder / "study.yaml", folder.name)
+            for file in folder.iterdir():
+                file.unlink()
+            nsmaps.run(study, out=folder)
+            arrays = dict(np.load(folder / "arrays.npz", allow_pickle=False))
+            np.savez_compressed(folder / "arrays.npz", allow_pickle=False, **arrays)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,8 +30,6 @@ REST = 1e-10  # largest move of a bound in an update, relative to the start box,
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AttractingDomain(WithCoordinates, Result):
     """A box to which the worst case of a map converges; `claim` states on what basis, and for which map."""
-
-    was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}  #: fields of earlier runs
 
     of: str  #: the map that the bound, or the estimate, is for, such as "fitted map R1" or "exact map"
     coordinates: Coordinates

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -20,7 +20,6 @@ Part = Literal[0, 1, 2]
 class Update(Result):
     """One update of the auxiliary maps: their envelopes on a box, and both iterations of them."""
 
-    was: ClassVar = {"trapped": "forward_invariant"}  #: fields of earlier runs
     number: int
     box: Floats = field(metadata=array("component end", "A^(N)"))
     envelopes: tuple[Envelope, ...]  #: one a coordinate

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -170,7 +170,6 @@ class Trap:
     """Cells around a component that are forward invariant under the map if `forward_invariant`."""
 
     __repr__ = brief
-    was: ClassVar = {"trapped": "forward_invariant"}  #: fields of earlier runs
 
     of: str
     cells: Cells

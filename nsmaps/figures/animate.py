@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
@@ -123,7 +123,7 @@ def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     grid = next(iter(named.values())).grid
     coarse = {name: axis.model_copy(update={"points": min(axis.points, _FINE)}) for name, axis in grid.axes.items()}
     surfaces = surfaces_of(result.system, Grid(axes=coarse), [result.family(name) for name in named])
-    (sheet,) = surface_sheets(replace(result, surfaces=surfaces))
+    (sheet,) = surface_sheets(result.with_parts({"surfaces": surfaces}))
     figure, count = sheet.figure(width=_WIDTH), frames or _TURN
     spaces = [ax for ax in figure.axes if isinstance(ax, Axes3D)]
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, RootModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from nsmaps.errors import near_match
@@ -43,8 +43,6 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     kind, value = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         known = accepted_keys(model, loc[:-1])
-        if new := _renamed(model, loc[:-1], name):
-            return Complaint(loc, f"{name!r} is now {new!r}", at_key=True)
         return Complaint(loc, f"unknown {what} {name!r}; expected: {', '.join(known)}{near_match(name, known)}", at_key=True)
     if kind == "missing":
         return Complaint(loc[:-1], f"the {what} {name!r} is missing")
@@ -52,8 +50,6 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
         cause = problem["ctx"]["error"]
         return Complaint(loc, str(cause), cause=cause)
     if kind == "literal_error":
-        if new := _renamed(model, loc[:-1], value):
-            return Complaint(loc, f"{value!r} is now {new!r}")
         expected = problem["ctx"]["expected"]
         if known := re.findall(r"'([^']*)'", expected):
             return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
@@ -61,13 +57,6 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
     accepted = "a list, in brackets" if kind == "tuple_type" else accepted
     return Complaint(loc, f"{name} is {_brief(value)}; expected: {accepted}")
-
-
-def _renamed(model: type[BaseModel] | None, loc: tuple[str | int, ...], name: object) -> str | None:
-    """The current name of a key or word of the innermost model at `loc`, by its `was`; None if it has not changed."""
-    steps = next((loc[:n] for n in range(len(loc), 0, -1) if _is_model(_section(model, loc[:n]))), ())
-    was: dict[object, str] = getattr(_section(model, steps), "was", {})
-    return was.get(name) if isinstance(name, str) else None
 
 
 def refused(error: ValidationError, model: type[BaseModel]) -> str:
@@ -109,6 +98,8 @@ def bare(annotation: Any) -> Any:
 def inside(annotation: Any, step: str | int) -> Any:
     """The annotation of the field, value or item that one step of a location leads to."""
     here = bare(annotation)
+    if _is_model(here) and issubclass(here, RootModel):
+        return inside(here.model_fields["root"].annotation, step)
     if _is_model(here):
         fields = {field.alias or name: field.annotation for name, field in here.model_fields.items()}
         return fields.get(str(step))

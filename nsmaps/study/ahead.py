@@ -20,12 +20,11 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.sections.registry import SECTIONS
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
     from nsmaps.study.binding import Plan
-    from nsmaps.study.study import Study
+    from nsmaps.study.reading.head import Head as Study
 
 
 def _composite(system: "System") -> None:
@@ -57,7 +56,7 @@ CALLS: dict[str, Callable[["System"], None]] = {"composite": _composite, "boxes"
 
 def calls_of(study: "Study") -> list[str]:
     """The calls whose code the steps of a study need."""
-    called = {name for section in SECTIONS if study.names(section.key) for name in section.calls(getattr(study, section.key))}
+    called = {name for analysis in study.analyses().values() for name in analysis.calls()}
     return [name for name in CALLS if name in called]
 
 

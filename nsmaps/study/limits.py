@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
 from nsmaps.study.estimates import GIGABYTE, HOUR, Size
-from nsmaps.study.steps import SECTION, steps_of
+from nsmaps.study.steps import analyses_by_step
 from nsmaps.study.study import Study
 
 if TYPE_CHECKING:
@@ -24,10 +24,7 @@ VARIABLE = "NSMAPS_MAX_{}"
 
 def sizes(study: Study, system: "System") -> dict[str, Size | None]:
     """The size of each step of a run, None where it cannot be estimated."""
-    sections = [SECTION[name] for name in steps_of(study)[1:]]
-    return {
-        section.name: section.size(getattr(study, section.key), study, system) if section.size else None for section in sections
-    }
+    return {name: analysis.size(study, system) for name, analysis in analyses_by_step(study).items()}
 
 
 def total(found: Mapping[str, Size | None]) -> Size:
@@ -57,8 +54,8 @@ def check_sizes(
             name = max(known, key=lambda name: known[name].memory if what == "memory" else known[name].seconds)
             option = "max-memory" if what == "memory" else "max-hours"
             raise study.source.error(
-                (SECTION[name].key,),
-                f"a run is estimated to need {amount:.2g} {unit} of {what}, most of it for {SECTION[name].key!r}; expected: "
+                (key := analyses_by_step(study)[name].key,),
+                f"a run is estimated to need {amount:.2g} {unit} of {what}, most of it for {key!r}; expected: "
                 f"at most {limit:.3g}, or another limit by --{option} or {VARIABLE.format(option.removeprefix('max-').upper())}",
                 key=True,
             )

@@ -6,7 +6,6 @@ from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import as_number
 from nsmaps.study.binding import Binding, Plan
 from nsmaps.study.reading.references import check_references
-from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 
@@ -14,8 +13,7 @@ def prepare(study: Study) -> Plan:
     """The study's objects; raises StudyError at the first line that is not consistent with the system or the study."""
     binding = Binding(study, _system(study))
     check_references(study)
-    named = [section for section in SECTIONS if study.names(section.key)]
-    return Plan(study, binding.system, {each.key: each.bind(getattr(study, each.key), binding) for each in named})
+    return Plan(study, binding.system, {key: analysis.bind(binding) for key, analysis in study.analyses().items()})
 
 
 def _system(study: Study) -> System:

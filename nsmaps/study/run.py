@@ -23,7 +23,7 @@ from nsmaps.study.limits import check_sizes
 from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
-from nsmaps.study.steps import STEPS, steps_of
+from nsmaps.study.steps import compute_step, steps_of
 from nsmaps.study.store.archive import BrokenRun, read_result, versions_of, write
 from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
 from nsmaps.study.store.run_folder import check_folder, writable
@@ -140,9 +140,9 @@ class _Run:
         begun = perf_counter()
         with working(name, progress) as step:
             jobs = Jobs(self.executor, self.folder and self.folder / PARTS / name, progress=step.reached)
-            changes = STEPS[name](replace(self.plan, jobs=jobs), self.result)
+            changes = compute_step(name, replace(self.plan, jobs=jobs), self.result)
         timings = {**self.result.timings, name: perf_counter() - begun}
-        self.result = replace(self.result, **changes, timings=timings)
+        self.result = replace(self.result.with_parts(changes), timings=timings)
         if self.folder:
             with writable(self.folder):
                 keep_step(self.result, name, changes, self.folder)

@@ -1,40 +1,133 @@
-"""The grammar of a study's file: a frozen model whose keys are the sections; an unknown key is an error."""
+"""The grammar of a study's file: a frozen model whose keys are the analyses; an unknown key is an error."""
 
 import re
+from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, Literal
 
-from pydantic import create_model
+from pydantic import Field, create_model
 
 from nsmaps.figures.catalogue import FigureName
 from nsmaps.study.reading.head import Head
-from nsmaps.study.sections.registry import SECTIONS
+from nsmaps.study.sections.base import Steps
+from nsmaps.study.sections.longrun.basins import BasinsSection
+from nsmaps.study.sections.longrun.noise import NoiseSection
+from nsmaps.study.sections.longrun.observables import ObservablesSection
+from nsmaps.study.sections.longrun.orbits import Orbits
+from nsmaps.study.sections.maps.composite import Pieces
+from nsmaps.study.sections.maps.diagonal import DiagonalSection
+from nsmaps.study.sections.maps.parametric import ParametricSection
+from nsmaps.study.sections.maps.partition import PartitionSection
+from nsmaps.study.sections.maps.second_iterate import SecondIterateSection
+from nsmaps.study.sections.maps.slices import Slices
+from nsmaps.study.sections.maps.surfaces import Families, Spans
+from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
+from nsmaps.study.sections.parameters.branches import Branches
+from nsmaps.study.sections.parameters.chart import ChartSection
+from nsmaps.study.sections.parameters.global_continuation import GlobalContinuationSection
+from nsmaps.study.sections.parameters.lyapunov import LyapunovSection
+from nsmaps.study.sections.parameters.optimum import OptimumSection
+from nsmaps.study.sections.parameters.stability import StabilitySection
+from nsmaps.study.sections.sets.auxiliary_map import AuxiliaryMapSection
+from nsmaps.study.sections.sets.domains import Domains
+from nsmaps.study.sections.sets.exit_times import ExitTimesSection
+from nsmaps.study.sections.sets.horseshoe import HorseshoeSection
+from nsmaps.study.sections.sets.manifolds import Manifolds
+from nsmaps.study.sections.sets.morse import MorseSection
+from nsmaps.study.sections.sets.proof import ProofSection
 
-if TYPE_CHECKING:
-    Claim = str
-else:
-    Claim = Literal[tuple(claim for section in SECTIONS for claim in section.claims)]
+
+class Study(Head):
+    """One study: a system by name, its parameters, and the analyses that are to be computed, in the order of a run.
+
+    It holds the system's name, not the system, so that it can be written to a file and read again.
+    """
+
+    grid: Spans | None = None
+    families: Families = Families()
+    slices: Slices = Slices()
+    diagonal: DiagonalSection | None = None
+    composite: Pieces = Pieces()
+    partition: PartitionSection | None = None
+    parametric: ParametricSection | None = None
+    orbits: Orbits = Orbits()
+    bifurcation: BifurcationSection | None = None
+    branches: Branches = Branches()
+    stability: StabilitySection | None = None
+    chart: ChartSection | None = None
+    lyapunov: LyapunovSection | None = None
+    basins: BasinsSection | None = None
+    global_continuation: GlobalContinuationSection | None = None
+    manifolds: Manifolds = Manifolds()
+    observables: ObservablesSection | None = None
+    optimum: OptimumSection | None = None
+    noise: NoiseSection | None = None
+    domains: Domains = Domains()
+    second_iterate: SecondIterateSection | None = None
+    auxiliary_map: AuxiliaryMapSection | None = None
+    morse: MorseSection | None = None
+    exit_times: ExitTimesSection | None = None
+    proof: ProofSection | None = None
+    horseshoe: HorseshoeSection | None = None
+    figures: tuple[FigureName, ...] = ()
+    require: tuple[Literal["covered", "tolerance"], ...] = ()
+    expected_failures: dict[str, str] = Field(
+        default_factory=dict
+    )  #: by the name of a verdict that is not required: the meaning of its failure
+
+    @classmethod
+    def kinds(cls) -> dict[str, type[Steps]]:
+        """The classes of the analyses by the keys of their sections, in the order of a run."""
+        return _kinds(cls)
+
+    @classmethod
+    def parts_of_result(cls) -> dict[str, Any]:
+        """What a result has without them: the parts of all analyses, by name, with their values where none was computed."""
+        return _parts(cls)
+
+    def stored_parts(self) -> list[str]:
+        """The names of the parts of a result that are written to files."""
+        return [name for kind in self.kinds().values() if kind.stored for name in kind.results]
+
+    def analyses(self) -> dict[str, Steps]:
+        """The analyses that the study names, by key, in the order of a run."""
+        return {key: getattr(self, key) for key in self.kinds() if self.names(key)}
+
+    def concluding(self) -> Iterator[Steps]:
+        """The analyses that may have something to say of a result: those named, and lists whose results another one computes."""
+        for key in self.kinds():
+            if (analysis := getattr(self, key)) is not None:
+                yield analysis
 
 
-class _Head(Head):
-    """The keys of a study other than its sections, and what its sections were called."""
+@cache
+def _kinds(cls: type[Study]) -> dict[str, type[Steps]]:
+    """The analyses among the fields of a study, by key."""
+    found = {}
+    for key, each in cls.model_fields.items():
+        candidates = (each.annotation, *getattr(each.annotation, "__args__", ()))
+        kind = next((kind for kind in candidates if isinstance(kind, type) and issubclass(kind, Steps)), None)
+        if kind is not None:
+            found[key] = kind
+    return found
 
-    was: ClassVar[dict[str, str]] = {section.was: section.key for section in SECTIONS if section.was}
+
+@cache
+def _parts(cls: type[Study]) -> dict[str, Any]:
+    """The parts of a result of a study, by name."""
+    return {name: empty for kind in cls.kinds().values() for name, empty in kind.results.items()}
 
 
-_FIELDS: dict[str, Any] = {section.key: (section.type, section.default) for section in SECTIONS} | {
-    "figures": (tuple[FigureName, ...], ()),
-    "require": (tuple[Claim, ...], ()),
-    "expected_failures": (dict[str, str], {}),  # by the name of a verdict that is not required: the meaning of its failure
-}
-_TEXT = """One study: a system by name, its parameters, and the sections that are to be computed.
+@cache
+def _study_with(others: tuple[tuple[str, type[Steps]], ...]) -> type[Study]:
+    fields: Any = {key: (kind | None, None) for key, kind in others}
+    return create_model("Study", __base__=Study, __module__=__name__, __doc__=Study.__doc__, **fields)
 
-It holds the system's name, not the system, so that it can be written to a file and read again.
-"""
-if TYPE_CHECKING:
-    Study = Head
-else:
-    Study = create_model("Study", __base__=_Head, __module__=__name__, __doc__=_TEXT, **_FIELDS)
+
+def study_with(others: Mapping[str, type[Steps]]) -> type[Study]:
+    """The grammar of studies that name analyses of other packages or files, too, by key; the same class for the same analyses."""
+    return _study_with(tuple(others.items())) if others else Study
 
 
 def name_of(path: Path) -> str:

@@ -1,7 +1,6 @@
 """Animations: as many pictures as asked, none like the one before, whole files only, and errors that say what to do."""
 
 import os
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -76,7 +75,7 @@ def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
     with pytest.raises(NsmapsError, match="no format 'mp3', did you mean 'mp4'"):
         animate(result, "cobweb", tmp_path, "mp3")
     with pytest.raises(NsmapsError, match=r"'cobweb' .* name 'composite' or a 'partition' of kind closed_form in the study"):
-        animate(replace(result, composite=None), "cobweb", tmp_path)
+        animate(result.with_parts({"composite": None}), "cobweb", tmp_path)
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
     with pytest.raises(NsmapsError, match=r"the program ffmpeg, which is not on the path; install it .* or ask for gif"):
         animate(result, "cobweb", tmp_path, "mp4")
@@ -134,7 +133,7 @@ def test_late_steps_of_a_cobweb_are_quicker_unless_a_rate_is_named(result, tmp_p
 
 
 def test_a_file_is_written_where_one_is_named(tmp_path):
-    stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
+    stored = Path(__file__).parents[1] / "data" / "run-format-4" / "run"
     words = ["animate", str(stored), "cobweb", "--frames", "3", "--dpi", "30", "--quiet", "--out"]
     done = CliRunner().invoke(app, [*words, str(tmp_path / "new" / "anim.gif")])
     assert (done.exit_code, done.stdout) == (0, f"{tmp_path / 'new' / 'anim.gif'}\n")
@@ -146,7 +145,7 @@ def test_a_file_is_written_where_one_is_named(tmp_path):
 
 
 def test_the_command_tells_a_wrong_name_from_a_run(tmp_path):
-    stored = Path(__file__).parents[1] / "data" / "run-format-3" / "run"
+    stored = Path(__file__).parents[1] / "data" / "run-format-4" / "run"
     done = CliRunner().invoke(app, ["animate", str(stored), "surfces", "--out", str(tmp_path)])
     assert done.exit_code == 2
     assert "no animation 'surfces', did you mean 'surfaces'?; expected: surfaces, cobweb" in done.output

@@ -56,7 +56,7 @@ def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orb
     only_r1 = through(result, np.array([[0.83, 0.36], [0.8, 0.4], [0.82, 0.38]]))
     for pair, pale in ((stays, {"R1"}), (only_r1, set())):
         ax.clear()
-        cobweb(replace(result, orbits=(pair,)), ax, "v")
+        cobweb(result.with_parts({"orbits": (pair,)}), ax, "v")
         curve = by_label(ax)[r"$\mathcal{R}_{2}$"]
         assert to_rgb(curve.get_color()) == to_rgb(PIECES[1])
         (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection) and artist.get_paths()]
@@ -128,7 +128,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     step = result.domains["fitted"].updates[0]
     wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
     domain = replace(result.domains["fitted"], updates=(wild,))
-    envelopes(replace(result, domains={"fitted": domain}), ax, "v")
+    envelopes(result.with_parts({"domains": {"fitted": domain}}), ax, "v")
     assert "generic" not in by_label(ax)
     assert "its last 10 %" not in by_label(ax)
 
@@ -137,7 +137,8 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     """A hump x' = 0.8 - 3 (x - 0.35)^2: the worst case fixes p = xi_L(q) and q = 0.8, the plain composite does not fix q."""
     hump = {(0,): Fraction("0.4325"), (1,): Fraction("2.1"), (2,): Fraction(-3)}
     domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
-    second_iterate(replace(result, domains={"hump": domain}, study=study_of(second_iterate={"domain": "hump"})), ax, "x")
+    study = study_of(second_iterate={"domain": "hump"})
+    second_iterate(replace(result.with_parts({"domains": {"hump": domain}}), study=study), ax, "x")
     p, q = domain.updates[-1].worst[-1, 0]
     for name, fixed in (("$N = 2$", p), ("_upper of lower map 2", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
@@ -195,7 +196,7 @@ def test_cobweb_of_a_curve_across_the_seam_of_a_phase_is_drawn_on_one_stretch(re
     states = np.array([[0.5, 2.0], [0.5, 0.5], [0.5, 0.4]])
     orbits = (through(result, states),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(replace(result, **made), ax, "phi")
+    cobweb(result.with_parts(made), ax, "phi")
     x, y = by_label(ax)[r"$\mathcal{R}_{1}$"].get_data()
     assert np.allclose(y, 0.4 * x - 0.3)
     low, high = ax.get_ylim()
@@ -213,7 +214,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
     pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), wild, "BTB"),)
     orbits = (through(result, np.array([[0.5, 2.0], [0.52, 0.5], [0.51, 0.4]])),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(replace(result, **made), ax, "v")
+    cobweb(result.with_parts(made), ax, "v")
     (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection)]
     assert area.get_datalim(ax.transData).y1 > 2
     assert ax.get_ylim()[1] < 1.1
@@ -221,7 +222,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
 
 def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
     exact = replace(result.domains["fitted"], status="enclosed")
-    envelopes(replace(result, domains={"exact": exact}), ax, "v", update=0)
+    envelopes(result.with_parts({"domains": {"exact": exact}}), ax, "v", update=0)
     lines, envelope = by_label(ax), exact.updates[0].envelopes[0]
     assert np.array_equal(lines["lower map, samples"].get_ydata(), envelope.lower)
     assert np.array_equal(lines["upper map, samples"].get_ydata(), envelope.upper)
@@ -258,7 +259,7 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     states = np.array(pair.composite.states)
     states[7, 0], states[8:] = end, np.nan
     stopped = replace(pair, composite=replace(pair.composite, states=states))
-    cobweb(replace(result, orbits=(stopped,)), ax)
+    cobweb(result.with_parts({"orbits": (stopped,)}), ax)
     named = by_label(ax)
     assert "last 10 %" not in named
     assert ("end" in named) is shown
@@ -274,8 +275,8 @@ def test_a_domain_without_values_is_an_error_that_says_why(result, sheets):
     )
     empty = replace(loose, updates=(replace(first, envelopes=none),), reason="update 1: some states of the box have no image")
     with pytest.raises(NsmapsError, match=r"no auxiliary map has a value .domain 'empty': update 1: some states"):
-        sheets(replace(result, domains={"empty": empty}))
-    assert len(sheets(replace(result, domains={"empty": empty, "loose": loose}))) == 1
+        sheets(result.with_parts({"domains": {"empty": empty}}))
+    assert len(sheets(result.with_parts({"domains": {"empty": empty, "loose": loose}}))) == 1
 
 
 @pytest.mark.parametrize("draw", [envelopes, auxiliary])
@@ -284,5 +285,5 @@ def test_a_worst_case_without_an_end_is_drawn_as_far_as_it_goes(result, ax, draw
     worst = loose.updates[0].worst.copy()
     worst[1] = -np.inf, np.inf
     endless = replace(loose, updates=(replace(loose.updates[0], worst=worst),))
-    draw(replace(result, domains={"endless": endless}), ax)
+    draw(result.with_parts({"domains": {"endless": endless}}), ax)
     assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()

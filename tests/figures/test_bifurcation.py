@@ -95,7 +95,7 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
     exact = replace(exact, windows=(Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),))
     composite = replace(composite, windows=(Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),))
-    maps = BIFURCATION.of(replace(result, bifurcation={"composite": composite, "exact": exact}), "bifurcation")
+    maps = BIFURCATION.of(result.with_parts({"bifurcation": {"composite": composite, "exact": exact}}), "bifurcation")
     (sheet,) = sheets(maps)
     figure = sheet.figure()
     for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):

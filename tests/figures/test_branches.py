@@ -57,7 +57,7 @@ def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(re
     (branch,) = result.branches["one"]
     sections = [{"name": name, "parameter": name, "from": 0.1, "to": 1, "start": START} for name in "drM"]
     made = {"d": (branch,), "r": (branch,), "M": (Branch.empty(branch.orbits[0], "no orbit at 1"),)}
-    several = replace(result, study=study_of(branches=sections), branches=made)
+    several = replace(result.with_parts({"branches": made}), study=study_of(branches=sections))
     assert [sheet.name for sheet in sheets(several)] == ["branches-d", "branches-r"]
 
 

@@ -28,7 +28,7 @@ def test_envelopes_show_the_first_second_and_last_update_of_domains_that_hold(re
     assert shown(replace(fitted, updates=3 * fitted.updates[:1])) == [0]
     assert shown(result.domains["loose"]) == [0]
     assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result)] == [("envelopes", 6)]
-    (alone,) = envelope_sheets(replace(result, domains={"loose": result.domains["loose"]}))
+    (alone,) = envelope_sheets(result.with_parts({"domains": {"loose": result.domains["loose"]}}))
     assert (alone.name, len(alone.panels), alone.title) == ("envelopes", 2, "loose: exact map, sampled, no bound")
 
 
@@ -46,7 +46,7 @@ def test_domain_size_has_a_line_a_domain_that_holds_and_names_the_others_in_the_
 def test_domains_of_one_kind_have_one_colour_and_differ_in_dashes(result, ax):
     fitted = result.domains["fitted"]
     exact = replace(fitted, status="enclosed", of="exact map")
-    domain_size(replace(result, domains={"fitted": fitted, "one": exact, "two": exact}), ax, "v")
+    domain_size(result.with_parts({"domains": {"fitted": fitted, "one": exact, "two": exact}}), ax, "v")
     looks = {name: (line.get_color(), line.get_linestyle()) for name, line in by_label(ax).items()}
     first, one, two = looks.values()
     assert list(looks) == ["fitted map R1: bounded", "one: exact map, enclosed", "two: exact map, enclosed"]
@@ -60,7 +60,7 @@ def test_sizes_have_one_legend_and_a_box_that_leads_out_at_once_is_hollow(result
         figure = sheet.figure()
     assert [panel.get_legend() for panel in figure.axes] == [None, None]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted map R1: bounded"]
-    domain_size(replace(result, domains={"loose": result.domains["loose"]}), ax, "v")
+    domain_size(result.with_parts({"domains": {"loose": result.domains["loose"]}}), ax, "v")
     line = by_label(ax)["loose: exact map, sampled, no bound, not forward invariant"]
     assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
     assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")
@@ -86,6 +86,6 @@ def test_the_cycle_lies_on_top_of_everything(result, ax):
 
 def test_a_polynomial_that_departs_from_the_box_is_told(result, ax):
     steep = replace(result.second_iterate, alpha=(-5.0, 7.0))
-    second_iterate(replace(result, second_iterate=steep), ax, "v")
+    second_iterate(result.with_parts({"second_iterate": steep}), ax, "v")
     (name,) = [name for name in by_label(ax) if name.startswith("polynomial")]
     assert re.fullmatch(r"polynomial, degree 1, \d+ % of it beyond the box", name)

@@ -29,7 +29,8 @@ from nsmaps.figures.style import STYLE
 NEEDLESS = {"sketch", "algorithm"}  # figures that ask nothing of a result
 COMPOSITE = "'composite' or a 'partition' of kind closed_form"
 STORED = {
-    "run": "words regions surfaces projections orbits cobweb bifurcation auxiliary envelopes domain_size second_iterate",
+    "run": "words regions surfaces projections diagonal diagonal_surface orders fit_error orbits "
+    "cobweb bifurcation auxiliary envelopes domain_size second_iterate",
     "partition": "words regions surfaces projections partition speed_error",
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
@@ -169,7 +170,7 @@ def test_every_name_of_the_list_has_its_missing_data_tested():
 def test_missing_data_names_what_the_study_must_name_and_writes_nothing(result, tmp_path, name):
     part, nothing, section = MISSING[name]
     with pytest.raises(NsmapsError, match=f"figure '{name}' .* name {section} in the study"):
-        draw(replace(result, **{part: nothing}), [name], tmp_path / "figures")
+        draw(result.with_parts({part: nothing}), [name], tmp_path / "figures")
     assert not (tmp_path / "figures").exists()
 
 
@@ -187,7 +188,7 @@ def test_several_formats_of_several_figures(result, tmp_path):
 
 def test_a_result_without_composite_map_still_shows_words_and_orbits(result, tmp_path):
     alone = tuple(replace(pair, composite=None) for pair in result.orbits)
-    bare = replace(result, composite=None, diagonal=None, orbits=alone)
+    bare = result.with_parts({"composite": None, "diagonal": None, "orbits": alone})
     assert len(draw(bare, ["words", "orbits", "projections"], tmp_path, dpi=40)) == 3
 
 

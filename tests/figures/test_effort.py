@@ -20,7 +20,7 @@ from nsmaps.figures.composite import cobweb
 from nsmaps.figures.png import write_png
 from nsmaps.figures.returns.facets import Facets
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.sections import kept
+from nsmaps.study import result as results
 
 
 @pytest.fixture
@@ -101,7 +101,7 @@ def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, 
 
 def test_triangles_are_computed_once_for_all_panels_and_figures(result, tmp_path, count):
     counts = count(type(result.system), "first_return", lambda states, *_: len(states))
-    kept._mesh.cache_clear()
+    results._mesh.cache_clear()
     draw(result, ["surfaces"], tmp_path, dpi=40)
     vertices = sum(len(result.mesh(family).returns) for family in result.surfaces)
     assert vertices < counts["first_return"] < 60 * vertices

@@ -192,7 +192,7 @@ def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, a
 def test_a_gap_of_the_surface_is_a_gap_of_the_curve(result, ax):
     surface = result.surfaces["BTB"]
     holed = surface.restrict(np.abs(surface.start[:, 0] - 0.6) > 0.06)
-    separable(replace(result, surfaces={"BTB": holed}), ax)
+    separable(result.with_parts({"surfaces": {"BTB": holed}}), ax)
     (exact,) = [line.get_xydata() for line in ax.lines if line.get_label() == "exact map"]
     (gap,) = np.flatnonzero(np.isnan(exact[:, 0]))
     assert exact[gap - 1, 0] < 0.55 < 0.65 < exact[gap + 1, 0]
@@ -206,7 +206,7 @@ def test_separable_has_planes_above_surfaces(result):
 def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
     bare = (replace(result.near[0], maps={}),)
     with pytest.raises(NsmapsError, match="name 'orders' in 'diagonal' in the study"):
-        orders(replace(result, near=bare), ax)
+        orders(result.with_parts({"near": bare}), ax)
     study = study_of(composite=SECTIONS["composite"][:1])
     with pytest.raises(NsmapsError, match="name a piece of 'composite' with a 'separable' fit in the study"):
         separable(replace(result, study=study), ax)
@@ -216,10 +216,10 @@ def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
     none = (replace(result.near[0], surface=surface.restrict(np.zeros(len(surface.start), bool)), maps={}),)
     with pytest.raises(NsmapsError, match="no state is near the diagonals; expected: a larger 'delta'"):
-        orders(replace(result, near=none), ax)
+        orders(result.with_parts({"near": none}), ax)
 
 
 def test_a_run_that_kept_no_images_says_so(result, ax):
     older = replace(result.diagonal, images=())
     with pytest.raises(NsmapsError, match="the region near the diagonals with its images, which the result lacks"):
-        diagonal(replace(result, diagonal=older), ax)
+        diagonal(result.with_parts({"diagonal": older}), ax)

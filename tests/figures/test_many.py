@@ -51,13 +51,12 @@ def many(result):
     states = np.full((40, 2), [0.105, 1.0])
     pair = through(result, states)
     parts = {
-        "system": Strips(),
         "composite": CompositeMap(COORDINATES, WALLS, made),
         "surfaces": surfaces,
         "orbits": (replace(pair, exact=replace(pair.exact, states=states)),),
         "partition": None,
     }
-    return replace(result, **parts)
+    return replace(result.with_parts(parts), system=Strips())
 
 
 def legend_texts(ax):
@@ -99,7 +98,7 @@ def test_small_areas_are_drawn_over_large_ones(result, ax):
         WALLS,
         tuple(Piece(n, b, linear((0.3, 0.1, 0.1), (0.5, 0.1, 0.05)), "BB") for n, b in zip("ab", (inner, outer), strict=True)),
     )
-    draw_pieces(replace(result, composite=made), ax, 0)
+    draw_pieces(result.with_parts({"composite": made}), ax, 0)
     height = {area.get_label(): area.get_zorder() for area in ax.collections if isinstance(area, PolyCollection)}
     assert height["a"] > height["b"]
 
@@ -160,7 +159,7 @@ def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
 
 def test_a_partition_of_many_words_names_each_where_there_is_room(result, many, ax):
     made = replace(result.partition, composite=many.composite, attracting=(), log=())
-    partition(replace(many, partition=made), ax)
+    partition(many.with_parts({"partition": made}), ax)
     told = [text.get_text().splitlines() for text in ax.texts]
     word = {rf"$\mathcal{{R}}_{{{k + 1}}}$": many.composite.pieces[k].word for k in range(STRIPS)}
     assert len(set(word.values())) > 1
@@ -172,6 +171,13 @@ def test_of_more_than_eight_families_the_commonest_have_colours(result):
     """The families of most states come first where not all are told apart."""
     first = next(iter(result.surfaces.values()))
     rare = {f"B{'T' * k}B": first.restrict(np.arange(len(first.start)) < k) for k in range(9, 0, -1)}
-    shown = SURFACES.of(replace(result, surfaces=rare | {"BB": first, "none": first.restrict(first.start[:, 0] < 0)}), "words")
+    shown = SURFACES.of(
+        result.with_parts({"surfaces": rare | {"BB": first, "none": first.restrict(first.start[:, 0] < 0)}}), "words"
+    )
     assert list(shown) == ["BB", *(f"B{'T' * k}B" for k in range(9, 0, -1))]
-    assert list(SURFACES.of(replace(result, surfaces=dict(list(rare.items())[::-1][:3])), "words")) == ["BTB", "BTTB", "BTTTB"]
+    few = dict(list(rare.items())[::-1][:3])
+    assert list(SURFACES.of(result.with_parts({"surfaces": few}), "words")) == [
+        "BTB",
+        "BTTB",
+        "BTTTB",
+    ]

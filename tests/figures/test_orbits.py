@@ -15,7 +15,7 @@ def along(result, states):
     """The result with one start, whose two orbits are the states (m, 2)."""
     pair = result.orbits[0]
     both = {name: replace(getattr(pair, name), states=states) for name in ("exact", "composite")}
-    return replace(result, orbits=(replace(pair, **both),))
+    return result.with_parts({"orbits": (replace(pair, **both),)})
 
 
 def test_only_pieces_that_an_orbit_visits_have_a_colour(result, ax):

@@ -121,7 +121,7 @@ def test_borders_are_bisected_to_a_slanted_line_and_meet_in_a_corner():
 def edged(result):
     """The result with an accurate map of a box through which one grazing curve runs."""
     box = Grid(axes={"v": Axis(low=0.45, high=0.5, points=5), "phi": Axis(low=0.1, high=0.4, points=5)})
-    return replace(result, accurate=accurate(result.study.system_object(), box, 1e-2))
+    return result.with_parts({"accurate": accurate(result.study.system_object(), box, 1e-2)})
 
 
 def test_strips_have_a_shade_a_degree_and_their_edges(edged, ax):
@@ -244,7 +244,7 @@ def test_the_line_of_an_orbit_crosses_the_seam_of_a_phase_at_the_edges(result):
 def test_an_orbit_is_drawn_thick_until_it_is_near_its_last_tenth(result, ax):
     states = np.column_stack([np.concatenate([np.linspace(0.2, 0.8, 7), np.full(93, 0.8)]), np.full(100, 1.0)])
     pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=states), composite=None)
-    orbits(replace(result, orbits=(pair,)), ax)
+    orbits(result.with_parts({"orbits": (pair,)}), ax)
     (first,) = (line for line in ax.lines if line.get_label() == "exact map")
     assert np.array_equal(first.get_xydata(), states[:7])
 
@@ -256,7 +256,7 @@ def test_orbits_have_a_panel_a_start(result):
 def test_an_orbit_that_runs_away_spoils_no_picture(result, ax):
     wild = np.array([[0.2, 1.0], [1e69, 1.0]])
     pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=wild), composite=None)
-    orbits(replace(result, orbits=(pair,)), ax)
+    orbits(result.with_parts({"orbits": (pair,)}), ax)
     assert ax.get_xlim() == (0.1, 1.0)
 
 
@@ -265,7 +265,7 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
     bent = lambda v, phi: (0.1 + 0.8 * v, np.where(phi < 1, 0.2 + 0.8 * phi, 3 * phi - 2))  # noqa: E731
     made = surface_of(bent, (0.3, 0.7, 21), (0.6, 1.4, 41))
     region = diagonal_region(NearDiagonal(delta=1.3, slope=1), [(0.0, made)])
-    projections(replace(result, system=Analytic(bent), surfaces={"BB": made}, diagonal=region), ax, "phi")
+    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": region}), system=Analytic(bent)), ax, "phi")
     stars = {line.get_label(): line for line in ax.lines if line.get_marker() == "*"}
     gentle, steep = stars["near both diagonals, gentle"], stars["near both diagonals, steep"]
     assert gentle.get_xdata().max() < 1 < steep.get_xdata().max()
@@ -276,7 +276,7 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
 def test_a_whole_circle_of_phases_is_drawn_in_halves(result, ax):
     half = lambda v, phi: (0.5 * v, 0.5 * phi)  # noqa: E731
     made = surface_of(half, (0.1, 1.0, 11), (0.0, 2 * np.pi, 41))
-    result = replace(result, system=Analytic(half), surfaces={"BB": made, "B+": made}, diagonal=None)
+    result = replace(result.with_parts({"surfaces": {"BB": made, "B+": made}, "diagonal": None}), system=Analytic(half))
     first, second = projection_sheets(result)
     assert (first.name, second.name, len(first.panels)) == ("projections-BB", "projections-B+", 4)
     drawn = first.panels[3](ax)
@@ -289,7 +289,7 @@ def test_no_strand_is_drawn_through_a_jump_and_each_ends_there(result, ax):
     high = lambda v, phi: v >= 0.503  # noqa: E731
     torn = lambda v, phi: (np.where(high(v, phi), 0.6 + 0.2 * v, 0.2 * v), phi)  # noqa: E731
     made = surface_of(torn, (0.0, 1.0, 100), (0.1, 1.0, 5))
-    projections(replace(result, system=Analytic(torn, high), surfaces={"BB": made}, diagonal=None), ax, "v")
+    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(torn, high)), ax, "v")
     x, y = np.moveaxis(strands(ax)[0], -1, 0)
     below = y < 0.4
     assert np.array_equal(below[:, 0], below[:, 1])
@@ -301,7 +301,7 @@ def test_a_square_root_is_drawn_to_its_end(result, ax):
     missed = lambda v, phi: v > 0.9  # noqa: E731
     root = lambda v, phi: (np.sqrt(np.maximum(0.9 - v, 0)), phi)  # noqa: E731
     made = surface_of(root, (0.0, 1.0, 100), (0.1, 1.0, 5))
-    projections(replace(result, system=Analytic(root, missed), surfaces={"BB": made}, diagonal=None), ax, "v")
+    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(root, missed)), ax, "v")
     x, y = np.moveaxis(strands(ax)[0], -1, 0)
     assert np.abs(y - root(x, 0)[0])[(y > 1e-9).all(axis=1)].max() < 0.03
     on_axis = sorted(set(x[y < 1e-4].round(4)))
@@ -321,7 +321,7 @@ def test_regions_are_named_with_their_words_and_shares(result, ax):
 
 
 def test_states_of_other_words_are_told(result, ax):
-    words(replace(result, surfaces={"BB": result.surfaces["BB"]}), ax)
+    words(result.with_parts({"surfaces": {"BB": result.surfaces["BB"]}}), ax)
     assert legend_texts(ax) == ["BB", "near diagonals", "other"]
 
 
@@ -351,7 +351,7 @@ def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
             states[last] = 1e90
         stopped = replace(pair, composite=replace(pair.composite, states=states))
         other = ax.figure.add_subplot()
-        orbits(replace(result, orbits=(stopped,)), other)
+        orbits(result.with_parts({"orbits": (stopped,)}), other)
         assert legend_texts(other) == ["exact map", "composite map", "exact, last 10 %", text, "start"]
         (cross,) = [line for line in other.lines if line.get_label() == text]
         assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
@@ -362,5 +362,5 @@ def test_a_picture_of_orbits_ends_where_a_circle_of_phases_does(result, ax):
     states = np.array(pair.exact.states)
     states[3, 1] = 6.28
     far = replace(pair, exact=replace(pair.exact, states=states))
-    orbits(replace(result, orbits=(far,)), ax)
+    orbits(result.with_parts({"orbits": (far,)}), ax)
     assert ax.get_ylim() == pytest.approx((0.0, 2 * np.pi))

@@ -10,14 +10,14 @@ from typer.testing import CliRunner
 from nsmaps import load_study, plugins
 from nsmaps.cli.cli import app
 from nsmaps.study.conclusions.summary import about
-from nsmaps.study.sections.base import Section
-from nsmaps.study.sections.registry import SECTIONS
+from nsmaps.study.sections.base import Steps
+from nsmaps.study.study import Study
 
 SHIPPED = [name for name in plugins.study_names() if name.split("/")[0] in ("vi_pair", "bouncing_ball", "impact_oscillator")]
 
 
 def test_every_step_is_described() -> None:
-    assert [section.key for section in SECTIONS if section.compute and section.describe is Section.describe] == []
+    assert [key for key, kind in Study.kinds().items() if kind.computes() and kind.describe is Steps.describe] == []
 
 
 @pytest.mark.parametrize("name", SHIPPED)

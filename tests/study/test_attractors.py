@@ -12,7 +12,7 @@ import nsmaps
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.plugins import study_files
 from nsmaps.study.sections.fields import OrbitPair
-from nsmaps.study.sections.longrun.orbits import ORBITS
+from nsmaps.study.sections.longrun.orbits import Orbits
 
 SECTIONS = ("system", "parameters", "grid", "families", "composite", "orbits")
 
@@ -102,7 +102,7 @@ def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told)
     study = nsmaps.load_study(pd)
     (verdict,) = (
         v
-        for v in ORBITS.verdicts(nsmaps.StudyResult(study, maps[0], composite=maps[1], orbits=(orbits,)))
+        for v in Orbits().verdicts(nsmaps.StudyResult(study, maps[0], {"composite": maps[1], "orbits": (orbits,)}))
         if v.name.endswith(": same attractor as the exact map")
     )
     assert not verdict.holds
@@ -122,8 +122,8 @@ def test_the_unit_of_speed_does_not_count_between_attractors(pd: str) -> None:
             for (name, axis), by in zip(result.study.grid.items(), (unit, 1), strict=True)
         }
         study = result.study.model_copy(update={"grid": grid})
-        other = replace(result, study=study, orbits=(replace(orbits, ends=scaled[0], composite_ends=scaled[1]),))
-        told.append([v.text for v in ORBITS.verdicts(other) if v.name.endswith(": same attractor as the exact map")])
+        other = replace(result.with_parts({"orbits": (replace(orbits, ends=scaled[0], composite_ends=scaled[1]),)}), study=study)
+        told.append([v.text for v in Orbits().verdicts(other) if v.name.endswith(": same attractor as the exact map")])
     assert told[0] == told[1] == told[2]
 
 

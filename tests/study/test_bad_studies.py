@@ -496,42 +496,6 @@ BAD = {
         "{sigma",
         "min_returns is 1; expected: motions of one or more words, and min_returns of at least their number, 2",
     ),
-    "maps of a diagram by their earlier key": (
-        "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, of: [exact]}\nrequire:",
-        "of: [exact]",
-        "'of' is now 'map'",
-    ),
-    "returns before those kept by their earlier key": (
-        "require:",
-        "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, transient: 9}\nrequire:",
-        "transient",
-        "'transient' is now 'discard'",
-    ),
-    "direction of a branch by its earlier key": (
-        "require:",
-        "branches: [{name: one, parameter: r, from: 0.1, to: 0.9, start: {v: 1, phi: 1}, toward: up}]\nrequire:",
-        "toward",
-        "'toward' is now 'direction'",
-    ),
-    "longest period by its earlier key": (
-        "require:",
-        "basins: {longest: 8}\nrequire:",
-        "longest",
-        "'longest' is now 'max_period'",
-    ),
-    "section by its earlier key": (
-        "require:",
-        "transient: {box: {v: [0, 1], phi: [0, 1]}}\nrequire:",
-        "transient",
-        "'transient' is now 'exit_times'",
-    ),
-    "figure by its earlier name": (
-        "require:",
-        "figures: [transient]\nrequire:",
-        "transient",
-        "'transient' is now 'exit_times'",
-    ),
     "grid of basins": (
         "require:",
         "basins: {grid: {v: {from: 0, to: 1, points: 3}}}\nrequire:",

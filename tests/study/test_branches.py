@@ -26,7 +26,7 @@ from nsmaps.progress import outermost
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import write
 
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 BALL = """\
 system: ball
 parameters: {a: 1.2, r: 0.5}
@@ -225,7 +225,7 @@ def test_points_of_codimension_two_are_read_back_and_in_numbers(tmp_path: Path) 
     fold = made.curves["fold of one"]
     event = made.branches["one"][0].events[0]
     cusp = SpecialPoint("cusp", (1.05, 0.5), (1e-9, 2e-9), event.orbit)
-    write(replace(made, curves={"fold of one": replace(fold, special=(cusp,))}), tmp_path)
+    write(made.with_parts({"curves": {"fold of one": replace(fold, special=(cusp,))}}), tmp_path)
     (again,) = read_result(tmp_path).curves["fold of one"].special
     assert (again.kind, again.parameters, again.precision) == ("cusp", (1.05, 0.5), (1e-9, 2e-9))
     assert np.array_equal(again.orbit.states, event.orbit.states)

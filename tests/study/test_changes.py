@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.study import steps
 from nsmaps.study.reading.overrides import assignments
 from nsmaps.study.reading.shipped import MODELINE, copy_study
+from nsmaps.study.sections.longrun.orbits import Orbits
 
 
 def test_a_set_parameter_is_in_the_name_the_title_the_folder_and_the_study() -> None:
@@ -76,7 +76,7 @@ def test_a_stopped_run_says_how_to_go_on_with_the_same_parameters(monkeypatch: p
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setitem(steps.STEPS, "orbits", stop)
+        patch.setattr(Orbits, "compute", stop)
         answer = CliRunner().invoke(app, ["run", "ball/drop", "--set", "r=0.45"])
     assert answer.exit_code == 130
     again = answer.stderr.splitlines()[-1].removeprefix("to resume: nsmaps ")

@@ -12,8 +12,6 @@ import nsmaps
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.plugins import FAMILY, FIT, REGION, class_of, system_class
 from nsmaps.study.reading.shipped import copy_study
-from nsmaps.study.store.renewed import renewed
-from nsmaps.study.study import Study
 
 CLASSES = """
 import numpy as np
@@ -301,13 +299,6 @@ def test_objects_of_classes_in_files_reach_other_processes(folder: Path) -> None
     region, fit = map(pickle.loads, sent)
     assert type(region) is not type(disc)
     assert (region.centre, region.coordinates, fit.degree) == ((0.1, 0.2), disc.coordinates, 4)
-
-
-def test_fields_of_classes_are_not_renamed_in_stored_studies() -> None:
-    fit = {"class": "mine.py:Line", "along": "v"}
-    stored = {"composite": [{"name": "R1", "fit": fit}, {"name": "R2", "fit": {"separable": {"v": 1}, "along": {"v": 1}}}]}
-    first, second = renewed(stored, Study)["composite"]
-    assert (first["fit"], second["fit"]) == (fit, {"separable": {"v": 1}, "lines": {"v": 1}})
 
 
 def test_a_shipped_study_is_copied_with_the_files_of_its_classes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.plugins import study_names
-from nsmaps.study import steps
+from nsmaps.study.sections.longrun.orbits import Orbits
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
 SQUARED = """
@@ -158,13 +158,13 @@ def test_the_module_is_the_program() -> None:
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
 def test_ctrl_c_says_what_was_kept(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(good.replace("returns: 5", "returns: 8000000"))
-    work, pressed = steps.STEPS["orbits"], threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    work, pressed = Orbits.compute, threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
 
     def orbits(*given: Any) -> Any:
         pressed.start()
         return work(*given)
 
-    monkeypatch.setitem(steps.STEPS, "orbits", orbits)
+    monkeypatch.setattr(Orbits, "compute", orbits)
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)  # also behind a shell that ignores it
     try:
         done = CliRunner().invoke(app, ["run", "s.yaml", "--out", "out"])

@@ -77,7 +77,7 @@ def test_a_whole_result_comes_back_from_netcdf(good: str) -> None:
         assert np.array_equal(again["returns"]["image"], result.returns.image, equal_nan=True)
 
 
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 
 
 @pytest.mark.parametrize("name", ["run", "partition", "accurate", "long"])

@@ -14,7 +14,6 @@ from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.longrun.global_continuation import global_continuation
 from nsmaps.figures.style import tint
 from nsmaps.report.captions import caption
-from nsmaps.study.sections.parameters.global_continuation import GLOBAL_CONTINUATION
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "resilience"
@@ -41,21 +40,21 @@ def test_it_is_what_the_function_finds(result, found):
 
 
 def test_numbers_tables_and_sentences_say_what_was_found(result, found):
-    numbers = GLOBAL_CONTINUATION.numbers(result)["global_continuation"]
+    numbers = result.study.global_continuation.numbers(result)["global_continuation"]
     assert np.array(numbers["labels"]).tolist() == found.labels.tolist()
     assert numbers["changes"] == [{"attractor": 0, "kind": "death", "label": "2:1/T", "between": found.values[2:].tolist()}]
-    assert list(GLOBAL_CONTINUATION.verdicts(result)) == []
-    table, changes = GLOBAL_CONTINUATION.tables(result)
+    assert list(result.study.global_continuation.verdicts(result)) == []
+    table, changes = result.study.global_continuation.tables(result)
     assert [row[:2] for row in table.rows] == [("0", "2:1/T"), ("1", "C")]
     assert changes.rows == (("0", "2:1/T", "death", "0.2277", "0.2282"),)
     assert "attractors 2, births 0, deaths 1" in caption(result, "global_continuation")
-    told = GLOBAL_CONTINUATION.describe(result.study.global_continuation, result.study)
+    told = result.study.global_continuation.describe(result.study)
     assert told == "4 values of d from 0.2267 to 0.2282, 60 starts each, up to 400 returns"
 
 
 def test_values_without_a_map_are_a_verdict(result, found):
     refused = replace(found, reasons=("d is out of range", "", "", ""))
-    (verdict,) = GLOBAL_CONTINUATION.verdicts(replace(result, global_continuation=refused))
+    (verdict,) = result.study.global_continuation.verdicts(result.with_parts({"global_continuation": refused}))
     assert not verdict.holds
     assert verdict.text == "no: none at 1 of 4 values; d is out of range"
 

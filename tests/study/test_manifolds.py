@@ -11,7 +11,6 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.longrun.manifolds import manifolds
 from nsmaps.report.captions import caption
-from nsmaps.study.sections.sets.manifolds import MANIFOLDS
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "manifolds"
@@ -33,17 +32,17 @@ def test_it_is_what_the_function_grows(result):
 
 
 def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
-    numbers = MANIFOLDS.numbers(result)["manifolds"]
+    numbers = result.study.manifolds.numbers(result)["manifolds"]
     assert [row["which"] for row in numbers["saddle"]] == ["unstable", "stable"]
     assert numbers["sink: none"].startswith("the orbit has the multipliers")
-    own, sink = MANIFOLDS.verdicts(result)
+    own, sink = result.study.manifolds.verdicts(result)
     assert (own.holds, own.text) == (True, "yes: unstable: length 2; stable: length 2")
     assert (sink.holds, sink.required) == (False, False)
     assert "expected: a saddle" in sink.text
-    (table,) = MANIFOLDS.tables(result)
+    (table,) = result.study.manifolds.tables(result)
     assert [row[:2] for row in table.rows] == [("saddle", "unstable"), ("saddle", "stable")]
     assert "saddle, stable:" in caption(result, "manifolds")
-    assert MANIFOLDS.describe(result.study.manifolds, result.study) == "saddle (both, length 2), sink (unstable, length 10)"
+    assert result.study.manifolds.describe(result.study) == "saddle (both, length 2), sink (unstable, length 10)"
 
 
 def test_the_figure_draws_every_piece_in_one_turn(result):
@@ -104,7 +103,6 @@ def test_errors_name_the_entry(old, new, message, tmp_path):
 
 
 def test_a_figure_of_no_manifold_says_why(result):
-    from dataclasses import replace
 
     with pytest.raises(NsmapsError, match="the figure 'manifolds' has nothing to show: the orbit has the multipliers"):
-        manifolds(replace(result, manifolds={"sink": ()}), Figure().subplots())
+        manifolds(result.with_parts({"manifolds": {"sink": ()}}), Figure().subplots())

@@ -75,7 +75,7 @@ def test_motions_beside_each_other_again_and_again_are_told_once(both: Path) -> 
     rows = {name: getattr(made, name).copy() for name in ("states", "turns", "codes", "outcome", "period")}
     for table in rows.values():
         table[inside[2], 1] = table[inside[2], 0]  # one value between at which both orbits come to the same
-    again = replace(result, bifurcation={"exact": replace(made, **rows)})
+    again = result.with_parts({"bifurcation": {"exact": replace(made, **rows)}})
     ends = [f"{made.values[inside[k]]:.6g}" for k in (0, -1)]
     assert f"coexist: 2:1/T beside C at {len(inside) - 1} values for d from {ends[0]} to {ends[1]} (C: " in conclusion(again)
 

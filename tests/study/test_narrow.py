@@ -18,7 +18,7 @@ from nsmaps.cli.cli import app
 from nsmaps.cli.terminal import show_markdown
 
 ROOT = Path(__file__).parents[2]
-STORED = ROOT / "tests" / "data" / "run-format-3"
+STORED = ROOT / "tests" / "data" / "run-format-4"
 FRAME = "│╭╮╰╯─┃━*"
 WIDE = 150  #: columns, in which hardly a line is broken, and what verdicts say stands below their names
 COMMANDS = {

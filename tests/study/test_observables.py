@@ -43,7 +43,7 @@ def test_it_is_what_the_functions_give(result: StudyResult) -> None:
 
 
 def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> None:
-    section = next(each for each in nsmaps.study.sections.registry.SECTIONS if each.key == "observables")
+    section = result.study.observables
     numbers = section.numbers(result)["observables"]
     assert numbers["orbits"]["loss"]["value"] == pytest.approx([0.374532], rel=1e-3)
     assert len(numbers["branches"]["1:1"][0]["loss"]["derivative"]) == len(result.branches["1:1"][0].parameter)

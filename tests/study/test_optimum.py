@@ -48,7 +48,7 @@ def test_a_stored_run_is_read_back(result: StudyResult) -> None:
 
 
 def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResult) -> None:
-    section = next(each for each in nsmaps.study.sections.registry.SECTIONS if each.key == "optimum")
+    section = result.study.optimum
     numbers = section.numbers(result)["optimum"]
     assert (numbers["unit"], numbers["per"], numbers["motion"], numbers["word"]) == ("J", "period", "1:1/T", "BTB")
     by_name = {row["name"]: row for row in numbers["conditions"]}

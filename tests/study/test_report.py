@@ -186,7 +186,7 @@ def test_an_unfinished_run_is_said_to_be_one(good: str) -> None:
 
 
 def test_a_run_with_a_speed_has_its_figure_without_naming_it() -> None:
-    stored = ROOT / "tests" / "data" / "run-format-3" / "partition"
+    stored = ROOT / "tests" / "data" / "run-format-4" / "partition"
     folder = shutil.copytree(stored, "out")
     answer = CliRunner().invoke(app, ["figures", "out"])
     assert answer.stdout.split() == ["out/figures/speed_error.png"]

@@ -19,7 +19,7 @@ from nsmaps.report.page import write_report
 from nsmaps.study.conclusions.headline import headline
 from nsmaps.study.conclusions.verdict import verdicts
 
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 RUNS = sorted(path.name for path in STORED.iterdir() if path.is_dir())
 IN_DETAILS = re.compile(r"<details><summary>(.*?)</summary>(.*?)</details>", re.DOTALL)
 
@@ -126,15 +126,15 @@ def test_domains_that_bound_nothing_are_folded(good: str, report_of: Report) -> 
     result = nsmaps.read_result("out")
     held = {**result.domains, "held": replace(result.domains["held"], forward_invariant=True)}
     assert not held["exact"].forward_invariant
-    write_report(replace(result, domains=held), Path("out"))
+    write_report(result.with_parts({"domains": held}), Path("out"))
     assert "Domains that bound nothing" not in page()
     shutil.copyfile("out/figures/envelopes.png", "out/figures/envelopes-exact.png")
-    write_report(replace(result, domains=held), Path("out"))
+    write_report(result.with_parts({"domains": held}), Path("out"))
     folds = dict(IN_DETAILS.findall(page()))
     assert "<b>envelopes (exact). </b>" in folds["Domains that bound nothing: 1 figures"]
     assert "no domain: " in folds["Domains that bound nothing: 1 figures"]
     both = {name: replace(domain, forward_invariant=True) for name, domain in result.domains.items()}
-    write_report(replace(result, domains=both), Path("out"))
+    write_report(result.with_parts({"domains": both}), Path("out"))
     assert "Domains that bound nothing" not in page()
 
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -58,8 +59,8 @@ def test_a_stopped_run_goes_on_without_computing_anything_twice(good: str, monke
     folder = stopped("s.yaml", "orbits")
     assert not read_result(folder).finished
     made: list[str] = []
-    for name, step in list(steps.STEPS.items()):
-        monkeypatch.setitem(steps.STEPS, name, lambda *given, name=name, step=step: (made.append(name), step(*given))[1])
+    step = steps.compute_step
+    monkeypatch.setattr("nsmaps.study.run.compute_step", lambda name, *given: (made.append(name), step(name, *given))[1])
     again = run("s.yaml", out=folder, resume=True)
     assert made == ["orbits", "domains"]
     assert again.finished
@@ -222,8 +223,14 @@ class Killed(BaseException):
 
 def killed(study: str, at: str, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of a run that was killed in a step."""
+
+    def compute(name: str, *given: Any) -> Any:
+        if name == at:
+            raise Killed
+        return steps.compute_step(name, *given)
+
     with monkeypatch.context() as patch:
-        patch.setitem(steps.STEPS, at, lambda plan, result: (_ for _ in ()).throw(Killed))
+        patch.setattr("nsmaps.study.run.compute_step", compute)
         with pytest.raises(Killed):
             run(study, out="out")
     return Path("out")
@@ -232,8 +239,8 @@ def killed(study: str, at: str, monkeypatch: pytest.MonkeyPatch) -> Path:
 def made_by(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the steps that are computed from now on."""
     made: list[str] = []
-    for name, step in list(steps.STEPS.items()):
-        monkeypatch.setitem(steps.STEPS, name, lambda *given, name=name, step=step: (made.append(name), step(*given))[1])
+    step = steps.compute_step
+    monkeypatch.setattr("nsmaps.study.run.compute_step", lambda name, *given: (made.append(name), step(name, *given))[1])
     return made
 
 

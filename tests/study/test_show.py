@@ -24,7 +24,7 @@ grid: {v: {from: 0.01, to: 1, points: 12}, phi: {from: 0, to: 2*pi*11/12, points
 lyapunov: {parameter: d, from: 0.22, to: 0.25, points: 3, start: {v: 0.68, phi: 0.5}, returns: 320, discard: 30}
 basins: {returns: 300}
 """
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 
 
 def program(*arguments: str) -> Result:

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from stored import write_study
 from typer.testing import CliRunner
 
 import nsmaps
@@ -21,7 +22,7 @@ from nsmaps.study.limits import sizes, total
 from nsmaps.study.store.archive import resolved
 from nsmaps.study.study import Study
 
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 MARK = "from pathlib import Path\nPath('mark').write_text('was run')\n"  #: what a stranger's file does when it is run
 
 
@@ -79,7 +80,7 @@ def test_nor_is_the_file_of_a_run_folder(command: tuple[str, ...], stranger: Non
     name, *options = command
     shutil.copytree(STORED / "run", "out")
     text = Path("out/study.yaml").read_text()
-    Path("out/study.yaml").write_text(text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
+    write_study("out", text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
     positional = [option for option in options if option == "cobweb"]
     rest = [option for option in options if option not in ("--", "cobweb")]
     assert "which would be executed" in refused(name, "out", *positional, *rest, "--installed-only")
@@ -92,7 +93,7 @@ def test_a_run_that_goes_on_runs_no_file_that_its_study_does_not_name(stranger: 
     shutil.copytree(STORED / "run", "out")
     Path("mine.yaml").write_text(resolved(nsmaps.read_result("out").study))
     text = Path("out/study.yaml").read_text()
-    Path("out/study.yaml").write_text(text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
+    write_study("out", text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
     with pytest.raises(NsmapsError, match="which would be executed"):
         nsmaps.run("mine.yaml", out="out", resume=True)
     assert not Path("mark").exists()

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from stored import write_study
 from typer.testing import CliRunner
 
 import nsmaps
@@ -24,7 +25,7 @@ from nsmaps.reduced.composite.composite import Piece
 from nsmaps.report.page import write_report
 from nsmaps.study.store.run_folder import clear
 
-STORED = Path(__file__).parents[1] / "data" / "run-format-3"
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 slowly = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
@@ -169,7 +170,7 @@ def test_markup_of_a_run_is_shown_as_text() -> None:
         lambda r: [r["verdicts"][0].update(name=hostile, of=hostile, text=f"yes: {hostile}"), r["versions"].update(x=hostile)]
     )
     text = Path("out/study.yaml").read_text()
-    Path("out/study.yaml").write_text(re.sub(r"(?m)^title: .*$", f"title: '{hostile}'", text))
+    write_study("out", re.sub(r"(?m)^title: .*$", f"title: '{hostile}'", text))
     page = write_report(nsmaps.read_result("out"), Path("out")).read_text()
     assert "<script" not in page
     assert "<img src=x" not in page
@@ -243,10 +244,8 @@ def test_a_folder_whose_record_is_none_is_not_written_to(text: str) -> None:
 
 @pytest.mark.parametrize("out", ["nowhere\0", "z" * 300, "taken"])
 def test_an_out_folder_that_cannot_be_is_told_before_anything_is_computed(out: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import nsmaps.study.run
-
     Path("taken").write_text("a file")
-    monkeypatch.setattr(nsmaps.study.run, "STEPS", {})
+    monkeypatch.setattr("nsmaps.study.run.compute_step", None)
     with pytest.raises((NsmapsError, OSError)):
         nsmaps.run("ball/drop", out=out)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -24,7 +24,6 @@ KEPT = 3  #: impacts that are kept for each return
 class ImpactDiagram:
     """Impacts after a transient, for V values of a parameter: K each, NaN where there were fewer."""
 
-    was: ClassVar = {"follow": "direction"}  #: fields of earlier runs
     walls: tuple[str, ...]
     noise: Noise
     direction: Literal["up", "down"]

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,6 @@ from nsmaps.errors import NsmapsError
 @dataclass(frozen=True, slots=True, eq=False)
 class Residence:
     """Residence in M motions, over all realisations, in the system's time."""
-
-    was: ClassVar = {"hold": "min_returns"}
 
     modes: tuple[str, ...]
     min_returns: int  #: successive returns with the words of a motion after which an orbit is in it

@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from itertools import accumulate
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,6 @@ class ReturnFamily(BaseModel, Transferable, ABC):
     max_returns: int = Field(
         default=1, ge=1, le=1000, description="consecutive returns that a member may contain; the shortest such sequence counts"
     )
-    was: ClassVar = {"most": "max_returns"}
 
     @abstractmethod
     def contains(self, returns: Returns) -> NDArray[np.bool_]:

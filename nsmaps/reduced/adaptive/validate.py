@@ -1,7 +1,6 @@
 """Errors of a map of strips against the exact map, at held-out states."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -16,8 +15,6 @@ BESIDE = (1e-11, 1e-2)  #: distances from an edge, in radians, between which sta
 @dataclass(frozen=True, slots=True, repr=False)
 class HeldOut(Result):
     """Errors of speed and of phase (radians), the larger of the two, over states that a leaf answers."""
-
-    was: ClassVar = {"most": "high"}
 
     points: int
     largest: float

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import ClassVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -23,8 +22,6 @@ Order = int | Mapping[str, int]  #: degree in the parameter, of all images or by
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ParametricReport(Result):
     """Errors of a parametric map at held-out values of the parameter; P fitted pieces, H values."""
-
-    was: ClassVar = {"apart": "difference"}
 
     names: tuple[str, ...]
     values: Floats = field(metadata=array("value", ""))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -26,7 +26,6 @@ class NearDiagonal(BaseModel):
     """The criterion for potentially attracting states: near all diagonals, and not on steep parts of the surfaces."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    was: ClassVar = {"within": "region"}
 
     delta: Number = Field(gt=1, description="upper bound on the ratio of a coordinate and its image, and on its reciprocal")
     slope: Number | None = Field(None, gt=0, description="upper bound on abs(dx'_i/dx_i)")

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -147,7 +147,6 @@ class PolynomialFit(PolyFit):
 class SeparableFit(PolyFit):
     """Polynomials of one coordinate each, its own: v' = f(v), phi' = g(phi) (remark separable)."""
 
-    was: ClassVar = {"along": "lines"}
     degrees: dict[str, Degree]
     lines: dict[str, Number] | None = Field(
         None,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.sections.kept import Run as StudyResult
+    from nsmaps.study.result import StudyResult
 
 SAMPLED = 100_000  #: states of the box of a piece that the composite map is asked for
 

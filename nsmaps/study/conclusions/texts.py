@@ -12,7 +12,7 @@ from nsmaps.arrays import Floats
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import Chart
     from nsmaps.study.reading.values import Range, Span
-    from nsmaps.study.sections.kept import Run as StudyResult
+    from nsmaps.study.result import StudyResult
 
 EXACT = "exact map"
 COMPOSITE = "composite map"

@@ -1,7 +1,7 @@
 """The keys of a study's file other than its sections."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, Field, PrivateAttr
 
@@ -35,7 +35,6 @@ class Head(BaseModel):
     """The keys of a study other than its sections, which for type checkers are attributes of any kind."""
 
     model_config = SPEC
-    was: ClassVar[dict[str, str]] = {}  #: keys by the names that they had in earlier studies
     name: str = Field("study", max_length=500, pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
     title: str = Field("", max_length=2000)
     system: str = Field(max_length=1000)
@@ -72,10 +71,15 @@ class Head(BaseModel):
                 text = f"the name {name!r} is given twice; expected: different names"
                 raise self.source.error((key, number, "name"), text)
 
-    if TYPE_CHECKING:
+    if TYPE_CHECKING:  #: those of `Study`, which stands above the analyses
 
         def __getattr__(self, name: str) -> Any: ...
 
         figures: tuple[str, ...]
         require: tuple[str, ...]
         expected_failures: dict[str, str]
+
+        @classmethod
+        def parts_of_result(cls) -> dict[str, Any]: ...
+        def stored_parts(self) -> list[str]: ...
+        def analyses(self) -> dict[str, Any]: ...

@@ -4,17 +4,15 @@ from collections.abc import Iterator
 
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.study.sections.base import Need
-from nsmaps.study.sections.registry import SECTIONS
 from nsmaps.study.study import Study
 
 
 def check_references(study: Study) -> None:
     """Raise StudyError at the first undefined or repeated name, or section whose required sections are missing."""
-    for section in SECTIONS:
-        if study.names(section.key):
-            section.check(getattr(study, section.key), study)
+    for analysis in study.analyses().values():
+        analysis.check(study)
     _check_figures(study)
-    replaced = {key for each in SECTIONS if study.names(each.key) for key in each.stands_for(getattr(study, each.key))}
+    replaced = {key for analysis in study.analyses().values() for key in analysis.replaces()}
     for loc, what, key in _needs(study):
         if not study.names(key) and key not in replaced:
             raise study.source.error(loc, f"{what} needs the section {key!r}, which is missing")
@@ -29,12 +27,11 @@ def _check_figures(study: Study) -> None:
 
 def _needs(study: Study) -> Iterator[Need]:
     """Every need as (place, part that needs, required section)."""
-    for section in SECTIONS:
-        if study.names(section.key):
-            yield from section.needs(getattr(study, section.key))
+    for analysis in study.analyses().values():
+        yield from analysis.needs()
     for number, figure in enumerate(study.figures):
         for key in CATALOGUE[figure].sections:
             yield ("figures", number), f"the figure {figure!r}", key
-    for section in SECTIONS:
-        for claim, keys in section.claims.items():
+    for kind in study.kinds().values():
+        for claim, keys in kind.claims.items():
             yield from ((("require",), f"the verdict {claim!r}", key) for key in keys if claim in study.require)

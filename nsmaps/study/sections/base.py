@@ -1,24 +1,27 @@
-"""The definition of a section of a study: all of its functions in one record."""
+"""An analysis of a study: its settings, which are a section of the file, what it computes from them, and what it says of that."""
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
+from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+
+from pydantic import BaseModel, ConfigDict, RootModel
 
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.sections.kept import Verdict as Verdict
+from nsmaps.study.reading.values import SPEC
+from nsmaps.study.result import Verdict as Verdict
 
 if TYPE_CHECKING:  #: also for the modules of sections
     from nsmaps.exact.systems.parameters import System as System
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.reading.head import Head
-    from nsmaps.study.sections.kept import Run
+    from nsmaps.study.result import StudyResult as StudyResult
 
     Study = Head
-    StudyResult = Run
 
-S = TypeVar("S")
+E = TypeVar("E")
+V = TypeVar("V")
 Need = tuple[Loc, str, str]  #: the place and the part of a study that needs a section, and that section
 
 
@@ -44,48 +47,125 @@ class Table:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Nothing:
-    """The fields of a section without results."""
+class Steps:
+    """What an analysis is to a run; all but `compute` have defaults that do nothing."""
+
+    key: ClassVar[str] = ""  #: of its section in a study; of a class from elsewhere the key that the study gives it
+    step_name: ClassVar[str] = ""  #: the name of its step in a run, if not the key
+    results: ClassVar[Mapping[str, Any]] = {}  #: the parts of a study's result that it computes, each with its value without it
+    stored: ClassVar[bool] = True  #: False: `recompute` is called when a run is read
+    claims: ClassVar[Mapping[str, tuple[str, ...]]] = {}  #: of the study's `require`: the sections that each needs
+
+    @classmethod
+    def name_of_step(cls) -> str:
+        """The name of its step in a run."""
+        return cls.step_name or cls.key
+
+    @classmethod
+    def computes(cls) -> bool:
+        """Whether it has a step of its own in a run."""
+        return cls.compute is not Steps.compute
+
+    def replaces(self) -> tuple[str, ...]:
+        """Keys of the sections whose results it computes."""
+        return ()
+
+    def needs(self) -> Iterator[Need]:
+        """The sections that it needs, each with the place and the words of what needs it."""
+        return iter(())
+
+    def calls(self) -> tuple[str, ...]:
+        """What its step has compiled, of `nsmaps.study.ahead.CALLS`."""
+        return ()
+
+    def check(self, study: "Study") -> None:
+        """Raises StudyError for names that the study does not define."""
+
+    def bind(self, binding: "Binding") -> Any:
+        """Objects for a system, made before anything is computed, which `compute` finds in `plan.bound`; may raise StudyError."""
+
+    def compute(self, plan: "Plan", result: "StudyResult") -> Mapping[str, Any]:
+        """The parts of a result, by name, from those of earlier steps."""
+        raise NotImplementedError
+
+    def recompute(self, result: "StudyResult") -> Mapping[str, Any]:
+        """The parts that are not stored, from those that are."""
+        raise NotImplementedError
+
+    def describe(self, study: "Study") -> str:
+        """A short description of the computation."""
+        return ""
+
+    def size(self, study: "Study", system: "System") -> Size | None:
+        """An estimate of time and memory; None where there is none."""
+        return None
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """Numbers for result.json, by heading."""
+        return {}
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """Claims about what was computed, with their numbers."""
+        return iter(())
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """Tables that are printed at the end of a run."""
+        return iter(())
 
 
-def _none(*given: object) -> Iterator[Any]:
-    """No needs, verdicts or tables."""
-    return iter(())
+class Analysis(Steps, BaseModel):
+    """The settings of one analysis of a study, a frozen model whose fields are the keys of its section, and its methods in a run.
 
-
-@dataclass(frozen=True, kw_only=True)
-class Section(Generic[S]):
-    """One key of a study: its grammar, and the functions of a run.
-
-    Functions of `spec` are called only for studies that name the section. Functions of a result are called for all results, and
-    return nothing if the result has no fields of the section.
+    A class of a package is named by an entry point of the group `nsmaps.analyses`, whose name is then the key of the section; one
+    of a file by `analysis: mine.py:Class` in a section with a name of your own.
     """
 
-    key: str
-    type: Any  #: of `spec`, as an annotation that pydantic reads
-    was: str = ""  #: the key of the section in earlier studies
-    default: Any = None  #: `spec` in a study that does not name the section
-    step: str = ""  #: the name of its step in a run, if not the key
-    stored: type = Nothing  #: a dataclass whose fields a result has, each with its default
-    holds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: classes of stored results, by module below `nsmaps`
-    again: Callable[["StudyResult"], dict[str, Any]] | None = None  #: recomputes fields that are not stored
-    stands_for: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: keys of the sections that it replaces
-    claims: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  #: of the study's `require`: the sections that each needs
-    needs: Callable[[S], Iterator[Need]] = _none
-    check: Callable[[S, "Study"], None] = lambda spec, study: None  #: raises StudyError for undefined names
-    bind: Callable[[S, "Binding"], Any] = lambda spec, binding: (
-        None
-    )  #: objects for a system, without computation; may raise StudyError
-    calls: Callable[[S], tuple[str, ...]] = lambda spec: ()  #: of `ahead.CALLS`, what its step has compiled
-    compute: "Callable[[S, Plan, StudyResult], dict[str, Any]] | None" = None  #: fields of a result from those of earlier steps
-    describe: Callable[[S, "Study"], str] = lambda spec, study: ""  #: a short description of the computation
-    size: "Callable[[S, Study, System], Size] | None" = None  #: None where it cannot be estimated
-    numbers: Callable[["StudyResult"], dict[str, Any]] = lambda result: {}  #: for result.json, by heading
-    verdicts: Callable[["StudyResult"], Iterator[Verdict]] = _none
-    tables: Callable[["StudyResult"], Iterator[Table]] = _none
+    model_config = SPEC
 
-    @property
-    def name(self) -> str:
-        """The name of its step."""
-        return self.step or self.key
+
+class Entries(Steps, RootModel[tuple[E, ...]], Generic[E]):
+    """An analysis whose section is a list, empty in a study without it."""
+
+    model_config = ConfigDict(frozen=True)
+    root: tuple[E, ...] = ()
+
+    def __iter__(self) -> Iterator[E]:  # type: ignore[override]  # of a model: its fields
+        return iter(self.root)
+
+    def __len__(self) -> int:
+        return len(self.root)
+
+    def __getitem__(self, number: int) -> E:
+        return self.root[number]
+
+
+class Named(Steps, RootModel[dict[str, V]], Generic[V]):
+    """An analysis whose section is a mapping of names that the study chooses, empty in a study without it."""
+
+    model_config = ConfigDict(frozen=True)
+    root: dict[str, V] = {}
+
+    def __iter__(self) -> Iterator[str]:  # type: ignore[override]  # of a model: its fields
+        return iter(self.root)
+
+    def __len__(self) -> int:
+        return len(self.root)
+
+    def __getitem__(self, name: str) -> V:
+        return self.root[name]
+
+    def get(self, name: str) -> V | None:
+        """The entry of this name, if there is one."""
+        return self.root.get(name)
+
+    def keys(self) -> KeysView[str]:
+        """The names."""
+        return self.root.keys()
+
+    def values(self) -> ValuesView[V]:
+        """The entries."""
+        return self.root.values()
+
+    def items(self) -> ItemsView[str, V]:
+        """The names with their entries."""
+        return self.root.items()

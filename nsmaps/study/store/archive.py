@@ -10,7 +10,7 @@ import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from functools import cache
 from hashlib import sha256
 from importlib.metadata import PackageNotFoundError, version
@@ -31,16 +31,13 @@ from nsmaps.plugins import is_installed, owners_of
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.estimates import GIGABYTE
 from nsmaps.study.limits import memory_limit
+from nsmaps.study.reading.head import Head as Study
 from nsmaps.study.reading.reader import read_study
-from nsmaps.study.result import KEPT, StudyResult
-from nsmaps.study.sections.base import Verdict
-from nsmaps.study.sections.registry import SECTIONS
-from nsmaps.study.store.renewed import renewed
+from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.store.run_folder import RECORD, move_ready, replace_results
 from nsmaps.study.store.serialize import Arrays, decode, encode
-from nsmaps.study.study import Study
 
-FORMAT = 3
+FORMAT = 4
 LARGEST = 2**30  #: largest number of bytes of a record
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 
@@ -89,7 +86,7 @@ def resolved(study: Study) -> str:
 def write(result: StudyResult, folder: Path) -> None:
     """Write a result's files to a folder, which is created if needed; figures of an earlier result are removed."""
     arrays: Arrays = {}
-    objects = {name: encode(getattr(result, name), name, arrays) for name in KEPT}
+    objects = {name: encode(result[name], name, arrays) for name in result.study.stored_parts() if name in result}
     study = resolved(result.study).encode()
     record = json.dumps(_record(result) | {"study_sha256": _digest(study), "objects": objects}, indent=1).encode()
     replace_results(folder, {"study.yaml": study, "arrays.npz": packed(arrays, zipfile.ZIP_DEFLATED), RECORD: record})
@@ -140,10 +137,9 @@ def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False)
         record = json_of(text_of(place / "result.json", LARGEST))
     _check_format(place, record)
     with _whole(place / "study.yaml"):
-        digests = None, _digest((place / "study.yaml").read_bytes())  # None: written by a version that did not store it
-        if record.get("study_sha256") not in digests:
+        if record.get("study_sha256") != _digest((place / "study.yaml").read_bytes()):
             raise ValueError("it is not as the run wrote it")
-        study = read_study(place / "study.yaml", str(record.get("study")), installed_only, lambda data: renewed(data, Study))
+        study = read_study(place / "study.yaml", str(record.get("study")), installed_only)
     with _whole(place / "arrays.npz"):
         loaded = _loaded(place / "arrays.npz")
     try:
@@ -168,16 +164,16 @@ class _Record(BaseModel):
 
 def _result(study: Study, record: _Record, arrays: Arrays) -> StudyResult:
     """The result of a record and its arrays."""
-    kept: dict[str, Any] = {Study.was.get(name, name): decode(value, arrays) for name, value in record.objects.items()}
+    parts = {name: decode(value, arrays) for name, value in record.objects.items()}
     content = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
-    return StudyResult(study, study.system_object(), **content, **kept)
+    return StudyResult(study, study.system_object(), parts, **content)
 
 
 def _again(result: StudyResult) -> StudyResult:
     """The result with the fields that are not stored, recomputed from those that are."""
-    for section in SECTIONS:
-        if section.again and section.name in result.timings:
-            result = replace(result, **section.again(result))
+    for analysis in result.study.analyses().values():
+        if not analysis.stored and analysis.name_of_step() in result.timings:
+            result = result.with_parts(analysis.recompute(result))
     return result
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.errors import NsmapsError
 from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file
-from nsmaps.study.result import KEPT, StudyResult
+from nsmaps.study.result import StudyResult
 from nsmaps.study.store.serialize import Arrays, decode, encode
 
 PARTS = "parts"  #: the folder of finished steps inside a run's folder
@@ -19,7 +19,7 @@ STEP = "step"  #: the key of an array with the JSON text of the step
 
 def keep_step(result: StudyResult, name: str, changes: dict[str, Any], folder: Path) -> None:
     """Write the fields that a step has changed into the run's folder, if they can be read back."""
-    if not set(changes) <= set(KEPT):
+    if not set(changes) <= set(result.study.stored_parts()):
         return
     arrays: Arrays = {}
     objects = {field: encode(value, field, arrays) for field, value in changes.items()}
@@ -44,7 +44,7 @@ def with_steps(result: StudyResult, names: list[str], folder: Path) -> StudyResu
                     "expected: the same study, system and versions, or a run from the beginning"
                 )
             changes = {field: decode(value, arrays) for field, value in step["objects"].items()}
-            result = replace(result, **changes, timings={**result.timings, name: step["seconds"]})
+            result = replace(result.with_parts(changes), timings={**result.timings, name: step["seconds"]})
     return result
 
 

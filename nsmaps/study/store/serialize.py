@@ -18,7 +18,7 @@ from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Region, as_condition
 from nsmaps.results import Storable
-from nsmaps.study.sections.registry import SECTIONS
+from nsmaps.study.study import Study
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
 SHARED = {  #: classes of several sections, by module
@@ -27,11 +27,10 @@ SHARED = {  #: classes of several sections, by module
     "dynamics.orbit": ("Orbit",),
     "dynamics.periodic": ("PeriodicOrbit",),
 }
-FORMER = {"Transient": "ExitTimes"}  #: names of classes in earlier files
 #: the module of every class that a file may name; files contain the name alone
 HOME = {
     name: f"nsmaps.{module}"
-    for holds in (SHARED, *(section.holds for section in SECTIONS))
+    for holds in (SHARED, *(getattr(kind, "holds", {}) for kind in Study.kinds().values()))
     for module, names in holds.items()
     for name in names
 }
@@ -80,8 +79,7 @@ def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     if kind == "dict":
         return {decode(key, arrays): decode(value, arrays) for key, value in data["value"]}
     cls = stored_class(kind)
-    was: dict[str, str] = getattr(cls, "was", {})
-    return cls(**{str(was.get(key, key)): decode(value, arrays) for key, value in data.items() if key != KIND})
+    return cls(**{key: decode(value, arrays) for key, value in data.items() if key != KIND})
 
 
 def _label(item: Any, number: int) -> str:
@@ -119,7 +117,6 @@ def stored_class(stored: str) -> Any:
             cls = getattr(import_module(module), name, None)
         if isinstance(cls, type) and issubclass(cls, Storable) and cls.from_files:
             return cls
-    name = FORMER.get(name, name)
     if name not in HOME:
         raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
     return getattr(import_module(HOME[name]), name)

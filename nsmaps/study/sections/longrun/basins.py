@@ -1,18 +1,17 @@
 """The section `basins`: basins of attraction of the exact map over a grid, and of the composite map beside them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.reading.values import SPEC, Compared, Side
-from nsmaps.study.sections.base import Need, Section, Table
-from nsmaps.study.sections.fields import BasinsFields
+from nsmaps.study.sections.base import Analysis, Need, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
@@ -22,11 +21,18 @@ if TYPE_CHECKING:
 LONG = 24  #: largest number of letters of the words in a row
 
 
-class BasinsSection(BaseModel):
+class BasinsSection(Analysis):
     """Basins of attraction of the exact map over a grid."""
 
+    key: ClassVar[str] = "basins"
+    results: ClassVar[Mapping[str, Any]] = {
+        "basins": None,  #: of the grid
+        "boundary": None,  #: between them
+        "reduced_basins": None,  #: those of the composite map, if the study requests them
+        "same_attractor": None,  #: for each attractor of the composite map, the index of that of the exact map it is on
+    }
+
     model_config = SPEC
-    was: ClassVar = {"longest": "max_period"}
     returns: int = Field(1000, ge=1)
     tolerance: Number = Field(1e-6, gt=0)
     max_period: int = Field(32, ge=1)
@@ -34,84 +40,79 @@ class BasinsSection(BaseModel):
     grid: dict[str, Side] | None = None  #: that of the study if omitted
     map: Compared = ("exact",)
 
+    def needs(self) -> Iterator[Need]:
+        if self.grid is None:
+            yield ("basins",), "'basins' without a grid of its own", "grid"
+        if "composite" in self.map:
+            yield ("basins", "map"), "the basins of the composite map", "composite"
 
-def _needs(spec: BasinsSection) -> Iterator[Need]:
-    if spec.grid is None:
-        yield ("basins",), "'basins' without a grid of its own", "grid"
-    if "composite" in spec.map:
-        yield ("basins", "map"), "the basins of the composite map", "composite"
+    def bind(self, binding: "Binding") -> "Grid":
+        return binding.grid(("grid",), binding.study.grid) if self.grid is None else binding.grid(("basins", "grid"), self.grid)
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The basins over the grid, and the points on their boundaries if the study requests them."""
+        from nsmaps.dynamics.attractors.arrivals import follow
+        from nsmaps.dynamics.attractors.basins import basin_boundary, basins
 
-def _bind(spec: BasinsSection, binding: "Binding") -> "Grid":
-    return binding.grid(("grid",), binding.study.grid) if spec.grid is None else binding.grid(("basins", "grid"), spec.grid)
+        with plan.study.source.located(("basins",)):
+            how = None, self.returns, self.tolerance, self.max_period
+            both = "composite" in self.map
+            first = plan.portion(0, 2, "exact") if both else plan.jobs
+            found = basins(plan.system, plan.bound["basins"], *how, jobs=first)
+            line = None if self.boundary is None else basin_boundary(plan.system, found, self.boundary, self.returns)
+            if not both or result.composite is None:
+                return {"basins": found, "boundary": line}
+            reduced = basins(result.composite, plan.bound["basins"], *how, jobs=plan.portion(1, 2, "composite"))
+            there = counterpart(plan.system, result.composite)
+            last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
+            same = follow(there, last, found.attractors, self.returns).label
+        return {"basins": found, "boundary": line, "reduced_basins": reduced, "same_attractor": same}
 
+    def describe(self, study: "Study") -> str:
+        grid = self.grid or study.grid
+        total = returns_text(int(states(grid)) * self.returns)
+        return f"{grid_text(grid)}, up to {self.returns} returns each; at most {total}"
 
-def _compute(spec: BasinsSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The basins over the grid, and the points on their boundaries if the study requests them."""
-    from nsmaps.dynamics.attractors.arrivals import follow
-    from nsmaps.dynamics.attractors.basins import basin_boundary, basins
+    def size(self, study: "Study", system: "System") -> Size:
+        one = Size(RETURN * (self.returns + 2.0 * self.max_period), COPIES * STATE + STORED * self.max_period)
+        return one.times(states(self.grid or study.grid))
 
-    with plan.study.source.located(("basins",)):
-        how = None, spec.returns, spec.tolerance, spec.max_period
-        both = "composite" in spec.map
-        first = plan.portion(0, 2, "exact") if both else plan.jobs
-        found = basins(plan.system, plan.bound["basins"], *how, jobs=first)
-        line = None if spec.boundary is None else basin_boundary(plan.system, found, spec.boundary, spec.returns)
-        if not both or result.composite is None:
-            return {"basins": found, "boundary": line}
-        reduced = basins(result.composite, plan.bound["basins"], *how, jobs=plan.portion(1, 2, "composite"))
-        there = counterpart(plan.system, result.composite)
-        last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
-        same = follow(there, last, found.attractors, spec.returns).label
-    return {"basins": found, "boundary": line, "reduced_basins": reduced, "same_attractor": same}
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
+        basins, line = result.basins, result.boundary
+        if basins is None:
+            return {}
+        rows = []
+        for k, attractor in enumerate(basins.attractors):
+            row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
+            row |= {"fraction": float(basins.fractions[k]), "error": float(basins.fraction_error[k])}
+            arrival = basins.arrival[basins.label == k]
+            row |= {"most_returns": int(arrival.max()) if arrival.size else None}
+            rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
+        kinds: dict[str, Any] = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
+        if (reduced := result.reduced_basins) is not None:
+            found = zip(reduced.attractors, reduced.fractions.tolist(), strict=False)
+            attractors = [{"label": each.label, "period": each.period, "fraction": share} for each, share in found]
+            kinds["composite"] = {"attractors": attractors, "same": alike(result)}
+        return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
 
-
-def _describe(spec: BasinsSection, study: "Study") -> str:
-    grid = spec.grid or study.grid
-    total = returns_text(int(states(grid)) * spec.returns)
-    return f"{grid_text(grid)}, up to {spec.returns} returns each; at most {total}"
-
-
-def _size(spec: BasinsSection, study: "Study", system: "System") -> Size:
-    one = Size(RETURN * (spec.returns + 2.0 * spec.max_period), COPIES * STATE + STORED * spec.max_period)
-    return one.times(states(spec.grid or study.grid))
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
-    basins, line = result.basins, result.boundary
-    if basins is None:
-        return {}
-    rows = []
-    for k, attractor in enumerate(basins.attractors):
-        row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
-        row |= {"fraction": float(basins.fractions[k]), "error": float(basins.fraction_error[k])}
-        arrival = basins.arrival[basins.label == k]
-        row |= {"most_returns": int(arrival.max()) if arrival.size else None}
-        rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))
-    kinds: dict[str, Any] = dict(zip(("unresolved", "ended"), basins.fractions[-2:].tolist(), strict=True))
-    if (reduced := result.reduced_basins) is not None:
-        found = zip(reduced.attractors, reduced.fractions.tolist(), strict=False)
-        attractors = [{"label": each.label, "period": each.period, "fraction": share} for each, share in found]
-        kinds["composite"] = {"attractors": attractors, "same": alike(result)}
-    return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The attractors, and the percentage of the states of the grid that reach each."""
-    basins, section = result.basins, result.study.basins
-    if basins is None or section is None:
-        return
-    far = "to boundary" if result.boundary is not None else ""
-    note = "within: returns after which all these states have reached it"
-    note += "; to boundary: the smallest distance of the attractor from it." if far else "."
-    heads = "attractor", "period", "words", "share", "within", far
-    title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
-    yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
-    if result.reduced_basins is not None:
-        title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
-        note = f"{_percent(alike(result))} of the states come to the attractor of the exact map."
-        yield Table(title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,))
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The attractors, and the percentage of the states of the grid that reach each."""
+        basins, section = result.basins, result.study.basins
+        if basins is None or section is None:
+            return
+        far = "to boundary" if result.boundary is not None else ""
+        note = "within: returns after which all these states have reached it"
+        note += "; to boundary: the smallest distance of the attractor from it." if far else "."
+        heads = "attractor", "period", "words", "share", "within", far
+        title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
+        yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
+        if result.reduced_basins is not None:
+            title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
+            note = f"{_percent(alike(result))} of the states come to the attractor of the exact map."
+            yield Table(
+                title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,)
+            )
 
 
 def alike(result: "StudyResult") -> float:
@@ -143,17 +144,3 @@ def _rows(basins: "Basins", line: "BasinBoundary | None", returns: int) -> list[
 
 def _percent(share: float) -> str:
     return f"{100 * share:.3g} %"
-
-
-BASINS = Section[BasinsSection](
-    key="basins",
-    type=BasinsSection | None,
-    stored=BasinsFields,
-    needs=_needs,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    tables=_tables,
-)

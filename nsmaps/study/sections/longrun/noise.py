@@ -1,6 +1,6 @@
 """The section `noise`: the exact map under a forcing by noise or noise on its images, and the composite map so."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -14,8 +14,8 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
-from nsmaps.study.sections.base import Need, Section, Table
-from nsmaps.study.sections.fields import NoiseFields, NoiseResult
+from nsmaps.study.sections.base import Analysis, Need, Table
+from nsmaps.study.sections.fields import NoiseResult
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
@@ -29,7 +29,6 @@ DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 class ImpactsSection(Range):
     """The impacts of the exact map over a parameter, down and up, without noise and with noise of amplitude `sigma`."""
 
-    was: ClassVar = {"transient": "discard"}
     sigma: Number = Field(gt=0)
     returns: int = Field(40, ge=1)
     discard: int = Field(300, ge=0)
@@ -50,13 +49,23 @@ class NoiseSizes(BaseModel):
         return Noise(sigma=sigma, tau=self.tau, scale=self.scale)
 
 
-class NoiseSection(NoiseSizes):
+class NoiseSection(NoiseSizes, Analysis):
     """Residence in motions for each amplitude of a noise, and impacts over a parameter.
 
     With `tau` the noise is an Ornstein-Uhlenbeck forcing, otherwise it is added to the images, by coordinate in units of `scale`.
     """
 
-    was: ClassVar = {"hold": "min_returns"}
+    key: ClassVar[str] = "noise"
+    results: ClassVar[Mapping[str, Any]] = {
+        "noise": None,
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "dynamics.noise.impacts": ("ImpactDiagram",),
+        "dynamics.noise.law": ("Noise",),
+        "dynamics.noise.residence": ("Residence",),
+        "study.sections.fields": ("NoiseResult",),
+    }
+
     start: dict[str, Number]
     returns: int = Field(2000, ge=1)
     realisations: int = Field(16, ge=1)
@@ -81,41 +90,96 @@ class NoiseSection(NoiseSizes):
             raise ValueError(f"min_returns is {self.min_returns}; {text}")
         return self
 
+    def bind(self, binding: "Binding") -> Floats:
+        """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
+        from nsmaps.dynamics.noise.orbits import check_noise
 
-def _bind(spec: NoiseSection, binding: "Binding") -> Floats:
-    """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
-    from nsmaps.dynamics.noise.orbits import check_noise
+        with binding.study.source.located(("noise",)):
+            check_noise(binding.system, self.noise(self.sigma[0]))
+        for name, words in self.modes.items():
+            for word in words:
+                binding.check_return(("noise", "modes", name), word)
+        if along := self.impacts:
+            binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
+        return binding.start(("noise", "start"), self.start)
 
-    with binding.study.source.located(("noise",)):
-        check_noise(binding.system, spec.noise(spec.sigma[0]))
-    for name, words in spec.modes.items():
-        for word in words:
-            binding.check_return(("noise", "modes", name), word)
-    if along := spec.impacts:
-        binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
-    return binding.start(("noise", "start"), spec.start)
+    def calls(self) -> tuple[str, ...]:
+        return ("noise",)
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
+        from nsmaps.dynamics.noise.orbits import noisy_orbits
+        from nsmaps.dynamics.noise.residence import Residence, residence
 
-def _compute(spec: NoiseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
-    from nsmaps.dynamics.noise.orbits import noisy_orbits
-    from nsmaps.dynamics.noise.residence import Residence, residence
+        stays, ended, count = [], [], len(self.sigma) + (self.impacts is not None)
+        counted, reduced = list[Residence](), list[Residence]()
+        with plan.study.source.located(("noise",)):
+            for number, sigma in enumerate(self.sigma):
+                noise = self.noise(sigma)
+                how = self.returns, noise, self.realisations, self.seed, self.step
+                orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
+                stays.append(residence(orbits.words, orbits.time, self.modes, self.min_returns))
+                ended.append(orbits.ended())
+                if "composite" in self.map:
+                    counted.append(residence(orbits.words, _each(orbits.words), self.modes, self.min_returns))
+                    reduced.append(_reduced(self, plan, result, noise))
+            impacts = _impacts(self, self.impacts, plan, plan.portion(count - 1, count, "impacts")) if self.impacts else ()
+            both = tuple(counted), tuple(reduced)
+            return {"noise": NoiseResult(self.sigma, tuple(stays), tuple(ended), impacts, *both)}
 
-    stays, ended, count = [], [], len(spec.sigma) + (spec.impacts is not None)
-    counted, reduced = list[Residence](), list[Residence]()
-    with plan.study.source.located(("noise",)):
-        for number, sigma in enumerate(spec.sigma):
-            noise = spec.noise(sigma)
-            how = spec.returns, noise, spec.realisations, spec.seed, spec.step
-            orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
-            stays.append(residence(orbits.words, orbits.time, spec.modes, spec.min_returns))
-            ended.append(orbits.ended())
-            if "composite" in spec.map:
-                counted.append(residence(orbits.words, _each(orbits.words), spec.modes, spec.min_returns))
-                reduced.append(_reduced(spec, plan, result, noise))
-        impacts = _impacts(spec, spec.impacts, plan, plan.portion(count - 1, count, "impacts")) if spec.impacts else ()
-        both = tuple(counted), tuple(reduced)
-        return {"noise": NoiseResult(spec.sigma, tuple(stays), tuple(ended), impacts, *both)}
+    def describe(self, study: "Study") -> str:
+        sizes = f"{len(self.sigma)} amplitudes, {self.realisations} realisations of {self.returns} returns each"
+        returns = len(self.sigma) * self.realisations * self.returns
+        if (along := self.impacts) is None:
+            return f"{sizes}; {returns_text(returns)}"
+        more = 4 * along.points * (along.discard + along.returns)
+        return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
+
+    def size(self, study: "Study", system: "System") -> Size:
+        one = Size(_seconds(self, system), COPIES * STORED)
+        found = one.times(float(self.returns) * self.realisations * len(self.sigma))
+        if (along := self.impacts) is not None:
+            kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
+            found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
+        return found
+
+    def needs(self) -> Iterator[Need]:
+        if "composite" in self.map:
+            yield ("noise", "map"), "the composite map under noise", "composite"
+            yield ("noise", "map"), "the composite map under noise", "grid"
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The numbers for each amplitude of the noise."""
+        noise = result.noise
+        if noise is None:
+            return {}
+        rows: list[dict[str, Any]] = []
+        for sigma, stay, ended in zip(noise.sigma, noise.stays, noise.ended, strict=True):
+            row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
+            tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
+            rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
+        for of in ("counted", "reduced"):
+            for row, stay in zip(rows, getattr(noise, of), strict=False):
+                row[of] = {name: plain(getattr(stay, name)) for name in ("share", "mean", "switches", "rates", "rates_error")}
+        return {"noise": rows}
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """Shares of the motions and changes from one to another, of both maps."""
+        noise = result.noise
+        if noise is None or not noise.reduced:
+            return
+        modes = noise.reduced[0].modes
+        pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
+        heads = "sigma", "map", *(f"share of {name}" for name in modes), *(f"{modes[i]} to {modes[j]}" for i, j in pairs)
+        rows = []
+        for sigma, exact, reduced in zip(noise.sigma, noise.counted, noise.reduced, strict=True):
+            for of, stay in (("exact", exact), ("composite", reduced)):
+                found = [(1000 * stay.rates[pair], 1000 * stay.rates_error[pair], stay.switches[pair]) for pair in pairs]
+                changes = [f"{rate:.2g} +- {error:.1g}" if count else "0" for rate, error, count in found]
+                rows.append((f"{sigma:.3g}", of, *(f"{100 * share:.3g} %" for share in stay.share), *changes))
+        note = "Shares of returns, and changes per 1000 returns in the first motion. "
+        note += "Images of the composite map are kicked as the noise kicks exact ones."
+        yield Table("Motions under noise", heads, tuple(rows), (note,))
 
 
 def _each(words: NDArray[np.str_]) -> Floats:
@@ -152,24 +216,6 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jo
     )
 
 
-def _describe(spec: NoiseSection, study: "Study") -> str:
-    sizes = f"{len(spec.sigma)} amplitudes, {spec.realisations} realisations of {spec.returns} returns each"
-    returns = len(spec.sigma) * spec.realisations * spec.returns
-    if (along := spec.impacts) is None:
-        return f"{sizes}; {returns_text(returns)}"
-    more = 4 * along.points * (along.discard + along.returns)
-    return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
-
-
-def _size(spec: NoiseSection, study: "Study", system: "System") -> Size:
-    one = Size(_seconds(spec, system), COPIES * STORED)
-    found = one.times(float(spec.returns) * spec.realisations * len(spec.sigma))
-    if (along := spec.impacts) is not None:
-        kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
-        found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
-    return found
-
-
 def _seconds(spec: NoiseSection, system: "System") -> float:
     """The time of one return."""
     from nsmaps.dynamics.noise.law import usual_step
@@ -178,65 +224,3 @@ def _seconds(spec: NoiseSection, system: "System") -> float:
         return RETURN
     usual = usual_step(system, spec.tau)
     return (NOISY_MODES if system.obstacle() else NOISY) * max(1.0, usual / (spec.step or usual))
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The numbers for each amplitude of the noise."""
-    noise = result.noise
-    if noise is None:
-        return {}
-    rows: list[dict[str, Any]] = []
-    for sigma, stay, ended in zip(noise.sigma, noise.stays, noise.ended, strict=True):
-        row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
-        tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
-        rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
-    for of in ("counted", "reduced"):
-        for row, stay in zip(rows, getattr(noise, of), strict=False):
-            row[of] = {name: plain(getattr(stay, name)) for name in ("share", "mean", "switches", "rates", "rates_error")}
-    return {"noise": rows}
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """Shares of the motions and changes from one to another, of both maps."""
-    noise = result.noise
-    if noise is None or not noise.reduced:
-        return
-    modes = noise.reduced[0].modes
-    pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
-    heads = "sigma", "map", *(f"share of {name}" for name in modes), *(f"{modes[i]} to {modes[j]}" for i, j in pairs)
-    rows = []
-    for sigma, exact, reduced in zip(noise.sigma, noise.counted, noise.reduced, strict=True):
-        for of, stay in (("exact", exact), ("composite", reduced)):
-            found = [(1000 * stay.rates[pair], 1000 * stay.rates_error[pair], stay.switches[pair]) for pair in pairs]
-            changes = [f"{rate:.2g} +- {error:.1g}" if count else "0" for rate, error, count in found]
-            rows.append((f"{sigma:.3g}", of, *(f"{100 * share:.3g} %" for share in stay.share), *changes))
-    note = "Shares of returns, and changes per 1000 returns in the first motion. "
-    note += "Images of the composite map are kicked as the noise kicks exact ones."
-    yield Table("Motions under noise", heads, tuple(rows), (note,))
-
-
-def _needs(spec: NoiseSection) -> Iterator[Need]:
-    if "composite" in spec.map:
-        yield ("noise", "map"), "the composite map under noise", "composite"
-        yield ("noise", "map"), "the composite map under noise", "grid"
-
-
-NOISE = Section[NoiseSection](
-    key="noise",
-    type=NoiseSection | None,
-    stored=NoiseFields,
-    holds={
-        "dynamics.noise.impacts": ("ImpactDiagram",),
-        "dynamics.noise.law": ("Noise",),
-        "dynamics.noise.residence": ("Residence",),
-        "study.sections.fields": ("NoiseResult",),
-    },
-    bind=_bind,
-    calls=lambda spec: ("noise",),
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    needs=_needs,
-    numbers=_numbers,
-    tables=_tables,
-)

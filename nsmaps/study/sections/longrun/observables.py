@@ -1,10 +1,10 @@
 """The section `observables`: means of quantities on the orbits, diagrams, branches and basins of the exact map."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.observables.attractors import RETURNS
@@ -13,8 +13,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.study.conclusions.texts import plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.reading.values import SPEC, Name
-from nsmaps.study.sections.base import Section, Table
-from nsmaps.study.sections.fields import ObservablesFields
+from nsmaps.study.sections.base import Analysis, Table
 from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
@@ -26,8 +25,20 @@ if TYPE_CHECKING:
 OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
 
 
-class ObservablesSection(BaseModel):
+class ObservablesSection(Analysis):
     """Quantities of impacts and flights of the exact map, by name or by formula."""
+
+    key: ClassVar[str] = "observables"
+    results: ClassVar[Mapping[str, Any]] = {
+        "observables": {},  #: by section: of orbits, the diagram, the basins
+        "branch_observables": {},  #: by branch, of parts with orbits
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "exact.observables.spec": ("Observable",),
+        "dynamics.observables.means": ("Mean",),
+        "dynamics.observables.attractors": ("AttractorMeans",),
+        "dynamics.observables.cycles": ("CycleMeans", "Slope"),
+    }
 
     model_config = SPEC
     quantities: tuple[Name, ...] = ()
@@ -40,67 +51,94 @@ class ObservablesSection(BaseModel):
             raise ValueError("there is no observable; expected: names in 'quantities', or entries of 'formulas'")
         return self
 
+    def check(self, study: "Study") -> None:
+        if not any(study.names(section) for section in OF):
+            raise study.source.error(
+                ("observables",), f"there is nothing to observe; expected: one of the sections {', '.join(OF)}"
+            )
 
-def _check(spec: ObservablesSection, study: "Study") -> None:
-    if not any(study.names(section) for section in OF):
-        raise study.source.error(("observables",), f"there is nothing to observe; expected: one of the sections {', '.join(OF)}")
+    def bind(self, binding: "Binding") -> tuple[Observable, ...]:
+        from nsmaps.exact.observables.formulas import resolve_observables, vocabulary_of
 
-
-def _bind(spec: ObservablesSection, binding: "Binding") -> tuple[Observable, ...]:
-    from nsmaps.exact.observables.formulas import resolve_observables, vocabulary_of
-
-    source, named = binding.study.source, list[Observable]()
-    with source.located(("observables",)):
-        vocabulary = vocabulary_of(binding.system)
-        formulas = [vocabulary.whole(one) for one in spec.formulas]
-    for number, name in enumerate(spec.quantities):
-        with source.located(("observables", "quantities", number)):
-            named += resolve_observables(binding.system, [name])
-    for number, one in enumerate(formulas):
-        if one.of not in vocabulary.inputs:
-            with source.located(("observables", "formulas", number, "of")):
+        source, named = binding.study.source, list[Observable]()
+        with source.located(("observables",)):
+            vocabulary = vocabulary_of(binding.system)
+            formulas = [vocabulary.whole(one) for one in self.formulas]
+        for number, name in enumerate(self.quantities):
+            with source.located(("observables", "quantities", number)):
+                named += resolve_observables(binding.system, [name])
+        for number, one in enumerate(formulas):
+            if one.of not in vocabulary.inputs:
+                with source.located(("observables", "formulas", number, "of")):
+                    vocabulary.rows(one)
+            for key, text in (("formula", one.formula), ("per", one.per)):
+                if text:
+                    with source.located(("observables", "formulas", number, key)):
+                        vocabulary.read(text, str(one.of))
+            with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
                 vocabulary.rows(one)
-        for key, text in (("formula", one.formula), ("per", one.per)):
-            if text:
-                with source.located(("observables", "formulas", number, key)):
-                    vocabulary.read(text, str(one.of))
-        with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
-            vocabulary.rows(one)
-    with source.located(("observables",)):
-        return resolve_observables(binding.system, [*named, *formulas])
+        with source.located(("observables",)):
+            return resolve_observables(binding.system, [*named, *formulas])
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
+        from nsmaps.dynamics.observables.attractors import observe_attractors, observe_diagram, observe_states
+        from nsmaps.dynamics.observables.cycles import observe_branch
 
-def _compute(spec: ObservablesSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
-    from nsmaps.dynamics.observables.attractors import observe_attractors, observe_diagram, observe_states
-    from nsmaps.dynamics.observables.cycles import observe_branch
+        chosen, system, study = plan.bound["observables"], plan.system, plan.study
+        means, branches = {}, {}
+        with study.source.located(("observables",)):
+            if result.orbits:
+                last = np.stack([pair.exact.final for pair in result.orbits])
+                periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
+                means["orbits"] = observe_states(system, last, periods, chosen, self.returns)
+            if study.bifurcation is not None and "exact" in result.bifurcation:
+                along = Along(system, study.bifurcation.parameter)
+                means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, self.returns)
+            for section in study.branches:
+                map_of, parts = mapped(section, Along(system, section.parameter)), result.branches.get(section.name, ())
+                branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.parameter))
+            if result.basins is not None:
+                means["basins"] = observe_attractors(system, result.basins.attractors, chosen, self.returns)
+        return {"observables": means, "branch_observables": branches}
 
-    chosen, system, study = plan.bound["observables"], plan.system, plan.study
-    means, branches = {}, {}
-    with study.source.located(("observables",)):
-        if result.orbits:
-            last = np.stack([pair.exact.final for pair in result.orbits])
-            periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
-            means["orbits"] = observe_states(system, last, periods, chosen, spec.returns)
-        if study.bifurcation is not None and "exact" in result.bifurcation:
-            along = Along(system, study.bifurcation.parameter)
-            means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, spec.returns)
-        for section in study.branches:
-            map_of, parts = mapped(section, Along(system, section.parameter)), result.branches.get(section.name, ())
-            branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.parameter))
-        if result.basins is not None:
-            means["basins"] = observe_attractors(system, result.basins.attractors, chosen, spec.returns)
-    return {"observables": means, "branch_observables": branches}
+    def describe(self, study: "Study") -> str:
+        names = ", ".join([*self.quantities, *(one.name for one in self.formulas)])
+        return f"{names}; {returns_text(self.returns)} of each orbit"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        values = study.bifurcation.points * study.bifurcation.ways if study.bifurcation is not None else 0
+        return Size(DERIVED * self.returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
 
-def _describe(spec: ObservablesSection, study: "Study") -> str:
-    names = ", ".join([*spec.quantities, *(one.name for one in spec.formulas)])
-    return f"{names}; {returns_text(spec.returns)} of each orbit"
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """Means and errors by section and observable, and on branches the least and largest with the derivatives at both ends."""
+        found: dict[str, Any] = {}
+        for section, means in result.observables.items():
+            per, mean = best(means)
+            rows = {
+                name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}  # type: ignore[union-attr]
+                for k, (name, one) in enumerate(zip(means.names, means.observables, strict=True))
+            }
+            found[section] = {"per": per} | rows
+        for branch, parts in result.branch_observables.items():
+            found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
+        return {"observables": found} if found else {}
 
-
-def _size(spec: ObservablesSection, study: "Study", system: "System") -> Size:
-    values = study.bifurcation.points * study.bifurcation.ways if study.bifurcation is not None else 0
-    return Size(DERIVED * spec.returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """Each observable on each section's motions: a value with its error, or the range of values."""
+        rows = list[tuple[str, ...]]()
+        for section, means in result.observables.items():
+            per, mean = best(means)
+            for k, one in enumerate(means.observables):
+                flat = mean.value.reshape(-1, len(means.observables))[:, k]
+                rows.append((section, " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
+        for branch, parts in result.branch_observables.items():
+            for k, one in enumerate(parts[0].observables if parts else ()):
+                per = best(parts[0])[0]
+                flat = np.concatenate([best(part)[1].value[:, k] for part in parts])
+                rows.append((f"branch {branch}", " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
+        if rows:
+            yield Table(f"Observables of the {result.system.map_name}", ("of", "observable", "mean"), tuple(rows))
 
 
 def best(means: "AttractorMeans | CycleMeans") -> "tuple[str, Mean | Slope]":
@@ -110,21 +148,6 @@ def best(means: "AttractorMeans | CycleMeans") -> "tuple[str, Mean | Slope]":
     return ("per period", forced) if known and forced is not None else ("per return", means.per_return)
 
 
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Means and errors by section and observable, and on branches the least and largest with the derivatives at both ends."""
-    found: dict[str, Any] = {}
-    for section, means in result.observables.items():
-        per, mean = best(means)
-        rows = {
-            name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}  # type: ignore[union-attr]
-            for k, (name, one) in enumerate(zip(means.names, means.observables, strict=True))
-        }
-        found[section] = {"per": per} | rows
-    for branch, parts in result.branch_observables.items():
-        found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
-    return {"observables": found} if found else {}
-
-
 def _part(part: "CycleMeans") -> dict[str, Any]:
     per, slope = best(part)
     ends = {
@@ -132,23 +155,6 @@ def _part(part: "CycleMeans") -> dict[str, Any]:
         for k, name in enumerate(part.names)
     }
     return {"per": per} | ends
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """Each observable on each section's motions: a value with its error, or the range of values."""
-    rows = list[tuple[str, ...]]()
-    for section, means in result.observables.items():
-        per, mean = best(means)
-        for k, one in enumerate(means.observables):
-            flat = mean.value.reshape(-1, len(means.observables))[:, k]
-            rows.append((section, " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
-    for branch, parts in result.branch_observables.items():
-        for k, one in enumerate(parts[0].observables if parts else ()):
-            per = best(parts[0])[0]
-            flat = np.concatenate([best(part)[1].value[:, k] for part in parts])
-            rows.append((f"branch {branch}", " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
-    if rows:
-        yield Table(f"Observables of the {result.system.map_name}", ("of", "observable", "mean"), tuple(rows))
 
 
 def _unit(one: Observable, per: str) -> str:
@@ -165,23 +171,3 @@ def _values(values: Floats) -> str:
     if len(known) <= 3:
         return ", ".join(f"{value:.6g}" for value in known)
     return f"{known.min():.6g} to {known.max():.6g}"
-
-
-OBSERVABLES = Section[ObservablesSection](
-    key="observables",
-    type=ObservablesSection | None,
-    stored=ObservablesFields,
-    holds={
-        "exact.observables.spec": ("Observable",),
-        "dynamics.observables.means": ("Mean",),
-        "dynamics.observables.attractors": ("AttractorMeans",),
-        "dynamics.observables.cycles": ("CycleMeans", "Slope"),
-    },
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    tables=_tables,
-)

@@ -1,7 +1,7 @@
 """The section `orbits`: orbits of starts under the exact and the reduced map, and their limit sets."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -16,8 +16,8 @@ from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.conclusions.texts import finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
-from nsmaps.study.sections.base import Section, Verdict
-from nsmaps.study.sections.fields import OrbitPair, OrbitsFields
+from nsmaps.study.sections.base import Entries, Verdict
+from nsmaps.study.sections.fields import OrbitPair
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
@@ -39,45 +39,60 @@ class OrbitSection(BaseModel):
     )  #: number of impacts on all walls, or of events, that are stored with the motion between them
 
 
-Orbits = tuple[OrbitSection, ...]
+class Orbits(Entries[OrbitSection]):
+    """The orbits of a study, each of the exact and of the reduced map."""
 
+    key: ClassVar[str] = "orbits"
+    results: ClassVar[Mapping[str, Any]] = {
+        "orbits": (),
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "study.sections.fields": ("OrbitPair",),
+    }
 
-def _bind(spec: Orbits, binding: "Binding") -> tuple[Floats, ...]:
-    for number, orbit in enumerate(spec):
-        if orbit.track is not None:
-            with binding.study.source.located(("orbits", number, "track")):
-                FlowSystem.require(binding.system, "a trajectory")
-    return tuple(binding.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(spec))
+    def bind(self, binding: "Binding") -> tuple[Floats, ...]:
+        for number, orbit in enumerate(self):
+            if orbit.track is not None:
+                with binding.study.source.located(("orbits", number, "track")):
+                    FlowSystem.require(binding.system, "a trajectory")
+        return tuple(binding.start(("orbits", number, "start"), orbit.start) for number, orbit in enumerate(self))
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The orbits of every start under the exact map and under the composite map, and their limit sets."""
+        from nsmaps.dynamics.attractors.limit_set import limit_set
+        from nsmaps.dynamics.orbit import orbit
 
-def _compute(spec: Orbits, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The orbits of every start under the exact map and under the composite map, and their limit sets."""
-    from nsmaps.dynamics.attractors.limit_set import limit_set
-    from nsmaps.dynamics.orbit import orbit
+        pairs, count = [], 2 * len(self)
+        for k, (section, start) in enumerate(zip(self, plan.bound["orbits"], strict=True)):
+            first, then = (plan.portion(half, count).progress for half in (2 * k, 2 * k + 1))
+            reduced = orbit(result.reduced, start, section.returns, progress=first) if result.reduced else None
+            exact = orbit(plan.system, start, section.returns, progress=then)
+            reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
+            kept = track(plan.system, start, section.track) if section.track else None
+            there = counterpart(plan.system, result.composite)
+            same = None if there is plan.system else limit_set(there, orbit(there, start, section.returns))
+            pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends, same))
+        return {"orbits": tuple(pairs)}
 
-    pairs, count = [], 2 * len(spec)
-    for k, (section, start) in enumerate(zip(spec, plan.bound["orbits"], strict=True)):
-        first, then = (plan.portion(half, count).progress for half in (2 * k, 2 * k + 1))
-        reduced = orbit(result.reduced, start, section.returns, progress=first) if result.reduced else None
-        exact = orbit(plan.system, start, section.returns, progress=then)
-        reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
-        kept = track(plan.system, start, section.track) if section.track else None
-        there = counterpart(plan.system, result.composite)
-        same = None if there is plan.system else limit_set(there, orbit(there, start, section.returns))
-        pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends, same))
-    return {"orbits": tuple(pairs)}
+    def describe(self, study: "Study") -> str:
+        return ", ".join(f"{orbit.returns} returns" for orbit in self)
 
+    def size(self, study: "Study", system: "System") -> Size:
+        return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.returns) for orbit in self), Size())
 
-def _describe(spec: Orbits, study: "Study") -> str:
-    return ", ".join(f"{orbit.returns} returns" for orbit in spec)
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        return {"orbits": [_pair(pair) for pair in result.orbits]} if result.orbits else {}
 
-
-def _size(spec: Orbits, study: "Study", system: "System") -> Size:
-    return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.returns) for orbit in spec), Size())
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"orbits": [_pair(pair) for pair in result.orbits]} if result.orbits else {}
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """For every orbit, whether it completes all returns under each map, and whether both have the same attractor."""
+        coordinates = result.system.coordinates
+        for pair in result.orbits:
+            name = f"orbit from {point(coordinates, pair.start)}"
+            yield Verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
+            if pair.composite is not None:
+                returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
+                yield Verdict(f"{name}: completes all returns", "composite map", *returning)
+                yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
 def _pair(pair: OrbitPair) -> dict[str, Any]:
@@ -104,18 +119,6 @@ def _limit_set(limit_set: "LimitSet") -> dict[str, Any]:
     }
     exponent, error = finite([limit_set.exponent, limit_set.exponent_error])
     return about | where | {"multipliers": pairs, "stable": limit_set.stable, "exponent": exponent, "exponent_error": error}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """For every orbit, whether it completes all returns under each map, and whether both have the same attractor."""
-    coordinates = result.system.coordinates
-    for pair in result.orbits:
-        name = f"orbit from {point(coordinates, pair.start)}"
-        yield Verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
-        if pair.composite is not None:
-            returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
-            yield Verdict(f"{name}: completes all returns", "composite map", *returning)
-            yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
 def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, bool, str]:
@@ -191,20 +194,3 @@ def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
 
     sides = np.diff(grid_ends(result), axis=1)[:, 0]
     return np.where(np.isnan(sides), extents(pair.exact.states, result.system.coordinates), sides)
-
-
-ORBITS = Section[Orbits](
-    key="orbits",
-    type=Orbits,
-    default=(),
-    stored=OrbitsFields,
-    holds={
-        "study.sections.fields": ("OrbitPair",),
-    },
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-)

@@ -1,8 +1,8 @@
 """The section `composite`: the pieces of the composite map, fitted, printed or reset."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from pydantic import BaseModel, model_validator
 
@@ -22,8 +22,7 @@ from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.classes import Condition, Instance
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side, one_of
-from nsmaps.study.sections.base import Need, Section, Verdict, claimed
-from nsmaps.study.sections.fields import CompositeFields
+from nsmaps.study.sections.base import Entries, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import Fit, FitSection, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import surfaces_size
@@ -70,7 +69,72 @@ class PieceSection(BaseModel):
         return self.fit if isinstance(self.fit, FitSection) and self.fit.separable is not None else None
 
 
-Pieces = tuple[PieceSection, ...]
+class Pieces(Entries[PieceSection]):
+    """The pieces of the composite map of a study."""
+
+    key: ClassVar[str] = "composite"
+    claims: ClassVar[Mapping[str, tuple[str, ...]]] = {"covered": ("composite", "grid")}
+    results: ClassVar[Mapping[str, Any]] = {
+        "composite": None,
+        "coverage": None,  #: of the study's grid
+        "misleads": None,  #: words and images on the study's grid that differ from those of the exact map
+    }
+
+    def needs(self) -> Iterator[Need]:
+        for number, piece in enumerate(self):
+            if piece.fit:
+                yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
+            if piece.data == DIAGONAL:
+                yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
+
+    def check(self, study: "Study") -> None:
+        study.once("composite", [piece.name for piece in self])
+        for number, piece in enumerate(self):
+            if piece.name in MAPS:
+                text = f"{piece.name!r} is the name of a map; expected: another name for the piece"
+                raise study.source.error(("composite", number, "name"), text)
+            if piece.family is not None:
+                study.source.known(("composite", number, "family"), piece.family, study.families, "family")
+            if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
+                text = f"'diagonal' has the family {study.diagonal.family!r}, the piece {piece.family!r}; expected: the same"
+                raise study.source.error(("composite", number, "data"), text)
+
+    def bind(self, binding: "Binding") -> "tuple[PiecePlan, ...]":
+        return tuple(_bind_piece(("composite", number), piece, binding) for number, piece in enumerate(self))
+
+    def calls(self) -> tuple[str, ...]:
+        return ("composite",)
+
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """Steps iv to vi: every piece fitted, printed or reset."""
+        composite = composite_of(plan, plan.system, result.surfaces)
+        return {"composite": composite, **judged(plan, result, composite)}
+
+    def describe(self, study: "Study") -> str:
+        return ", ".join(f"{piece.name} ({_map_of(piece)})" for piece in self)
+
+    def size(self, study: "Study", system: "System") -> Size:
+        return pieces_size(study)
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        sections: dict[str, Any] = {}
+        if result.composite is not None:
+            fits = {piece.name: report_numbers(piece.map.report) for piece in result.composite.pieces if piece.map.report}
+            sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
+        if result.misleads is not None:
+            sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
+        return sections
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        cover, words = result.coverage, result.misleads
+        if cover is not None:
+            holds = bool(cover.fraction == 1.0)
+            yield claimed(result.study, "covered", "covered", MAP, holds, _covered(result, cover))
+        if words is not None:
+            right = words.wrong_words == 0
+            yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
+
+
 Surfaces = dict[str, Surface]  #: by family
 
 
@@ -87,31 +151,6 @@ class PiecePlan:
     reset: dict[str, float] | None
     polynomial: TabulatedMap | None
     grid: Grid | None = None  #: of the states at which the data are computed; None for that of the study
-
-
-def _needs(spec: Pieces) -> Iterator[Need]:
-    for number, piece in enumerate(spec):
-        if piece.fit:
-            yield ("composite", number), f"the fit of the piece {piece.name!r}", "families"
-        if piece.data == DIAGONAL:
-            yield ("composite", number, "data"), f"the data of the piece {piece.name!r}", "diagonal"
-
-
-def _check(spec: Pieces, study: "Study") -> None:
-    study.once("composite", [piece.name for piece in spec])
-    for number, piece in enumerate(spec):
-        if piece.name in MAPS:
-            text = f"{piece.name!r} is the name of a map; expected: another name for the piece"
-            raise study.source.error(("composite", number, "name"), text)
-        if piece.family is not None:
-            study.source.known(("composite", number, "family"), piece.family, study.families, "family")
-        if piece.data == DIAGONAL and study.diagonal and piece.family != study.diagonal.family:
-            text = f"'diagonal' has the family {study.diagonal.family!r}, the piece {piece.family!r}; expected: the same"
-            raise study.source.error(("composite", number, "data"), text)
-
-
-def _bind(spec: Pieces, binding: "Binding") -> tuple[PiecePlan, ...]:
-    return tuple(_bind_piece(("composite", number), piece, binding) for number, piece in enumerate(spec))
 
 
 def _bind_piece(loc: Loc, piece: PieceSection, binding: "Binding") -> PiecePlan:
@@ -136,12 +175,6 @@ def _region(loc: Loc, piece: PieceSection, binding: "Binding") -> Region:
     if piece.region is not None:
         return binding.region((*loc, "region"), piece.region)
     return binding.where((*loc, "where"), piece.where or "")
-
-
-def _compute(spec: Pieces, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Steps iv to vi: every piece fitted, printed or reset."""
-    composite = composite_of(plan, plan.system, result.surfaces)
-    return {"composite": composite, **judged(plan, result, composite)}
 
 
 def judged(plan: "Plan", result: "StudyResult", composite: CompositeMap) -> dict[str, Any]:
@@ -202,10 +235,6 @@ def region_of_data(system: "System", piece: PiecePlan) -> Region:
     return data.at(others) if isinstance(data, ConditionRegion) else data
 
 
-def _describe(spec: Pieces, study: "Study") -> str:
-    return ", ".join(f"{piece.name} ({_map_of(piece)})" for piece in spec)
-
-
 def _map_of(piece: PieceSection) -> str:
     """The kind of map of a piece."""
     return f"fit of {piece.family}" if piece.fit else "printed" if piece.polynomial else "reset"
@@ -218,35 +247,11 @@ def pieces_size(study: "Study") -> Size:
     return sum([*fits, *own], Size())
 
 
-def _size(spec: Pieces, study: "Study", system: "System") -> Size:
-    return pieces_size(study)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    sections: dict[str, Any] = {}
-    if result.composite is not None:
-        fits = {piece.name: report_numbers(piece.map.report) for piece in result.composite.pieces if piece.map.report}
-        sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
-    if result.misleads is not None:
-        sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
-    return sections
-
-
 def _columns(comparison: "Misleads") -> tuple[list[str], list[float | None]]:
     from dataclasses import asdict
 
     about = asdict(comparison)
     return list(about), finite(about.values())
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    cover, words = result.coverage, result.misleads
-    if cover is not None:
-        holds = bool(cover.fraction == 1.0)
-        yield claimed(result.study, "covered", "covered", MAP, holds, _covered(result, cover))
-    if words is not None:
-        right = words.wrong_words == 0
-        yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
 
 
 def _covered(result: "StudyResult", cover: "Coverage") -> str:
@@ -256,21 +261,3 @@ def _covered(result: "StudyResult", cover: "Coverage") -> str:
     why = pieces_of_others(result)
     text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     return f"{text}; {why}" if why else text
-
-
-COMPOSITE = Section[Pieces](
-    key="composite",
-    type=Pieces,
-    default=(),
-    stored=CompositeFields,
-    claims={"covered": ("composite", "grid")},
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    calls=lambda spec: ("composite",),
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-)

@@ -1,11 +1,11 @@
 """The section `diagonal`: the states near their images, and a comparison of polynomial orders there."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Grid, Surface
@@ -17,8 +17,7 @@ from nsmaps.reduced.fit.filter_errors import compare_deltas
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
-from nsmaps.study.sections.base import Need, Section
-from nsmaps.study.sections.fields import DiagonalFields
+from nsmaps.study.sections.base import Analysis, Need
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import surfaces_size
 
@@ -27,18 +26,24 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
-class DiagonalSection(BaseModel):
+class DiagonalSection(Analysis):
     """The states near their images, united over a parameter (eq. r1uniond)."""
 
+    key: ClassVar[str] = "diagonal"
+    results: ClassVar[Mapping[str, Any]] = {
+        "diagonal": None,
+        "orders": (),  #: fits compared near the diagonals, table TableDeltaErr
+        "near": (),  #: at the study's own parameters, for `delta` and each of `deltas`
+    }
+
     model_config = SPEC
-    was: ClassVar = {"within": "region"}
     family: str
     delta: Number = Field(gt=1)
     slope: Number | None = Field(None, gt=0)
     region: Condition | None = None
     sweep: Sweep | None = None
     shown: tuple[Number, ...] = ()  #: values of the sweep
-    orders: dict[Name, Fit] = {}
+    orders: dict[Name, Fit] = Field(default_factory=dict)
     deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
     grid: dict[str, Side] | None = None
 
@@ -58,6 +63,55 @@ class DiagonalSection(BaseModel):
                 raise ValueError(f"'shown' has {value:g}, which the sweep lacks; expected: {some}")
         return self
 
+    def needs(self) -> Iterator[Need]:
+        yield ("diagonal",), "'diagonal'", "families"
+
+    def check(self, study: "Study") -> None:
+        study.source.known(("diagonal", "family"), self.family, study.families, "family")
+
+    def bind(self, binding: "Binding") -> "Near":
+        study, source = binding.study, binding.study.source
+        if self.grid is None and study.grid is None:
+            raise source.error(("diagonal",), "'diagonal' has no grid; expected: 'grid' in this section, or the section 'grid'")
+        if self.sweep:
+            binding.swept_values(("diagonal", "sweep"), self.sweep.parameter, (self.sweep.low, self.sweep.high))
+        region = None if self.region is None else binding.region(("diagonal", "region"), self.region)
+        with source.located(("diagonal",), NearDiagonal):
+            filter = NearDiagonal(delta=self.delta, slope=self.slope, region=region)
+        loc = ("grid",) if self.grid is None else ("diagonal", "grid")
+        grid = binding.grid(loc, study.grid if self.grid is None else self.grid)
+        orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in self.orders.items()}
+        return Near(filter, grid, self.grid is not None, orders)
+
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.
+
+        Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
+        """
+        bound: Near = plan.bound["diagonal"]
+        with plan.study.source.located(("diagonal",)):
+            region = diagonal_region(bound.filter, _swept(self, plan, bound.grid))
+        own = plan.families[self.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[self.family]
+        with plan.study.source.located(("diagonal", "orders")):
+            near = compare_deltas(bound.filter, own, self.deltas, bound.orders)
+        orders = tuple((name, fitted.report) for name, fitted in near[0].maps.items())
+        return {"diagonal": region, "near": near, "orders": orders}
+
+    def describe(self, study: "Study") -> str:
+        over = f" over {self.sweep.points} values of {self.sweep.parameter}" if self.sweep else ""
+        return f"{self.family} within a factor {self.delta:g} of the diagonals{over}"
+
+    def size(self, study: "Study", system: "System") -> Size:
+        values, count = self.sweep.points if self.sweep else 1, states(self.grid or study.grid)
+        fits = sum((fit_size(fit, count) for fit in self.orders.values()), Size())
+        return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(self.deltas))
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        region = result.diagonal
+        if region is None:
+            return {}
+        return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Near:
@@ -67,44 +121,6 @@ class Near:
     grid: Grid
     own: bool  #: True if the section defines the grid
     orders: "dict[str, PolyFit]"
-
-
-def _needs(spec: DiagonalSection) -> Iterator[Need]:
-    yield ("diagonal",), "'diagonal'", "families"
-
-
-def _check(spec: DiagonalSection, study: "Study") -> None:
-    study.source.known(("diagonal", "family"), spec.family, study.families, "family")
-
-
-def _bind(spec: DiagonalSection, binding: "Binding") -> Near:
-    study, source = binding.study, binding.study.source
-    if spec.grid is None and study.grid is None:
-        raise source.error(("diagonal",), "'diagonal' has no grid; expected: 'grid' in this section, or the section 'grid'")
-    if spec.sweep:
-        binding.swept_values(("diagonal", "sweep"), spec.sweep.parameter, (spec.sweep.low, spec.sweep.high))
-    region = None if spec.region is None else binding.region(("diagonal", "region"), spec.region)
-    with source.located(("diagonal",), NearDiagonal):
-        filter = NearDiagonal(delta=spec.delta, slope=spec.slope, region=region)
-    loc = ("grid",) if spec.grid is None else ("diagonal", "grid")
-    grid = binding.grid(loc, study.grid if spec.grid is None else spec.grid)
-    orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in spec.orders.items()}
-    return Near(filter, grid, spec.grid is not None, orders)
-
-
-def _compute(spec: DiagonalSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.
-
-    Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
-    """
-    bound: Near = plan.bound["diagonal"]
-    with plan.study.source.located(("diagonal",)):
-        region = diagonal_region(bound.filter, _swept(spec, plan, bound.grid))
-    own = plan.families[spec.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[spec.family]
-    with plan.study.source.located(("diagonal", "orders")):
-        near = compare_deltas(bound.filter, own, spec.deltas, bound.orders)
-    orders = tuple((name, fitted.report) for name, fitted in near[0].maps.items())
-    return {"diagonal": region, "near": near, "orders": orders}
 
 
 def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float, Surface]]:
@@ -128,41 +144,9 @@ def near_diagonals(plan: "Plan", surface: Surface) -> tuple[dict[str, Surface], 
     return {surface.name: near}, Box.of(surface.coordinates, hull)
 
 
-def _describe(spec: DiagonalSection, study: "Study") -> str:
-    over = f" over {spec.sweep.points} values of {spec.sweep.parameter}" if spec.sweep else ""
-    return f"{spec.family} within a factor {spec.delta:g} of the diagonals{over}"
-
-
-def _size(spec: DiagonalSection, study: "Study", system: "System") -> Size:
-    values, count = spec.sweep.points if spec.sweep else 1, states(spec.grid or study.grid)
-    fits = sum((fit_size(fit, count) for fit in spec.orders.values()), Size())
-    return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(spec.deltas))
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    region = result.diagonal
-    if region is None:
-        return {}
-    return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
-
-
 def _orders(result: "StudyResult") -> list[dict[str, Any]]:
     """The fits near the diagonals by delta and order; by order for an earlier run with a single delta."""
     if not result.near:
         return [{"name": name} | report_numbers(report) for name, report in result.orders]
     fits = [(near.delta, name, fitted.report) for near in result.near for name, fitted in near.maps.items()]
     return [{"delta": delta, "name": name} | report_numbers(report) for delta, name, report in fits if report]
-
-
-DIAGONAL = Section[DiagonalSection](
-    key="diagonal",
-    type=DiagonalSection | None,
-    stored=DiagonalFields,
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-)

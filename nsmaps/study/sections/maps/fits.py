@@ -1,7 +1,7 @@
 """The polynomial of a piece: its keys in a study's file, and its errors."""
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, Discriminator, Tag, model_validator
 
@@ -34,7 +34,6 @@ class FitSection(BaseModel):
     """The polynomial of a piece: `full` (eq. cubic2dv) or `separable` (remark separable), degrees by coordinate."""
 
     model_config = SPEC
-    was: ClassVar = {"along": "lines"}
     full: Degrees | None = None
     separable: dict[str, Degree] | None = None
     lines: dict[str, Number] | None = None

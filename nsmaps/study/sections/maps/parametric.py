@@ -1,8 +1,8 @@
 """The section `parametric`: the composite map as a function of a parameter."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, model_validator
@@ -14,8 +14,7 @@ from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import SPEC, Points, in_order
-from nsmaps.study.sections.base import Need, Section, Table, Verdict, claimed
-from nsmaps.study.sections.fields import ParametricFields
+from nsmaps.study.sections.base import Analysis, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -50,8 +49,17 @@ class CompareSection(BaseModel):
     apart_from: tuple[Annotated[tuple[Number, Number], AfterValidator(_rising)], ...] = Field((), alias="except")
 
 
-class ParametricSection(BaseModel):
+class ParametricSection(Analysis):
     """The composite map with coefficients that are polynomials of a parameter, from its values at Chebyshev nodes."""
+
+    key: ClassVar[str] = "parametric"
+    results: ClassVar[Mapping[str, Any]] = {
+        "parametric": None,
+        "agreement": None,  #: of the attractors of the parametric map with those of the exact map
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "dynamics.diagrams.agreement": ("Agreement",),
+    }
 
     model_config = SPEC
     parameter: str
@@ -80,38 +88,102 @@ class ParametricSection(BaseModel):
         """The number of Chebyshev nodes."""
         return self.nodes or 2 * self.highest + 1
 
+    def needs(self) -> Iterator[Need]:
+        yield ("parametric",), "'parametric'", "composite"
 
-def _needs(spec: ParametricSection) -> Iterator[Need]:
-    yield ("parametric",), "'parametric'", "composite"
+    def check(self, study: "Study") -> None:
+        if self.require and not (self.compare.start or study.orbits or study.grid):
+            text = (
+                "'follows' compares orbits, of which none has a start; expected: 'start' in 'compare', or 'orbits', or a 'grid'"
+            )
+            raise study.source.error(("parametric", "require"), text)
+        for name in self.orders:
+            study.source.known(("parametric", "orders", name), name, [piece.name for piece in study.composite], "piece", key=True)
 
+    def bind(self, binding: "Binding") -> "Floats | None":
+        """The start of the comparison, if it is given."""
+        binding.swept_values(("parametric",), self.parameter, (self.low, self.high))
+        for name, of in self.orders.items():
+            binding.some_coordinates(("parametric", "orders", name), of if isinstance(of, dict) else {})
+        start = self.compare.start
+        return None if start is None else binding.start(("parametric", "compare", "start"), start)
 
-def _check(spec: ParametricSection, study: "Study") -> None:
-    if spec.require and not (spec.compare.start or study.orbits or study.grid):
-        text = "'follows' compares orbits, of which none has a start; expected: 'start' in 'compare', or 'orbits', or a 'grid'"
-        raise study.source.error(("parametric", "require"), text)
-    for name in spec.orders:
-        study.source.known(("parametric", "orders", name), name, [piece.name for piece in study.composite], "piece", key=True)
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
+        ends = (self.low, self.high)
+        nodes = chebyshev_nodes(*ends, self.number_of_nodes)
+        with plan.study.source.located(("parametric",)):
+            at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
+            map = parametric_map(at_nodes, self.parameter, *ends, self.order, self.orders)
+            held = refits(plan, self.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
+            reported = replace(map, report=report_on(map, held) if held[0][2] else None)
+            return {"parametric": reported, "agreement": _compared(self, plan, map)}
 
+    def describe(self, study: "Study") -> str:
+        return f"order {self.highest} in {self.parameter} from {self.low:g} to {self.high:g}"
 
-def _bind(spec: ParametricSection, binding: "Binding") -> "Floats | None":
-    """The start of the comparison, if it is given."""
-    binding.swept_values(("parametric",), spec.parameter, (spec.low, spec.high))
-    for name, of in spec.orders.items():
-        binding.some_coordinates(("parametric", "orders", name), of if isinstance(of, dict) else {})
-    start = spec.compare.start
-    return None if start is None else binding.start(("parametric", "compare", "start"), start)
+    def size(self, study: "Study", system: "System") -> Size:
+        pieces, compare = pieces_size(study), self.compare
+        returns = 2.0 * compare.points * (compare.discard + compare.returns)
+        fits = (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * self.number_of_nodes + 1)
+        return fits + Size(seconds=RETURN * returns, memory=pieces.memory)
 
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The largest errors over all held-out values, one per output, by piece, and where the map departs from the exact one."""
+        map, found = result.parametric, result.agreement
+        if map is None:
+            return {}
+        report = map.report
+        worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
+        names = () if report is None else report.names
+        pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
+        ends = {"parameter": map.parameter, "from": map.low, "to": map.high, "condition": map.condition}
+        held = [] if report is None else report.values.tolist()
+        where = (
+            {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
+        )
+        return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
 
-def _compute(spec: ParametricSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
-    ends = (spec.low, spec.high)
-    nodes = chebyshev_nodes(*ends, spec.number_of_nodes)
-    with plan.study.source.located(("parametric",)):
-        at_nodes = {value: composite for value, composite, _ in refits(plan, spec.parameter, nodes, 0.0, FITTED / 2)}
-        map = parametric_map(at_nodes, spec.parameter, *ends, spec.order, spec.orders)
-        held = refits(plan, spec.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
-        reported = replace(map, report=report_on(map, held) if held[0][2] else None)
-        return {"parametric": reported, "agreement": _compared(spec, plan, map)}
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
+        section, found = result.study.parametric, result.agreement
+        if section is None or (found is None and not section.require):
+            return
+        if found is None:
+            text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
+            yield claimed(section, "follows", "parametric: follows", TITLE, False, text)
+            return
+        stated = section.compare.apart_from
+        inside = found.in_intervals(stated)
+        wrong = list(found.disagreements(stated))
+        holds = not wrong and not inside.all()
+        which = "orbits" if found.starts is None else f"orbits from {point(result.system.coordinates, found.starts[0])}"
+        outside = f" outside {' and '.join(f'[{low:g}, {high:g}]' for low, high in stated)}" if stated else ""
+        where = f"{(~inside).sum()} values of {section.parameter} from {section.low:g} to {section.high:g}{outside}"
+        if holds:
+            furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
+            text = f"at {where} {which} end on attractors of the same period, at most {furthest:.2g} apart in sides of the grid"
+        elif wrong:
+            count, first = sum(each.count for each in wrong), _spoken(section, result, wrong[0])
+            text = f"at {count} of {where} {which} end on attractors that differ: {first}"
+            text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
+        else:
+            text = f"no value is compared{outside}"
+        yield claimed(section, "follows", "parametric: follows", TITLE, holds, f"{yes(holds)}: {text}")
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The errors of each piece, and where the attractors are not those of the exact map."""
+        map, found, section = result.parametric, result.agreement, result.study.parametric
+        if map is None or section is None:
+            return
+        if map.report is not None:
+            yield _errors(map.report, map.coordinates.names, section.parameter)
+        if found is not None:
+            heads = (f"{section.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
+            rows = tuple(_row(each) for each in found.disagreements())
+            count = len(found.values)
+            note = f"Of {count} values compared; distances in sides of the grid, of which {found.tolerance:g} is allowed."
+            yield Table("Where the parametric map does not follow", heads, rows, (note,))
 
 
 def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agreement | None":
@@ -151,60 +223,6 @@ def _start(plan: "Plan") -> "Floats | None":
     return None if given is None else np.atleast_2d(given)
 
 
-def _describe(spec: ParametricSection, study: "Study") -> str:
-    return f"order {spec.highest} in {spec.parameter} from {spec.low:g} to {spec.high:g}"
-
-
-def _size(spec: ParametricSection, study: "Study", system: "System") -> Size:
-    pieces, compare = pieces_size(study), spec.compare
-    returns = 2.0 * compare.points * (compare.discard + compare.returns)
-    fits = (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * spec.number_of_nodes + 1)
-    return fits + Size(seconds=RETURN * returns, memory=pieces.memory)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The largest errors over all held-out values, one per output, by piece, and where the map does not follow the exact one."""
-    map, found = result.parametric, result.agreement
-    if map is None:
-        return {}
-    report = map.report
-    worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
-    names = () if report is None else report.names
-    pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
-    ends = {"parameter": map.parameter, "from": map.low, "to": map.high, "condition": map.condition}
-    held = [] if report is None else report.values.tolist()
-    where = {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
-    return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
-    section, found = result.study.parametric, result.agreement
-    if section is None or (found is None and not section.require):
-        return
-    if found is None:
-        text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
-        yield claimed(section, "follows", "parametric: follows", TITLE, False, text)
-        return
-    stated = section.compare.apart_from
-    inside = found.in_intervals(stated)
-    wrong = list(found.disagreements(stated))
-    holds = not wrong and not inside.all()
-    which = "orbits" if found.starts is None else f"orbits from {point(result.system.coordinates, found.starts[0])}"
-    outside = f" outside {' and '.join(f'[{low:g}, {high:g}]' for low, high in stated)}" if stated else ""
-    where = f"{(~inside).sum()} values of {section.parameter} from {section.low:g} to {section.high:g}{outside}"
-    if holds:
-        furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
-        text = f"at {where} {which} end on attractors of the same period, at most {furthest:.2g} apart in sides of the grid"
-    elif wrong:
-        count, first = sum(each.count for each in wrong), _spoken(section, result, wrong[0])
-        text = f"at {count} of {where} {which} end on attractors that differ: {first}"
-        text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
-    else:
-        text = f"no value is compared{outside}"
-    yield claimed(section, "follows", "parametric: follows", TITLE, holds, f"{yes(holds)}: {text}")
-
-
 def _spoken(section: ParametricSection, result: "StudyResult", where: "Disagreement") -> str:
     """An interval where both maps differ, in words."""
     at = f"from {where.low:.6g} to {where.high:.6g}" if where.count > 1 else f"at {where.low:.6g}"
@@ -221,20 +239,6 @@ def _distance(where: "Disagreement", before: str = "") -> str:
     return "" if np.isnan(where.distance) else f"{before}{where.distance:.2g}"
 
 
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The errors of each piece, and where the attractors are not those of the exact map."""
-    map, found, section = result.parametric, result.agreement, result.study.parametric
-    if map is None or section is None:
-        return
-    if map.report is not None:
-        yield _errors(map.report, map.coordinates.names, section.parameter)
-    if found is not None:
-        heads = (f"{section.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
-        rows = tuple(_row(each) for each in found.disagreements())
-        note = f"Of {len(found.values)} values compared; distances in sides of the grid, of which {found.tolerance:g} is allowed."
-        yield Table("Where the parametric map does not follow", heads, rows, (note,))
-
-
 def _row(where: "Disagreement") -> tuple[str, ...]:
     return f"{where.low:.6g}", f"{where.high:.6g}", str(where.count), _named(where.exact), _named(where.labels), _distance(where)
 
@@ -248,22 +252,3 @@ def _errors(report: ParametricReport, names: tuple[str, ...], parameter: str) ->
         f"Largest at {len(report.values)} values of {parameter} held out: at the data of the exact map there, and between both."
     )
     return Table("Errors of the parametric map", heads, tuple(rows), (note,))
-
-
-PARAMETRIC = Section[ParametricSection](
-    key="parametric",
-    type=ParametricSection | None,
-    stored=ParametricFields,
-    holds={
-        "dynamics.diagrams.agreement": ("Agreement",),
-    },
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

@@ -1,87 +1,75 @@
 """The section `second_iterate`: the second iterate of the piece of one domain."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.reading.values import ATTRACTING, SPEC
-from nsmaps.study.sections.base import Need, Section
-from nsmaps.study.sections.fields import SecondIterateFields
+from nsmaps.study.sections.base import Analysis, Need
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 
-class SecondIterateSection(BaseModel):
+class SecondIterateSection(Analysis):
     """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps.
 
     The order is that of eq. seconditerativev, which has the fixed point q where the map falls with the other coordinate, or that
     of eq. auxv2nd, which has p.
     """
 
+    key: ClassVar[str] = "second_iterate"
+    stored: ClassVar[bool] = False
+    results: ClassVar[Mapping[str, Any]] = {
+        "second_iterate": None,
+    }
+
     model_config = SPEC
     domain: str
     order: Literal["max_first", "min_first"] = "max_first"
     updates: tuple[Annotated[int, Field(ge=1)], ...] = ()  #: shown, by number
 
+    def recompute(self, result: "StudyResult") -> dict[str, Any]:
+        """The second iterate of the first coordinate, between the last bounds of the second."""
+        from nsmaps.symbolic.curve_iterates import second_iterate
 
-def _needs(spec: SecondIterateSection) -> Iterator[Need]:
-    yield ("second_iterate",), "'second_iterate'", "domains"
+        spec = result.study.second_iterate
+        name = spec.domain
+        piece = next(domain.map for domain in result.study.domains if domain.name == name)
+        polymap = attracting_of(result.partition) if result.partition and piece == ATTRACTING else None
+        if isinstance(polymap, CompositeMap):
+            count = len(polymap.pieces)
+            raise NsmapsError(
+                f"the second iterate is of one piece, and {count} are attracting; expected: a domain of one of them"
+            )
+        if polymap is None:
+            assert result.composite is not None
+            polymap = result.composite.piece(piece).map
+        low, high = result.domains[name].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
+        return {"second_iterate": second_iterate(polymap, float(low), float(high), spec.order)}
 
+    def needs(self) -> Iterator[Need]:
+        yield ("second_iterate",), "'second_iterate'", "domains"
 
-def _check(spec: SecondIterateSection, study: "Study") -> None:
-    fitted = pieces_with_a_map(study)
-    of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
-    study.source.known(("second_iterate", "domain"), spec.domain, of_pieces, "domain of a fitted piece")
+    def check(self, study: "Study") -> None:
+        fitted = pieces_with_a_map(study)
+        of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
+        study.source.known(("second_iterate", "domain"), self.domain, of_pieces, "domain of a fitted piece")
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        with plan.study.source.located(("second_iterate",)):
+            return self.recompute(result)
 
-def _compute(spec: SecondIterateSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    with plan.study.source.located(("second_iterate",)):
-        return _again(result)
+    def describe(self, study: "Study") -> str:
+        return f"of the domain {self.domain}"
 
-
-def _again(result: "StudyResult") -> dict[str, Any]:
-    """The second iterate of the first coordinate, between the last bounds of the second."""
-    from nsmaps.symbolic.curve_iterates import second_iterate
-
-    spec = result.study.second_iterate
-    name = spec.domain
-    piece = next(domain.map for domain in result.study.domains if domain.name == name)
-    polymap = attracting_of(result.partition) if result.partition and piece == ATTRACTING else None
-    if isinstance(polymap, CompositeMap):
-        count = len(polymap.pieces)
-        raise NsmapsError(f"the second iterate is of one piece, and {count} are attracting; expected: a domain of one of them")
-    if polymap is None:
-        assert result.composite is not None
-        polymap = result.composite.piece(piece).map
-    low, high = result.domains[name].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
-    return {"second_iterate": second_iterate(polymap, float(low), float(high), spec.order)}
-
-
-def _describe(spec: SecondIterateSection, study: "Study") -> str:
-    return f"of the domain {spec.domain}"
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    iterate = result.second_iterate
-    if iterate is None:
-        return {}
-    return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
-
-
-SECOND_ITERATE = Section[SecondIterateSection](
-    key="second_iterate",
-    type=SecondIterateSection | None,
-    stored=SecondIterateFields,
-    again=_again,
-    needs=_needs,
-    check=_check,
-    compute=_compute,
-    describe=_describe,
-    numbers=_numbers,
-)
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        iterate = result.second_iterate
+        if iterate is None:
+            return {}
+        return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}

@@ -1,5 +1,6 @@
 """The section `slices`: first returns along one coordinate, at fixed values of the others."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, Field
@@ -10,8 +11,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, Span
-from nsmaps.study.sections.base import Section
-from nsmaps.study.sections.fields import SlicesFields
+from nsmaps.study.sections.base import Entries
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -23,16 +23,31 @@ class SliceSection(BaseModel):
     """First returns along one coordinate, at fixed values of the others."""
 
     model_config = SPEC
-    was: ClassVar = {"along": "axis"}
     at: dict[str, Number]
     axis: dict[str, Span] = Field(min_length=1, max_length=1)
 
 
-Slices = tuple[SliceSection, ...]
+class Slices(Entries[SliceSection]):
+    """First returns along lines through the states."""
 
+    key: ClassVar[str] = "slices"
+    results: ClassVar[Mapping[str, Any]] = {
+        "slices": (),  #: first returns along one coordinate
+    }
 
-def _bind(spec: Slices, binding: "Binding") -> tuple[Cut, ...]:
-    return tuple(_cut(("slices", number), section, binding) for number, section in enumerate(spec))
+    def bind(self, binding: "Binding") -> tuple[Cut, ...]:
+        return tuple(_cut(("slices", number), section, binding) for number, section in enumerate(self))
+
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """Cuts through the surfaces of step i."""
+        return {"slices": tuple(slice_along(plan.system, *cut) for cut in plan.bound["slices"])}
+
+    def describe(self, study: "Study") -> str:
+        return f"{len(self)} of the exact map"
+
+    def size(self, study: "Study", system: "System") -> Size:
+        points = sum(states(section.axis) for section in self)
+        return Size(RETURN * points, COPIES * STATE * points)
 
 
 def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:
@@ -44,29 +59,3 @@ def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:
         others = ", ".join(name for name in coordinates if name != along)
         raise binding.study.source.error((*loc, "at"), f"{along!r} varies along the slice; expected in 'at': all of {others}")
     return along, binding.axis((*loc, "axis", along), span), dict(section.at)
-
-
-def _compute(spec: Slices, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """Cuts through the surfaces of step i."""
-    return {"slices": tuple(slice_along(plan.system, *cut) for cut in plan.bound["slices"])}
-
-
-def _describe(spec: Slices, study: "Study") -> str:
-    return f"{len(spec)} of the exact map"
-
-
-def _size(spec: Slices, study: "Study", system: "System") -> Size:
-    points = sum(states(section.axis) for section in spec)
-    return Size(RETURN * points, COPIES * STATE * points)
-
-
-SLICES = Section[Slices](
-    key="slices",
-    type=Slices,
-    default=(),
-    stored=SlicesFields,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-)

@@ -1,6 +1,6 @@
 """The section `bifurcation`: attractors of maps over a parameter."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -16,8 +16,7 @@ from nsmaps.study.conclusions.texts import each_text, known, returns_text
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Need, Section, Table, Verdict
-from nsmaps.study.sections.fields import BifurcationFields
+from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -30,13 +29,17 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of intervals in a table, per map
 
 
-class BifurcationSection(Range):
+class BifurcationSection(Range, Analysis):
     """Attractors over a parameter, of the `exact`, the `composite` or the `parametric` map, or of a piece of the composite map.
 
     The composite map and its pieces are fitted at each value.
     """
 
-    was: ClassVar = {"of": "map", "follow": "direction", "transient": "discard"}
+    key: ClassVar[str] = "bifurcation"
+    results: ClassVar[Mapping[str, Any]] = {
+        "bifurcation": {},  #: by map: exact, composite, parametric, a piece
+    }
+
     start: dict[str, Number]
     discard: int = Field(2000, ge=0)
     returns: int = Field(60, ge=1)  #: stored, after those discarded
@@ -56,62 +59,84 @@ class BifurcationSection(Range):
         """The number of passes through the values."""
         return 2 if self.direction == "both" else 1
 
+    def needs(self) -> Iterator[Need]:
+        for key in ("composite", "parametric"):
+            if key in self.map:
+                yield ("bifurcation", "map"), f"the bifurcation of the {key} map", key
 
-def _needs(spec: BifurcationSection) -> Iterator[Need]:
-    for key in ("composite", "parametric"):
-        if key in spec.map:
-            yield ("bifurcation", "map"), f"the bifurcation of the {key} map", key
+    def check(self, study: "Study") -> None:
+        loc = ("bifurcation", "map")
+        if study.partition and set(self.map) - {"exact"}:
+            text = (
+                "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
+            )
+            raise study.source.error(loc, text)
+        for k, of in enumerate(self.map):
+            study.source.known((*loc, k), of, maps_along(study), "map")
+        if "parametric" in self.map and study.parametric and study.parametric.parameter != self.parameter:
+            text = f"the parametric map is one over {study.parametric.parameter!r}, not over {self.parameter!r}"
+            raise study.source.error(loc, f"{text}; expected: the same parameter in both")
 
+    def bind(self, binding: "Binding") -> Floats:
+        binding.some_values(("bifurcation",), self)
+        return binding.start(("bifurcation", "start"), self.start)
 
-def _check(spec: BifurcationSection, study: "Study") -> None:
-    loc = ("bifurcation", "map")
-    if study.partition and set(spec.map) - {"exact"}:
-        text = "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
-        raise study.source.error(loc, text)
-    for k, of in enumerate(spec.map):
-        study.source.known((*loc, k), of, maps_along(study), "map")
-    if "parametric" in spec.map and study.parametric and study.parametric.parameter != spec.parameter:
-        text = f"the parametric map is one over {study.parametric.parameter!r}, not over {spec.parameter!r}"
-        raise study.source.error(loc, f"{text}; expected: the same parameter in both")
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The attractors over a parameter, of each map."""
+        from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
+        values, start = np.linspace(self.low, self.high, self.points), plan.bound["bifurcation"]
+        how: Any = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction, "borders": True}
+        with plan.study.source.located(("bifurcation",)):
+            diagrams = {}
+            for k, of in enumerate(self.map):
+                map_of = map_along(plan, result, of, self.parameter)
+                part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
+                jobs = replace(plan.portion(k, len(self.map), of), part=part)
+                found = bifurcation_diagram(map_of, self.parameter, values, start, **how, jobs=jobs)
+                diagrams[of] = replace(found, units=units_of(plan.system))
+            return {"bifurcation": diagrams}
 
-def _bind(spec: BifurcationSection, binding: "Binding") -> Floats:
-    binding.some_values(("bifurcation",), spec)
-    return binding.start(("bifurcation", "start"), spec.start)
+    def describe(self, study: "Study") -> str:
+        returns = self.points * self.ways * (self.discard + self.returns) * len(self.map)
+        return f"{each_text(self)} of {' and '.join(self.map)}; {returns_text(returns)}"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        values = float(self.points * self.ways)
+        one = Size(VALUE + RETURN * (self.discard + 5 * self.returns), COPIES * STORED * self.returns)
+        refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)
+        return one.times(values * len(self.map)) + refitted.times(values * len(set(self.map) - {"exact", "parametric"}))
 
-def _compute(spec: BifurcationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The attractors over a parameter, of each map."""
-    from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation.items()}
+        return {"bifurcation": found} if found else {}
 
-    values, start = np.linspace(spec.low, spec.high, spec.points), plan.bound["bifurcation"]
-    how: Any = {"n_returns": spec.returns, "transient": spec.discard, "direction": spec.direction, "borders": True}
-    with plan.study.source.located(("bifurcation",)):
-        diagrams = {}
-        for k, of in enumerate(spec.map):
-            map_of = map_along(plan, result, of, spec.parameter)
-            part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
-            jobs = replace(plan.portion(k, len(spec.map), of), part=part)
-            found = bifurcation_diagram(map_of, spec.parameter, values, start, **how, jobs=jobs)
-            diagrams[of] = replace(found, units=units_of(plan.system))
-        return {"bifurcation": diagrams}
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        for of, diagram in result.bifurcation.items():
+            yield from missing_values(f"bifurcation {of}", result.map_title(of), diagram.reasons)
+        for of, diagram in result.bifurcation.items():
+            yield from _ended(of, result.map_title(of), diagram)
 
-
-def _describe(spec: BifurcationSection, study: "Study") -> str:
-    returns = spec.points * spec.ways * (spec.discard + spec.returns) * len(spec.map)
-    return f"{each_text(spec)} of {' and '.join(spec.map)}; {returns_text(returns)}"
-
-
-def _size(spec: BifurcationSection, study: "Study", system: "System") -> Size:
-    values = float(spec.points * spec.ways)
-    one = Size(VALUE + RETURN * (spec.discard + 5 * spec.returns), COPIES * STORED * spec.returns)
-    refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)
-    return one.times(values * len(spec.map)) + refitted.times(values * len(set(spec.map) - {"exact", "parametric"}))
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation.items()}
-    return {"bifurcation": found} if found else {}
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The motions of each map and their intervals of the parameter, the widest ones."""
+        section = result.study.bifurcation
+        if section is None or not result.bifurcation:
+            return
+        every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
+        explained = kinds_explained(every)
+        notes = [f"{explained}."] if explained else []
+        listed: list[tuple[str, ...]] = []
+        for of, diagram in result.bifurcation.items():
+            rows, more, largest = widest(diagram, ROWS)
+            listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
+            each = f"{largest} values" if largest > 1 else "one value"
+            notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
+        ends = (f"{section.parameter} from", "to")
+        yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
+        windows = [(of, window) for of, diagram in result.bifurcation.items() for window in diagram.windows]
+        found = [(of, _named(window), _spoken(window.low), _spoken(window.high)) for of, window in windows]
+        if found:
+            yield Table("Windows", ("map", "motion", *ends), tuple(found))
 
 
 def _borders(found: "tuple[Window, ...]") -> dict[str, Any]:
@@ -143,13 +168,6 @@ def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Ver
         yield missing(name, of, len(given), f"{len(reasons)} values", given[0])
 
 
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    for of, diagram in result.bifurcation.items():
-        yield from missing_values(f"bifurcation {of}", result.map_title(of), diagram.reasons)
-    for of, diagram in result.bifurcation.items():
-        yield from _ended(of, result.map_title(of), diagram)
-
-
 def _ended(of: str, name: str, diagram: "BifurcationDiagram") -> Iterator[Verdict]:
     """The failed verdict on a sweep in which orbits ended, with the most frequent reason."""
     lost = ~diagram.held & np.array([[not reason] for reason in diagram.reasons])
@@ -158,29 +176,6 @@ def _ended(of: str, name: str, diagram: "BifurcationDiagram") -> Iterator[Verdic
         why = "A polynomial overflows." if of != "exact" and outcome == Outcome.escaped else outcome.advice
         text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
         yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", name, False, False, text)
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The motions of each map and their intervals of the parameter, the widest ones."""
-    section = result.study.bifurcation
-    if section is None or not result.bifurcation:
-        return
-    every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
-    explained = kinds_explained(every)
-    notes = [f"{explained}."] if explained else []
-    listed: list[tuple[str, ...]] = []
-    for of, diagram in result.bifurcation.items():
-        rows, more, largest = widest(diagram, ROWS)
-        listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
-        each = f"{largest} values" if largest > 1 else "one value"
-        notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
-    ends = (f"{section.parameter} from", "to")
-    yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
-    found = [
-        (of, _named(w), _spoken(w.low), _spoken(w.high)) for of, diagram in result.bifurcation.items() for w in diagram.windows
-    ]
-    if found:
-        yield Table("Windows", ("map", "motion", *ends), tuple(found))
 
 
 def _named(window: "Window") -> str:
@@ -194,19 +189,3 @@ def _spoken(border: "Border") -> str:
         return border.kind
     value = known(border.value, border.precision) if border.precision else f"{border.value:.12g}"
     return f"{value}, {border.kind}"
-
-
-BIFURCATION = Section[BifurcationSection](
-    key="bifurcation",
-    type=BifurcationSection | None,
-    stored=BifurcationFields,
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

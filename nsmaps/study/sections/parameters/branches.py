@@ -16,8 +16,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import known, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.reading.values import SPEC, Name, in_order
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import BranchesFields
+from nsmaps.study.sections.base import Entries, Table, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
@@ -36,7 +35,6 @@ class BranchSection(BaseModel):
     """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state."""
 
     model_config = SPEC
-    was: ClassVar = {"toward": "direction"}
     name: Name
     parameter: str
     low: Number = Field(alias="from")
@@ -72,16 +70,76 @@ class BranchSection(BaseModel):
         return ("up", "down") if self.direction == "both" else (self.direction,)
 
 
-Branches = tuple[BranchSection, ...]
+class Branches(Entries[BranchSection]):
+    """The branches of periodic orbits of a study."""
 
+    key: ClassVar[str] = "branches"
+    results: ClassVar[Mapping[str, Any]] = {
+        "branches": {},  #: by name: one per direction, then doubled cycles
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "dynamics.continuation.events": ("Event",),
+        "dynamics.continuation.branch": ("Branch",),
+        "dynamics.continuation.pieces": ("AtBorder",),
+    }
 
-def _check(spec: Branches, study: "Study") -> None:
-    study.once("branches", [branch.name for branch in spec])
+    def check(self, study: "Study") -> None:
+        study.once("branches", [branch.name for branch in self])
 
+    def bind(self, binding: "Binding") -> tuple[Floats, ...]:
+        """The starts, each of shape (n,)."""
+        return tuple(_start(number, section, binding) for number, section in enumerate(self))
 
-def _bind(spec: Branches, binding: "Binding") -> tuple[Floats, ...]:
-    """The starts, each of shape (n,)."""
-    return tuple(_start(number, section, binding) for number, section in enumerate(spec))
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The branches by name: one per direction, then those of doubled cycles."""
+        found = {}
+        for number, section in enumerate(self):
+            with plan.study.source.located(("branches", number)):
+                found[section.name] = _followed(plan, section, cycle_of(plan, number))
+            beat((number + 1) / len(self))
+        return {"branches": found}
+
+    def describe(self, study: "Study") -> str:
+        return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in self)
+
+    def size(self, study: "Study", system: "System") -> Size:
+        """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
+        found = Size()
+        for section in self:
+            points = len(section.ways) * 2 / section.step
+            for doubled in range(section.doublings + 1):
+                period = float(section.period) * 2**doubled
+                found += Size(POINT + 20 * DERIVED * period, COPIES * STORED * period).times(points)
+        return found
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}} if result.branches else {}
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """Whether each branch reached the ends of its range, and all requested doublings were found."""
+        for section in result.study.branches:
+            entry = result.branches.get(section.name)
+            if entry is None:
+                continue
+            first = [branch for branch in entry if branch.period == section.period]
+            holds = all(branch.ended.startswith(REACHED) for branch in first)
+            ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
+            text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
+            name = f"branch {section.name}"
+            yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
+            if section.doublings:
+                yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The events on the branches, to the known digits."""
+        names = {section.name: section.parameter for section in result.study.branches}
+        rows = [
+            _row(name, names[name], event)
+            for name, entry in result.branches.items()
+            for branch in entry
+            for event in branch.events
+        ]
+        yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
 
 
 def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
@@ -97,16 +155,6 @@ def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
         with source.located((*loc, "chatter")):
             FlowSystem.require(binding.system, "complete chatter")
     return binding.start((*loc, "start"), section.start)
-
-
-def _compute(spec: Branches, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The branches by name: one per direction, then those of doubled cycles."""
-    found = {}
-    for number, section in enumerate(spec):
-        with plan.study.source.located(("branches", number)):
-            found[section.name] = _followed(plan, section, cycle_of(plan, number))
-        beat((number + 1) / len(spec))
-    return {"branches": found}
 
 
 def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
@@ -150,25 +198,6 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     return tuple(branch for some in (branches, *doubled) for branch in some)
 
 
-def _describe(spec: Branches, study: "Study") -> str:
-    return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in spec)
-
-
-def _size(spec: Branches, study: "Study", system: "System") -> Size:
-    """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
-    found = Size()
-    for section in spec:
-        points = len(section.ways) * 2 / section.step
-        for doubled in range(section.doublings + 1):
-            period = float(section.period) * 2**doubled
-            found += Size(POINT + 20 * DERIVED * period, COPIES * STORED * period).times(points)
-    return found
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}} if result.branches else {}
-
-
 def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
     """The ends of each branch of an entry with their reasons, and the events on all of them."""
     parts, events = [], []
@@ -182,22 +211,6 @@ def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
 def _event(event: "Event") -> dict[str, Any]:
     about = {name: getattr(event, name) for name in ("kind", "parameter", "precision", "detail")}
     return {"label": event.orbit.label, "value": known(event.parameter, event.precision)} | about
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Whether each branch reached the ends of its range, and all requested doublings were found."""
-    for section in result.study.branches:
-        entry = result.branches.get(section.name)
-        if entry is None:
-            continue
-        first = [branch for branch in entry if branch.period == section.period]
-        holds = all(branch.ended.startswith(REACHED) for branch in first)
-        ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
-        text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
-        name = f"branch {section.name}"
-        yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
-        if section.doublings:
-            yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
 
 
 def _end(branch: "Branch") -> str:
@@ -223,36 +236,6 @@ def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[
     return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
 
 
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The events on the branches, to the known digits."""
-    names = {section.name: section.parameter for section in result.study.branches}
-    rows = [
-        _row(name, names[name], event) for name, entry in result.branches.items() for branch in entry for event in branch.events
-    ]
-    yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
-
-
 def _row(name: str, parameter: str, event: "Event") -> tuple[str, ...]:
     value = f"{parameter} = {known(event.parameter, event.precision)}"
     return name, event.orbit.label, event.kind, value, f"{event.precision:.1g}", _about(event)
-
-
-BRANCHES = Section[Branches](
-    key="branches",
-    type=Branches,
-    default=(),
-    stored=BranchesFields,
-    holds={
-        "dynamics.continuation.events": ("Event",),
-        "dynamics.continuation.branch": ("Branch",),
-        "dynamics.continuation.pieces": ("AtBorder",),
-    },
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

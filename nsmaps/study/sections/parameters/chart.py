@@ -1,10 +1,10 @@
 """The section `chart`: the attractors at every pixel of the plane of two parameters."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal, Self
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
@@ -14,8 +14,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import computed_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import ChartFields
+from nsmaps.study.sections.base import Analysis, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
 from nsmaps.study.sections.parameters.motions import NONE
@@ -26,8 +25,15 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of motions in a table
 
 
-class ChartSection(BaseModel):
+class ChartSection(Analysis):
     """Attractors at every pixel of two parameters, which orbits of some starts reach."""
+
+    key: ClassVar[str] = "chart"
+    results: ClassVar[Mapping[str, Any]] = {
+        "chart": None,
+        "chart_curves": {},  #: by event and branch
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"dynamics.charts.chart": ("Chart",), "dynamics.charts.motions": ("Motion",)}
 
     model_config = SPEC
     sweep: Range
@@ -63,94 +69,74 @@ class ChartSection(BaseModel):
         """The number of orbits of a pixel."""
         return len(self.starts) * (2 if self.direction == "both" else 1)
 
+    def check(self, study: "Study") -> None:
+        check_curves("chart", self.sweep, self.curves, study)
 
-def _bind(spec: ChartSection, binding: "Binding") -> Floats:
-    binding.some_values(("chart", "sweep"), spec.sweep)
-    binding.some_values(("chart", "across"), spec.across)
-    if spec.observables:
-        from nsmaps.exact.observables.formulas import resolve_observables
+    def bind(self, binding: "Binding") -> Floats:
+        binding.some_values(("chart", "sweep"), self.sweep)
+        binding.some_values(("chart", "across"), self.across)
+        if self.observables:
+            from nsmaps.exact.observables.formulas import resolve_observables
 
-        with binding.study.source.located(("chart", "observables")):
-            resolve_observables(binding.system, spec.observables)
-    return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(spec.starts)])
+            with binding.study.source.located(("chart", "observables")):
+                resolve_observables(binding.system, self.observables)
+        return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(self.starts)])
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The chart, and the curves of bifurcations."""
+        from nsmaps.dynamics.charts.chart import chart
 
-def _compute(spec: ChartSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The chart, and the curves of bifurcations."""
-    from nsmaps.dynamics.charts.chart import chart
+        spans = self.sweep, self.across
+        plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
+        how: Any = self.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
+        map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
+        with plan.study.source.located(("chart",)):
+            diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=self.observables, jobs=jobs)
+            curves = curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high))
+        return {"chart": diagram, "chart_curves": curves}
 
-    spans = spec.sweep, spec.across
-    plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
-    how: Any = spec.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
-    map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(spec.curves))
-    with plan.study.source.located(("chart",)):
-        diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=spec.observables, jobs=jobs)
-        curves = curves_of(plan, result, spec.curves, map_of, (spec.across.low, spec.across.high))
-    return {"chart": diagram, "chart_curves": curves}
+    def describe(self, study: "Study") -> str:
+        values = " x ".join(f"{span.points} values of {span.parameter}" for span in (self.sweep, self.across))
+        some = ", at most" if self.refine else ""
+        return f"{values}{some}; {returns_text(self.pixels * self.orbits * (self.discard + self.returns))}"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        return Size(RETURN * (self.discard + self.returns), COPIES * STATE).times(float(self.pixels) * self.orbits)
 
-def _describe(spec: ChartSection, study: "Study") -> str:
-    values = " x ".join(f"{span.points} values of {span.parameter}" for span in (spec.sweep, spec.across))
-    some = ", at most" if spec.refine else ""
-    return f"{values}{some}; {returns_text(spec.pixels * spec.orbits * (spec.discard + spec.returns))}"
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The fraction of the pixels with each motion, with several attractors and without a map, and the curves."""
+        found = result.chart
+        if found is None:
+            return {}
+        shares = {name or NONE: share for name, share in found.shares().items()}
+        about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
+        work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.returns}
+        work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
+        ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
+        return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
 
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        found = result.chart
+        if found is not None and found.refused.any():
+            yield missing("chart", result.system.map_name, int(found.refused.sum()), f"{found.refused.size} pixels", found.reason)
+        yield from missing_curves("chart", result.system.map_name, result.chart_curves)
 
-def _size(spec: ChartSection, study: "Study", system: "System") -> Size:
-    return Size(RETURN * (spec.discard + spec.returns), COPIES * STATE).times(float(spec.pixels) * spec.orbits)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The fraction of the pixels with each motion, with several attractors and without a map, and the curves."""
-    found = result.chart
-    if found is None:
-        return {}
-    shares = {name or NONE: share for name, share in found.shares().items()}
-    about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
-    work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.returns}
-    work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
-    ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
-    return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The motions and the share of the pixels in which each attracts."""
+        found = result.chart
+        if found is None:
+            return
+        shares = found.shares()
+        rows = tuple((name or NONE, f"{100 * share:.3g} %") for name, share in list(shares.items())[:ROWS])
+        notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
+        notes += [computed_text(found)] if not found.computed.all() else []
+        notes += [f"There are {len(shares) - ROWS} more motions."] if len(shares) > ROWS else []
+        explained = kinds_explained(name for name, _ in rows)
+        notes += [f"{explained}."] if explained else []
+        yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
 
 
 def _range(values: Floats) -> list[float | None]:
     """The least and the greatest finite value."""
     some = values[np.isfinite(values)]
     return [float(some.min()), float(some.max())] if some.size else [None, None]
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    found = result.chart
-    if found is not None and found.refused.any():
-        yield missing("chart", result.system.map_name, int(found.refused.sum()), f"{found.refused.size} pixels", found.reason)
-    yield from missing_curves("chart", result.system.map_name, result.chart_curves)
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The motions and the share of the pixels in which each attracts."""
-    found = result.chart
-    if found is None:
-        return
-    shares = found.shares()
-    rows = tuple((name or NONE, f"{100 * share:.3g} %") for name, share in list(shares.items())[:ROWS])
-    notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
-    notes += [computed_text(found)] if not found.computed.all() else []
-    notes += [f"There are {len(shares) - ROWS} more motions."] if len(shares) > ROWS else []
-    explained = kinds_explained(name for name, _ in rows)
-    notes += [f"{explained}."] if explained else []
-    yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
-
-
-CHART = Section[ChartSection](
-    key="chart",
-    type=ChartSection | None,
-    stored=ChartFields,
-    holds={"dynamics.charts.chart": ("Chart",), "dynamics.charts.motions": ("Motion",)},
-    check=lambda spec, study: check_curves("chart", spec.sweep, spec.curves, study),
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

@@ -1,7 +1,7 @@
 """The section `global_continuation`: attractors of the exact map over a parameter, and their stability against kicks."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
@@ -12,8 +12,7 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.texts import plain, range_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.reading.values import Bounds, Range
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import GlobalContinuationFields
+from nsmaps.study.sections.base import Analysis, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
@@ -23,8 +22,13 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
 
 
-class GlobalContinuationSection(Range):
+class GlobalContinuationSection(Range, Analysis):
     """Attractors over a parameter: shares of their basins in a region, distances to the boundary, return times."""
+
+    key: ClassVar[str] = "global_continuation"
+    results: ClassVar[Mapping[str, Any]] = {
+        "global_continuation": None,
+    }
 
     region: Bounds
     samples: int = Field(1000, ge=1)
@@ -38,72 +42,67 @@ class GlobalContinuationSection(Range):
     states: int = Field(8, ge=1)
     seed: int = Field(0, ge=0)
 
+    def bind(self, binding: "Binding") -> Box:
+        binding.some_values(("global_continuation",), self)
+        return binding.box(("global_continuation", "region"), self.region)
 
-def _bind(spec: GlobalContinuationSection, binding: "Binding") -> Box:
-    binding.some_values(("global_continuation",), spec)
-    return binding.box(("global_continuation", "region"), spec.region)
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        from nsmaps.dynamics.attractors.global_continuation import global_continuation
 
+        values = np.linspace(self.low, self.high, self.points)
+        how: Any = self.model_dump(include={"tolerance", "max_period", "step", "kick", "seed"})
+        counts: Any = {f"n_{name}": getattr(self, name) for name in ("samples", "kicks", "directions", "states")}
+        with plan.study.source.located(("global_continuation",)):
+            region = plan.bound["global_continuation"]
+            more = {"max_returns": self.returns, "jobs": plan.jobs, **how, **counts}
+            return {"global_continuation": global_continuation(plan.system, self.parameter, values, region, **more)}
 
-def _compute(spec: GlobalContinuationSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    from nsmaps.dynamics.attractors.global_continuation import global_continuation
+    def describe(self, study: "Study") -> str:
+        return f"{range_text(self)}, {self.samples} starts each, up to {self.returns} returns"
 
-    values = np.linspace(spec.low, spec.high, spec.points)
-    how: Any = spec.model_dump(include={"tolerance", "max_period", "step", "kick", "seed"})
-    counts: Any = {f"n_{name}": getattr(spec, name) for name in ("samples", "kicks", "directions", "states")}
-    with plan.study.source.located(("global_continuation",)):
-        region = plan.bound["global_continuation"]
-        more = {"max_returns": spec.returns, "jobs": plan.jobs, **how, **counts}
-        return {"global_continuation": global_continuation(plan.system, spec.parameter, values, region, **more)}
+    def size(self, study: "Study", system: "System") -> Size:
+        """At most all starts and 100 more for all returns."""
+        return Size(VALUE + RETURN * self.returns * (self.samples + 100), COPIES * STATE).times(self.points)
 
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """Every quantity of each attractor at each value, and the births and deaths."""
+        found = result.global_continuation
+        if found is None:
+            return {}
+        names = "share", "share_error", "distance", "return_time", "return_error", "returned", "unresolved", "ended"
+        rows = {name: plain(getattr(found, name)) for name in names}
+        about = {"values": found.values.tolist(), "labels": found.labels.tolist(), **rows}
+        changes = [
+            {"attractor": c.attractor, "kind": c.kind, "label": c.label, "between": [c.low, c.high]} for c in found.changes
+        ]
+        return {"global_continuation": about | {"scale": found.scale.tolist(), "changes": changes}}
 
-def _describe(spec: GlobalContinuationSection, study: "Study") -> str:
-    return f"{range_text(spec)}, {spec.samples} starts each, up to {spec.returns} returns"
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        if result.global_continuation is not None:
+            yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
 
-
-def _size(spec: GlobalContinuationSection, study: "Study", system: "System") -> Size:
-    """At most all starts and 100 more for all returns."""
-    return Size(VALUE + RETURN * spec.returns * (spec.samples + 100), COPIES * STATE).times(spec.points)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Every quantity of each attractor at each value, and the births and deaths."""
-    found = result.global_continuation
-    if found is None:
-        return {}
-    names = "share", "share_error", "distance", "return_time", "return_error", "returned", "unresolved", "ended"
-    rows = {name: plain(getattr(found, name)) for name in names}
-    about = {"values": found.values.tolist(), "labels": found.labels.tolist(), **rows}
-    changes = [{"attractor": c.attractor, "kind": c.kind, "label": c.label, "between": [c.low, c.high]} for c in found.changes]
-    return {"global_continuation": about | {"scale": found.scale.tolist(), "changes": changes}}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    if result.global_continuation is not None:
-        yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The attractors with the ranges of their quantities, and the births and deaths."""
-    found, section = result.global_continuation, result.study.global_continuation
-    if found is None or section is None:
-        return
-    count, rows = found.share.shape[1], []
-    for number in range(count):
-        there = found.found[:, number]
-        names = " ".join(dict.fromkeys(found.labels[there, number].tolist()))
-        span = f"{found.values[there].min():.9g}", f"{found.values[there].max():.9g}"
-        ranges = (_range(100 * found.share[there, number]), *(_range(x[there, number]) for x in _measured(found)))
-        rows.append((str(number), names if len(names) <= 24 else "several", *span, *ranges))
-    notes = [f"There are {count - ROWS} more attractors."] if count > ROWS else []
-    where = "distance: the smallest kick found that leads elsewhere, an upper estimate, in shares of the region's sides"
-    notes.append(f"share: of the random starts; {where}; returns: after a kick of {section.kick:g}.")
-    heads = "attractor", "motions", f"{section.parameter} from", "to", "share (%)", "distance", "returns"
-    yield Table("Attractors along the parameter", heads, tuple(rows[:ROWS]), tuple(notes))
-    changes = [(str(c.attractor), c.label, c.kind, f"{c.low:.9g}", f"{c.high:.9g}") for c in found.changes]
-    if changes:
-        more = (f"There are {len(changes) - ROWS} more.",) if len(changes) > ROWS else ()
-        between = "attractor", "motion", "change", f"{section.parameter} from", "to"
-        yield Table("Births and deaths on the way up", between, tuple(changes[:ROWS]), more)
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The attractors with the ranges of their quantities, and the births and deaths."""
+        found, section = result.global_continuation, result.study.global_continuation
+        if found is None or section is None:
+            return
+        count, rows = found.share.shape[1], []
+        for number in range(count):
+            there = found.found[:, number]
+            names = " ".join(dict.fromkeys(found.labels[there, number].tolist()))
+            span = f"{found.values[there].min():.9g}", f"{found.values[there].max():.9g}"
+            ranges = (_range(100 * found.share[there, number]), *(_range(x[there, number]) for x in _measured(found)))
+            rows.append((str(number), names if len(names) <= 24 else "several", *span, *ranges))
+        notes = [f"There are {count - ROWS} more attractors."] if count > ROWS else []
+        where = "distance: the smallest kick found that leads elsewhere, an upper estimate, in shares of the region's sides"
+        notes.append(f"share: of the random starts; {where}; returns: after a kick of {section.kick:g}.")
+        heads = "attractor", "motions", f"{section.parameter} from", "to", "share (%)", "distance", "returns"
+        yield Table("Attractors along the parameter", heads, tuple(rows[:ROWS]), tuple(notes))
+        changes = [(str(c.attractor), c.label, c.kind, f"{c.low:.9g}", f"{c.high:.9g}") for c in found.changes]
+        if changes:
+            more = (f"There are {len(changes) - ROWS} more.",) if len(changes) > ROWS else ()
+            between = "attractor", "motion", "change", f"{section.parameter} from", "to"
+            yield Table("Births and deaths on the way up", between, tuple(changes[:ROWS]), more)
 
 
 def _measured(found: "GlobalContinuation") -> tuple[Floats, Floats]:
@@ -115,17 +114,3 @@ def _range(values: Floats) -> str:
     known = values[~np.isnan(values)]
     ends = [f"{end:.3g}" for end in (known.min(), known.max())] if known.size else ["none"]
     return ends[0] if ends[0] == ends[-1] else " to ".join(ends)
-
-
-GLOBAL_CONTINUATION = Section[GlobalContinuationSection](
-    key="global_continuation",
-    type=GlobalContinuationSection | None,
-    stored=GlobalContinuationFields,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

@@ -1,6 +1,6 @@
 """The section `lyapunov`: Lyapunov exponents of the exact map over a parameter."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -12,8 +12,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import LyapunovFields
+from nsmaps.study.sections.base import Analysis, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 from nsmaps.study.sections.parameters.motions import Row
 
@@ -26,70 +25,70 @@ SURE = 2.0  #: standard errors from zero, beyond which an exponent has a sign
 SIGNS = {1: "above zero", -1: "below zero", 0: "not distinguished from zero", None: "none: no map, or the orbit ends"}
 
 
-class LyapunovSection(Range):
+class LyapunovSection(Range, Analysis):
     """Lyapunov exponents of the exact map over a parameter."""
 
-    was: ClassVar = {"follow": "direction", "transient": "discard"}
+    key: ClassVar[str] = "lyapunov"
+    results: ClassVar[Mapping[str, Any]] = {
+        "lyapunov": None,
+    }
+
     start: dict[str, Number]
     returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
     discard: int = Field(1000, ge=0)
     direction: Literal["up", "down"] | None = None
 
+    def bind(self, binding: "Binding") -> Floats:
+        binding.some_values(("lyapunov",), self)
+        return binding.start(("lyapunov", "start"), self.start)
 
-def _bind(spec: LyapunovSection, binding: "Binding") -> Floats:
-    binding.some_values(("lyapunov",), spec)
-    return binding.start(("lyapunov", "start"), spec.start)
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        from nsmaps.dynamics.lyapunov import lyapunov_sweep
 
+        values = np.linspace(self.low, self.high, self.points)
+        how: dict[str, Any] = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction}
+        with plan.study.source.located(("lyapunov",)):
+            return {
+                "lyapunov": lyapunov_sweep(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, jobs=plan.jobs)
+            }
 
-def _compute(spec: LyapunovSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    from nsmaps.dynamics.lyapunov import lyapunov_sweep
+    def describe(self, study: "Study") -> str:
+        return f"{each_text(self)}; {returns_text(self.points * (self.discard + self.returns))} with derivatives"
 
-    values = np.linspace(spec.low, spec.high, spec.points)
-    how: dict[str, Any] = {"n_returns": spec.returns, "transient": spec.discard, "direction": spec.direction, "jobs": plan.jobs}
-    with plan.study.source.located(("lyapunov",)):
-        return {"lyapunov": lyapunov_sweep(plan.system, spec.parameter, values, plan.bound["lyapunov"], **how)}
+    def size(self, study: "Study", system: "System") -> Size:
+        return Size(VALUE + DERIVED * (self.discard + self.returns), COPIES * STATE).times(self.points)
 
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """Exponents and their errors at each value, per return and per unit of time."""
+        sweep = result.lyapunov
+        if sweep is None:
+            return {}
+        names = "exponents", "error", "per_time", "per_time_error"
+        defect = sweep.defect[np.isfinite(sweep.defect)]
+        worst = float(defect.max()) if defect.size else None
+        rows = {name: plain(getattr(sweep, name)) for name in names}
+        return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
 
-def _describe(spec: LyapunovSection, study: "Study") -> str:
-    return f"{each_text(spec)}; {returns_text(spec.points * (spec.discard + spec.returns))} with derivatives"
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        if result.lyapunov is not None:
+            yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
 
-
-def _size(spec: LyapunovSection, study: "Study", system: "System") -> Size:
-    return Size(VALUE + DERIVED * (spec.discard + spec.returns), COPIES * STATE).times(spec.points)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """Exponents and their errors at each value, per return and per unit of time."""
-    sweep = result.lyapunov
-    if sweep is None:
-        return {}
-    names = "exponents", "error", "per_time", "per_time_error"
-    defect = sweep.defect[np.isfinite(sweep.defect)]
-    worst = float(defect.max()) if defect.size else None
-    rows = {name: plain(getattr(sweep, name)) for name in names}
-    return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    if result.lyapunov is not None:
-        yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The intervals over which the largest exponent has one sign, those with most values."""
-    sweep, section = result.lyapunov, result.study.lyapunov
-    if sweep is None or section is None:
-        return
-    rows = exponent_rows(sweep)
-    widest = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
-    listed = [
-        (row["sign"], f"{row['from']:.9g}", f"{row['to']:.9g}", str(row["values"]), row["exponent"])
-        for row in (rows[k] for k in widest)
-    ]
-    more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
-    note = f"Above zero: nearby orbits diverge, as in chaos. Decided at two standard errors, of {sweep.n_returns} returns.{more}"
-    heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
-    yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The intervals over which the largest exponent has one sign, those with most values."""
+        sweep, section = result.lyapunov, result.study.lyapunov
+        if sweep is None or section is None:
+            return
+        rows = exponent_rows(sweep)
+        widest = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
+        listed = [
+            (row["sign"], f"{row['from']:.9g}", f"{row['to']:.9g}", str(row["values"]), row["exponent"])
+            for row in (rows[k] for k in widest)
+        ]
+        more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
+        decided = f"Decided at two standard errors, of {sweep.n_returns} returns."
+        note = f"Above zero: nearby orbits diverge, as in chaos. {decided}{more}"
+        heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
+        yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
 
 
 def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
@@ -119,17 +118,3 @@ def _range(values: Floats) -> str:
         return ""
     ends = [f"{end:.3g}" for end in (values.min(), values.max())]
     return ends[0] if ends[0] == ends[1] else " to ".join(ends)
-
-
-LYAPUNOV = Section[LyapunovSection](
-    key="lyapunov",
-    type=LyapunovSection | None,
-    stored=LyapunovFields,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

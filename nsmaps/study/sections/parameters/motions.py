@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from nsmaps.dynamics.attractors.coexistence import Coexistence
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
-    from nsmaps.study.sections.kept import Run as StudyResult
+    from nsmaps.study.result import StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
 PAIRS = 5  #: of coexisting motions that a sentence names

@@ -1,11 +1,11 @@
 """The section `optimum`: the parameters at which a periodic motion of the exact map delivers most of an observable."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.flow import FlowSystem
@@ -13,8 +13,8 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import NoisyOptimum, OptimumFields
+from nsmaps.study.sections.base import Analysis, Table, Verdict
+from nsmaps.study.sections.fields import NoisyOptimum
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
@@ -34,8 +34,21 @@ class OptimumNoiseSection(NoiseSizes):
     seed: int = Field(0, ge=0)
 
 
-class OptimumSection(BaseModel):
+class OptimumSection(Analysis):
     """The largest or least mean of an observable of a periodic motion over parameters, under conditions."""
+
+    key: ClassVar[str] = "optimum"
+    results: ClassVar[Mapping[str, Any]] = {
+        "optimum": None,
+        "noisy_optimum": None,
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "dynamics.attractors.basins": ("Basins",),
+        "dynamics.design.conditions": ("Condition",),
+        "dynamics.design.optimum": ("Attempt", "Optimum"),
+        "exact.observables.spec": ("Observable",),
+        "study.sections.fields": ("NoisyOptimum",),
+    }
 
     model_config = SPEC
     observable: str | Observable
@@ -54,46 +67,112 @@ class OptimumSection(BaseModel):
     starts: int = Field(5, ge=1)
     noisy: OptimumNoiseSection | None = None
 
+    def bind(self, binding: "Binding") -> dict[str, Any]:
+        from nsmaps.dynamics.design.arguments import box, check_limits, observed, offsets_of
+        from nsmaps.dynamics.noise.orbits import check_noise
 
-def _bind(spec: OptimumSection, binding: "Binding") -> dict[str, Any]:
-    from nsmaps.dynamics.design.arguments import box, check_limits, observed, offsets_of
-    from nsmaps.dynamics.noise.orbits import check_noise
+        source, known = binding.study.source, binding.system.parameters
+        for name in self.parameters:
+            source.known(("optimum", "parameters", name), name, known, "parameter", key=True)
+        x0 = {name: known[name] for name in self.parameters}
+        with source.located(("optimum", "parameters")):
+            box(self.parameters, x0)
+        with source.located(("optimum",)):
+            check_limits(self.sense, self.multiplier, self.graze, self.share, {"starts": self.starts}, self.grid is not None)
+        with source.located(("optimum", "observable")):
+            what, _ = observed(binding.system, self.observable, self.per)
+            if self.noisy and what.of == "flights":
+                raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
+        if self.noisy:
+            with source.located(("optimum", "noisy")):
+                check_noise(binding.system, self.noisy.noise(self.noisy.sigma[0]))
+        if "graze" in self.model_fields_set and not isinstance(binding.system, FlowSystem):
+            with source.located(("optimum", "graze")):
+                FlowSystem.require(binding.system, "a margin from a graze")
+        with source.located(("optimum", "tolerances")):
+            offsets_of(self.tolerances, self.parameters)
+        grid = None if self.grid is None else binding.grid(("optimum", "grid"), self.grid)
+        return {"x0": x0, "start": binding.start(("optimum", "start"), self.start), "states": grid}
 
-    source, known = binding.study.source, binding.system.parameters
-    for name in spec.parameters:
-        source.known(("optimum", "parameters", name), name, known, "parameter", key=True)
-    x0 = {name: known[name] for name in spec.parameters}
-    with source.located(("optimum", "parameters")):
-        box(spec.parameters, x0)
-    with source.located(("optimum",)):
-        check_limits(spec.sense, spec.multiplier, spec.graze, spec.share, {"starts": spec.starts}, spec.grid is not None)
-    with source.located(("optimum", "observable")):
-        what, _ = observed(binding.system, spec.observable, spec.per)
-        if spec.noisy and what.of == "flights":
-            raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
-    if spec.noisy:
-        with source.located(("optimum", "noisy")):
-            check_noise(binding.system, spec.noisy.noise(spec.noisy.sigma[0]))
-    if "graze" in spec.model_fields_set and not isinstance(binding.system, FlowSystem):
-        with source.located(("optimum", "graze")):
-            FlowSystem.require(binding.system, "a margin from a graze")
-    with source.located(("optimum", "tolerances")):
-        offsets_of(spec.tolerances, spec.parameters)
-    grid = None if spec.grid is None else binding.grid(("optimum", "grid"), spec.grid)
-    return {"x0": x0, "start": binding.start(("optimum", "start"), spec.start), "states": grid}
+    def calls(self) -> tuple[str, ...]:
+        return ("noise",) if self.noisy else ()
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The optimum, and the observable there under noise."""
+        from nsmaps.dynamics.design.optimum import optimize
 
-def _compute(spec: OptimumSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The optimum, and the observable there under noise."""
-    from nsmaps.dynamics.design.optimum import optimize
+        names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances", "returns", "starts"
+        how = {name: getattr(self, name) for name in names}
+        jobs = plan.portion(0, 2 if self.noisy else 1)
+        with plan.study.source.located(("optimum",)):
+            found = optimize(
+                plan.system.at, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=jobs.progress
+            )
+            noisy = _noisy(self.noisy, plan, found) if self.noisy else None
+        return {"optimum": found, "noisy_optimum": noisy}
 
-    names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances", "returns", "starts"
-    how = {name: getattr(spec, name) for name in names}
-    jobs = plan.portion(0, 2 if spec.noisy else 1)
-    with plan.study.source.located(("optimum",)):
-        found = optimize(plan.system.at, spec.observable, spec.parameters, **plan.bound["optimum"], **how, progress=jobs.progress)
-        noisy = _noisy(spec.noisy, plan, found) if spec.noisy else None
-    return {"optimum": found, "noisy_optimum": noisy}
+    def describe(self, study: "Study") -> str:
+        name = self.observable if isinstance(self.observable, str) else self.observable.name
+        sample = f"; basins of {grid_text(self.grid)}" if self.grid else ""
+        noise = self.noisy
+        under = f"; {returns_text(noise.returns * noise.realisations * len(noise.sigma))} under noise" if noise else ""
+        return f"{self.sense} of {name} over {', '.join(self.parameters)}, {self.starts} starts{sample}{under}"
+
+    def size(self, study: "Study", system: "System") -> Size:
+        search = Size(POINT * POINTS * self.starts)
+        basin = Size(RETURN * self.returns).times(states(self.grid) * (60 if self.share else 1) if self.grid else 0.0)
+        noise = self.noisy
+        return search + basin + Size(NOISY * noise.returns * noise.realisations * len(noise.sigma) if noise else 0.0)
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The optimum with its conditions, what coexists, every start, and means under noise."""
+        found, noisy = result.optimum, result.noisy_optimum
+        if found is None:
+            return {}
+        of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
+        at = {
+            "parameters": found.parameters,
+            "value": found.value,
+            "gradient": found.gradient,
+            "residual": _number(found.residual),
+        }
+        motion = {"motion": found.orbit.label, "word": found.orbit.word, "states": found.orbit.states.tolist()}
+        conditions = [
+            {name: _number(value) for name, value in (asdict(one) | {"margin": one.margin}).items()} for one in found.conditions
+        ]
+        attempts = [asdict(one) for one in found.attempts]
+        rows = of | at | motion | {"conditions": conditions, "attempts": attempts, "coexisting": list(_coexisting(found))}
+        under = {} if noisy is None else {"sigma": list(noisy.sigma), "value": plain(noisy.value), "error": plain(noisy.error)}
+        return {"optimum": rows | ({"noise": under} if under else {})}
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        found = result.optimum
+        if found is not None:
+            count, total = same(found), len(found.attempts)
+            text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
+            yield Verdict("optimum: the same from every start", result.system.map_name, count == total, False, text)
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The optimum, its conditions, what attracts there, and the means under noise."""
+        found, noisy = result.optimum, result.noisy_optimum
+        if found is None:
+            return
+        unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
+        rows = [
+            (one.name, f"{one.value:.6g}", _bounds(one.low, one.high), _gain(one.active, one.gain)) for one in found.conditions
+        ]
+        title = f"{found.sense.capitalize()}imum of {found.observable.name} of {found.orbit.label}: {found.value:.6g} {unit}"
+        yield Table(title, ("", "value", "allowed", "active, gain"), tuple(rows), ("gain: of the value, a unit of the bound.",))
+        if found.basins is not None:
+            shares = [(row["label"], f"{100 * row['share']:.3g} %", f"{100 * row['error']:.2g} %") for row in _coexisting(found)]
+            yield Table("What attracts at the optimum", ("motion", "share", "error"), tuple(shares))
+        if noisy is not None:
+            each = zip(noisy.sigma, noisy.value.tolist(), noisy.error.tolist(), strict=True)
+            under = [
+                (f"{sigma:g}", f"{value:.6g}", f"{error:.2g}", f"{100 * value / found.value:.4g} %")
+                for sigma, value, error in each
+            ]
+            yield Table("The optimum under noise", ("sigma", "mean", "error", "of the optimum"), tuple(under))
 
 
 def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> NoisyOptimum:
@@ -110,38 +189,6 @@ def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> NoisyOp
         mean = getattr(observe_noisy(system, orbits, [found.observable]), f"per_{found.per}")
         rows.append((mean.value[0], mean.error[0]))
     return NoisyOptimum(spec.sigma, *np.array(rows).T)
-
-
-def _describe(spec: OptimumSection, study: "Study") -> str:
-    name = spec.observable if isinstance(spec.observable, str) else spec.observable.name
-    sample = f"; basins of {grid_text(spec.grid)}" if spec.grid else ""
-    noise = spec.noisy
-    under = f"; {returns_text(noise.returns * noise.realisations * len(noise.sigma))} under noise" if noise else ""
-    return f"{spec.sense} of {name} over {', '.join(spec.parameters)}, {spec.starts} starts{sample}{under}"
-
-
-def _size(spec: OptimumSection, study: "Study", system: "System") -> Size:
-    search = Size(POINT * POINTS * spec.starts)
-    basin = Size(RETURN * spec.returns).times(states(spec.grid) * (60 if spec.share else 1) if spec.grid else 0.0)
-    noise = spec.noisy
-    return search + basin + Size(NOISY * noise.returns * noise.realisations * len(noise.sigma) if noise else 0.0)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The optimum with its conditions, what coexists, every start, and means under noise."""
-    found, noisy = result.optimum, result.noisy_optimum
-    if found is None:
-        return {}
-    of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
-    at = {"parameters": found.parameters, "value": found.value, "gradient": found.gradient, "residual": _number(found.residual)}
-    motion = {"motion": found.orbit.label, "word": found.orbit.word, "states": found.orbit.states.tolist()}
-    conditions = [
-        {name: _number(value) for name, value in (asdict(one) | {"margin": one.margin}).items()} for one in found.conditions
-    ]
-    attempts = [asdict(one) for one in found.attempts]
-    rows = of | at | motion | {"conditions": conditions, "attempts": attempts, "coexisting": list(_coexisting(found))}
-    under = {} if noisy is None else {"sigma": list(noisy.sigma), "value": plain(noisy.value), "error": plain(noisy.error)}
-    return {"optimum": rows | ({"noise": under} if under else {})}
 
 
 def _number(value: Any) -> Any:
@@ -165,34 +212,6 @@ def same(found: "Optimum") -> int:
     return sum(abs(value - best) <= SAME * abs(best) for value in met)
 
 
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    found = result.optimum
-    if found is not None:
-        count, total = same(found), len(found.attempts)
-        text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
-        yield Verdict("optimum: the same from every start", result.system.map_name, count == total, False, text)
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The optimum, its conditions, what attracts there, and the means under noise."""
-    found, noisy = result.optimum, result.noisy_optimum
-    if found is None:
-        return
-    unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
-    rows = [(one.name, f"{one.value:.6g}", _bounds(one.low, one.high), _gain(one.active, one.gain)) for one in found.conditions]
-    title = f"{found.sense.capitalize()}imum of {found.observable.name} of {found.orbit.label}: {found.value:.6g} {unit}"
-    yield Table(title, ("", "value", "allowed", "active, gain"), tuple(rows), ("gain: of the value, a unit of the bound.",))
-    if found.basins is not None:
-        shares = [(row["label"], f"{100 * row['share']:.3g} %", f"{100 * row['error']:.2g} %") for row in _coexisting(found)]
-        yield Table("What attracts at the optimum", ("motion", "share", "error"), tuple(shares))
-    if noisy is not None:
-        each = zip(noisy.sigma, noisy.value.tolist(), noisy.error.tolist(), strict=True)
-        under = [
-            (f"{sigma:g}", f"{value:.6g}", f"{error:.2g}", f"{100 * value / found.value:.4g} %") for sigma, value, error in each
-        ]
-        yield Table("The optimum under noise", ("sigma", "mean", "error", "of the optimum"), tuple(under))
-
-
 def _bounds(low: float, high: float) -> str:
     if np.isfinite([low, high]).all():
         return f"{low:g} to {high:g}"
@@ -201,25 +220,3 @@ def _bounds(low: float, high: float) -> str:
 
 def _gain(active: bool, gain: float) -> str:
     return "" if not active else f"yes, {gain:.4g}" if np.isfinite(gain) else "yes"
-
-
-OPTIMUM = Section[OptimumSection](
-    key="optimum",
-    type=OptimumSection | None,
-    stored=OptimumFields,
-    holds={
-        "dynamics.attractors.basins": ("Basins",),
-        "dynamics.design.conditions": ("Condition",),
-        "dynamics.design.optimum": ("Attempt", "Optimum"),
-        "exact.observables.spec": ("Observable",),
-        "study.sections.fields": ("NoisyOptimum",),
-    },
-    bind=_bind,
-    calls=lambda spec: ("noise",) if spec.noisy else (),
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

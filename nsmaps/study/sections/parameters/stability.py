@@ -1,10 +1,10 @@
 """The section `stability`: attractors over two parameters."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
@@ -13,8 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Section, Verdict
-from nsmaps.study.sections.fields import StabilityFields
+from nsmaps.study.sections.base import Analysis, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.branches import Way
 from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
@@ -23,11 +22,21 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
-class StabilitySection(BaseModel):
+class StabilitySection(Analysis):
     """Attractors over two parameters, followed along the first for each value of the second."""
 
+    key: ClassVar[str] = "stability"
+    results: ClassVar[Mapping[str, Any]] = {
+        "stability": None,
+        "curves": {},  #: by event and branch
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
+        "dynamics.diagrams.stability": ("StabilityDiagram",),
+        "dynamics.curves.curve": ("BifurcationCurve",),
+        "dynamics.curves.special": ("SpecialPoint",),
+    }
+
     model_config = SPEC
-    was: ClassVar = {"along": "sweep", "transient": "discard", "longest": "max_period", "follow": "direction"}
     sweep: Range
     across: Range
     start: dict[str, Number]
@@ -42,69 +51,50 @@ class StabilitySection(BaseModel):
             raise ValueError(f"'sweep' and 'across' have the same parameter {self.sweep.parameter!r}; expected: two parameters")
         return self
 
+    def check(self, study: "Study") -> None:
+        check_curves("stability", self.sweep, self.curves, study)
 
-def _bind(spec: StabilitySection, binding: "Binding") -> Floats:
-    binding.some_values(("stability", "sweep"), spec.sweep)
-    binding.some_values(("stability", "across"), spec.across)
-    return binding.start(("stability", "start"), spec.start)
+    def bind(self, binding: "Binding") -> Floats:
+        binding.some_values(("stability", "sweep"), self.sweep)
+        binding.some_values(("stability", "across"), self.across)
+        return binding.start(("stability", "start"), self.start)
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The stability diagram, and the curves of bifurcations."""
+        from nsmaps.dynamics.diagrams.stability import stability_diagram
 
-def _compute(spec: StabilitySection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The stability diagram, and the curves of bifurcations."""
-    from nsmaps.dynamics.diagrams.stability import stability_diagram
+        spans = self.sweep, self.across
+        along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
+        how: Any = {"max_period": self.max_period, "discard": self.discard, "direction": self.direction}
+        map_of = Along(plan.system, *(span.parameter for span in spans))
+        with plan.study.source.located(("stability",)):
+            jobs = plan.portion(0, 1 + len(self.curves))
+            diagram = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=jobs)
+            return {
+                "stability": diagram,
+                "curves": curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high)),
+            }
 
-    spans = spec.sweep, spec.across
-    along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
-    how: Any = {"max_period": spec.max_period, "discard": spec.discard, "direction": spec.direction}
-    map_of = Along(plan.system, *(span.parameter for span in spans))
-    with plan.study.source.located(("stability",)):
-        jobs = plan.portion(0, 1 + len(spec.curves))
-        diagram = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=jobs)
-        return {"stability": diagram, "curves": curves_of(plan, result, spec.curves, map_of, (spec.across.low, spec.across.high))}
+    def describe(self, study: "Study") -> str:
+        values = " x ".join(f"{span.points} values of {span.parameter}" for span in (self.sweep, self.across))
+        return f"{values}; {returns_text(self.sweep.points * self.across.points * (self.discard + 2 * self.max_period))}"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        one = Size(VALUE + RETURN * (self.discard + 10.0 * self.max_period), COPIES * (STATE + STORED * self.max_period))
+        return one.times(float(self.sweep.points) * self.across.points)
 
-def _describe(spec: StabilitySection, study: "Study") -> str:
-    values = " x ".join(f"{span.points} values of {span.parameter}" for span in (spec.sweep, spec.across))
-    return f"{values}; {returns_text(spec.sweep.points * spec.across.points * (spec.discard + 2 * spec.max_period))}"
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The fraction of the points that have each period, and the curves."""
+        diagram = result.stability
+        if diagram is None:
+            return {}
+        names = {0: "no period", -1: "no attractor"}
+        shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
+        return {"stability": {"shares": shares, "curves": plain_curves(result.curves)}}
 
-
-def _size(spec: StabilitySection, study: "Study", system: "System") -> Size:
-    one = Size(VALUE + RETURN * (spec.discard + 10.0 * spec.max_period), COPIES * (STATE + STORED * spec.max_period))
-    return one.times(float(spec.sweep.points) * spec.across.points)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The fraction of the points that have each period, and the curves."""
-    diagram = result.stability
-    if diagram is None:
-        return {}
-    names = {0: "no period", -1: "no attractor"}
-    shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
-    return {"stability": {"shares": shares, "curves": plain_curves(result.curves)}}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    diagram = result.stability
-    if diagram is not None and (diagram.outcome == Outcome.invalid).any() and any(diagram.reasons):
-        none, why = int((diagram.outcome == Outcome.invalid).sum()), next(filter(None, diagram.reasons))
-        yield missing("stability", result.system.map_name, none, f"{diagram.outcome.size} points", why)
-    yield from missing_curves("stability", result.system.map_name, result.curves)
-
-
-STABILITY = Section[StabilitySection](
-    key="stability",
-    type=StabilitySection | None,
-    stored=StabilityFields,
-    holds={
-        "dynamics.diagrams.stability": ("EventCurve", "StabilityDiagram"),
-        "dynamics.curves.curve": ("BifurcationCurve",),
-        "dynamics.curves.special": ("SpecialPoint",),
-    },
-    check=lambda spec, study: check_curves("stability", spec.sweep, spec.curves, study),
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-)
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        diagram = result.stability
+        if diagram is not None and (diagram.outcome == Outcome.invalid).any() and any(diagram.reasons):
+            none, why = int((diagram.outcome == Outcome.invalid).sum()), next(filter(None, diagram.reasons))
+            yield missing("stability", result.system.map_name, none, f"{diagram.outcome.size} points", why)
+        yield from missing_curves("stability", result.system.map_name, result.curves)

@@ -1,9 +1,9 @@
 """The section `auxiliary_map`: the full auxiliary map of eq. auxM, its generic orbit, and the exit times of its regions."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.condition import Number
@@ -11,8 +11,7 @@ from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Need, Section, Table, Verdict
-from nsmaps.study.sections.fields import AuxiliaryMapFields
+from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
 from nsmaps.study.sections.sets.exit_times import row_numbers
 
 if TYPE_CHECKING:
@@ -21,118 +20,103 @@ if TYPE_CHECKING:
 OF = "full auxiliary map"
 
 
-class AuxiliaryMapSection(BaseModel):
+class AuxiliaryMapSection(Analysis):
     """The composite map with auxiliary maps in the box A_1 of a domain, and over the regions of some pieces."""
+
+    key: ClassVar[str] = "auxiliary_map"
+    results: ClassVar[Mapping[str, Any]] = {
+        "auxiliary_map": None,
+        "auxiliary_exits": None,  #: of its regions, and arrival in A_1
+    }
 
     model_config = SPEC
     domain: str
     update: int = Field(1, ge=1)  #: N of A_1^(N), whose box this is
-    pieces: dict[str, Bounds] = {}  #: with a box that holds the region of each
+    pieces: dict[str, Bounds] = Field(default_factory=dict)  #: with a box that holds the region of each
     box: Bounds  #: the window of the exit times
     depth: int = Field(3, ge=0, le=12)
     cells: int = Field(32, ge=1)
     start: dict[str, Number]
     returns: int = Field(400, ge=1)
 
+    def needs(self) -> Iterator[Need]:
+        yield ("auxiliary_map",), "'auxiliary_map'", "composite"
+        yield ("auxiliary_map",), "'auxiliary_map'", "domains"
 
-def _needs(spec: AuxiliaryMapSection) -> Iterator[Need]:
-    yield ("auxiliary_map",), "'auxiliary_map'", "composite"
-    yield ("auxiliary_map",), "'auxiliary_map'", "domains"
+    def check(self, study: "Study") -> None:
+        pieces = pieces_with_a_map(study)
+        reduced = [domain.name for domain in study.domains if domain.map in (*pieces, "composite")]
+        study.source.known(("auxiliary_map", "domain"), self.domain, reduced, "domain of the composite map or of a piece")
+        for name in self.pieces:
+            study.source.known(("auxiliary_map", "pieces", name), name, pieces, "piece")
 
+    def bind(self, binding: "Binding") -> dict[str, Any]:
+        """The window, the start, and the boxes of the pieces."""
+        where = ("auxiliary_map",)
+        boxes = {name: binding.box((*where, "pieces", name), box).array for name, box in self.pieces.items()}
+        window = binding.box((*where, "box"), self.box).array
+        return {"window": window, "start": binding.start((*where, "start"), self.start), "pieces": boxes}
 
-def _check(spec: AuxiliaryMapSection, study: "Study") -> None:
-    pieces = pieces_with_a_map(study)
-    reduced = [domain.name for domain in study.domains if domain.map in (*pieces, "composite")]
-    study.source.known(("auxiliary_map", "domain"), spec.domain, reduced, "domain of the composite map or of a piece")
-    for name in spec.pieces:
-        study.source.known(("auxiliary_map", "pieces", name), name, pieces, "piece")
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The curves, the generic orbit, and the exit times under the full auxiliary map."""
+        from nsmaps.auxiliary.full_map import AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
+        from nsmaps.cells.exit_times import exit_times
+        from nsmaps.cells.morse_sets import closed_box
 
+        bound, map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
+        with plan.study.source.located(("auxiliary_map",)):
+            if map is None:
+                raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+            if self.update > len(updates):
+                raise NsmapsError(
+                    f"update is {self.update}, and domain {self.domain!r} has {len(updates)}; expected: one of these"
+                )
+            step = updates[self.update - 1]
+            pieces = [(map.piece(name), box) for name, box in bound["pieces"].items()]
+            regions = [(piece, AuxiliaryRegion.of_piece(piece, box, map.coordinates)) for piece, box in pieces]
+            orbit = auxiliary_orbit(map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns)
+            full = FullAuxiliaryMap(map, step.box[None], tuple(pieces))
+            target = closed_box(full, step.box, self.cells)
+            goal = target if target.forward_invariant else None
+            window, progress = bound["window"], plan.jobs.progress
+            times = exit_times(full, map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)
+        return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
-def _bind(spec: AuxiliaryMapSection, binding: "Binding") -> dict[str, Any]:
-    """The window, the start, and the boxes of the pieces."""
-    where = ("auxiliary_map",)
-    boxes = {name: binding.box((*where, "pieces", name), box).array for name, box in spec.pieces.items()}
-    window = binding.box((*where, "box"), spec.box).array
-    return {"window": window, "start": binding.start((*where, "start"), spec.start), "pieces": boxes}
+    def describe(self, study: "Study") -> str:
+        where = ", ".join([f"A_1^({self.update}) of the domain {self.domain}", *self.pieces])
+        return f"in {where}; {self.cells} cells an axis, halved {self.depth} times"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        return cover_size(self.cells, len(system.coordinates), self.depth)
 
-def _compute(spec: AuxiliaryMapSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The curves, the generic orbit, and the exit times under the full auxiliary map."""
-    from nsmaps.auxiliary.full_map import AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
-    from nsmaps.cells.exit_times import exit_times
-    from nsmaps.cells.morse_sets import closed_box
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        if result.auxiliary_map is None or result.auxiliary_exits is None:
+            return {}
+        orbit = result.auxiliary_map
+        exits = row_numbers(result.auxiliary_exits)
+        boxes = {region.name: [finite(side) for side in region.box] for region in orbit.regions}
+        return {"auxiliary_map": {"boxes": boxes, "ends": [finite(state) for state in orbit.states[-2:]], "exit_times": exits}}
 
-    bound, map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[spec.domain].updates
-    with plan.study.source.located(("auxiliary_map",)):
-        if map is None:
-            raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
-        if spec.update > len(updates):
-            raise NsmapsError(f"update is {spec.update}, and domain {spec.domain!r} has {len(updates)}; expected: one of these")
-        step = updates[spec.update - 1]
-        pieces = [(map.piece(name), box) for name, box in bound["pieces"].items()]
-        regions = [(piece, AuxiliaryRegion.of_piece(piece, box, map.coordinates)) for piece, box in pieces]
-        orbit = auxiliary_orbit(map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], spec.returns)
-        full = FullAuxiliaryMap(map, step.box[None], tuple(pieces))
-        target = closed_box(full, step.box, spec.cells)
-        goal = target if target.forward_invariant else None
-        window, progress = bound["window"], plan.jobs.progress
-        times = exit_times(full, map, window, spec.depth, spec.cells, target=goal, of=OF, progress=progress)
-    return {"auxiliary_map": orbit, "auxiliary_exits": times}
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """Whether all regions but that of A_1 are left, as is shown by enclosure."""
+        times, orbit = result.auxiliary_exits, result.auxiliary_map
+        if times is None or orbit is None or result.composite is None:
+            return
+        own = result.composite.pieces[int(result.composite.piece_of(orbit.regions[0].box.mean(axis=1)[None])[0])].name
+        rows = [row for row in times.rows[:-1] if row.region != own]
+        left, stay = [row for row in rows if not row.stays], [row for row in rows if row.stays]
+        parts = [f"{100 * (1 - row.left):.3g} % of {row.region}" for row in stay]
+        texts = [f"not shown for {' and '.join(parts)}"] if stay else []
+        if left:
+            steps = max(row.left_steps or 0 for row in left)
+            texts.append(f"every state of {', '.join(row.region for row in left)} leaves its region within {steps} returns")
+        if times.arrived is not None:
+            texts.append(f"{100 * times.rows[-1].arrives:.3g} % of the window is shown to arrive in A_1")
+        yield Verdict(
+            "auxiliary map: other regions are left", OF, not stay, False, f"{yes(not stay)}: {'; '.join(texts)} (enclosed)"
+        )
 
-
-def _describe(spec: AuxiliaryMapSection, study: "Study") -> str:
-    where = ", ".join([f"A_1^({spec.update}) of the domain {spec.domain}", *spec.pieces])
-    return f"in {where}; {spec.cells} cells an axis, halved {spec.depth} times"
-
-
-def _size(spec: AuxiliaryMapSection, study: "Study", system: "System") -> Size:
-    return cover_size(spec.cells, len(system.coordinates), spec.depth)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    if result.auxiliary_map is None or result.auxiliary_exits is None:
-        return {}
-    orbit = result.auxiliary_map
-    exits = row_numbers(result.auxiliary_exits)
-    boxes = {region.name: [finite(side) for side in region.box] for region in orbit.regions}
-    return {"auxiliary_map": {"boxes": boxes, "ends": [finite(state) for state in orbit.states[-2:]], "exit_times": exits}}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Whether all regions but that of A_1 are left, as is shown by enclosure."""
-    times, orbit = result.auxiliary_exits, result.auxiliary_map
-    if times is None or orbit is None or result.composite is None:
-        return
-    own = result.composite.pieces[int(result.composite.piece_of(orbit.regions[0].box.mean(axis=1)[None])[0])].name
-    rows = [row for row in times.rows[:-1] if row.region != own]
-    left, stay = [row for row in rows if not row.stays], [row for row in rows if row.stays]
-    parts = [f"{100 * (1 - row.left):.3g} % of {row.region}" for row in stay]
-    texts = [f"not shown for {' and '.join(parts)}"] if stay else []
-    if left:
-        steps = max(row.left_steps or 0 for row in left)
-        texts.append(f"every state of {', '.join(row.region for row in left)} leaves its region within {steps} returns")
-    if times.arrived is not None:
-        texts.append(f"{100 * times.rows[-1].arrives:.3g} % of the window is shown to arrive in A_1")
-    yield Verdict("auxiliary map: other regions are left", OF, not stay, False, f"{yes(not stay)}: {'; '.join(texts)} (enclosed)")
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The shares of each region that are left, and that arrive in A_1."""
-    if result.auxiliary_exits is not None:
-        yield Table("Exit times under the full auxiliary map, by enclosure", (), (), (result.auxiliary_exits.table(),))
-
-
-AUXILIARY_MAP = Section[AuxiliaryMapSection](
-    key="auxiliary_map",
-    type=AuxiliaryMapSection | None,
-    stored=AuxiliaryMapFields,
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The shares of each region that are left, and that arrive in A_1."""
+        if result.auxiliary_exits is not None:
+            yield Table("Exit times under the full auxiliary map, by enclosure", (), (), (result.auxiliary_exits.table(),))

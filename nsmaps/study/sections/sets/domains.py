@@ -1,6 +1,6 @@
 """The section `domains`: attracting domains, each of one map from one start box."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -17,8 +17,7 @@ from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
-from nsmaps.study.sections.base import Need, Section, Verdict, claimed
-from nsmaps.study.sections.fields import DomainsFields
+from nsmaps.study.sections.base import Entries, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
@@ -32,7 +31,6 @@ class DomainSection(BaseModel):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
     model_config = SPEC
-    was: ClassVar = {"trapped": "forward_invariant", "settled": "converged"}
     name: Name
     map: str
     box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
@@ -42,38 +40,66 @@ class DomainSection(BaseModel):
     require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
 
-Domains = tuple[DomainSection, ...]
+class Domains(Entries[DomainSection]):
+    """The attracting domains of a study, each bounded by auxiliary maps."""
 
+    key: ClassVar[str] = "domains"
+    results: ClassVar[Mapping[str, Any]] = {
+        "domains": {},
+    }
 
-def _needs(spec: Domains) -> Iterator[Need]:
-    for number, domain in enumerate(spec):
-        if domain.box == DIAGONAL:
-            yield ("domains", number, "box"), f"the start box of the domain {domain.name!r}", "diagonal"
+    def needs(self) -> Iterator[Need]:
+        for number, domain in enumerate(self):
+            if domain.box == DIAGONAL:
+                yield ("domains", number, "box"), f"the start box of the domain {domain.name!r}", "diagonal"
 
+    def check(self, study: "Study") -> None:
+        study.once("domains", [domain.name for domain in self])
+        fitted = pieces_with_a_map(study)
+        maps = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
+        for number, domain in enumerate(self):
+            if not is_of_partition(study, domain.map):
+                study.source.known(("domains", number, "map"), domain.map, ["exact", *maps, *fitted], "map")
 
-def _check(spec: Domains, study: "Study") -> None:
-    study.once("domains", [domain.name for domain in spec])
-    fitted = pieces_with_a_map(study)
-    maps = ["composite"] if study.composite else ["composite", ATTRACTING] if study.partition else []
-    for number, domain in enumerate(spec):
-        if not is_of_partition(study, domain.map):
-            study.source.known(("domains", number, "map"), domain.map, ["exact", *maps, *fitted], "map")
+    def bind(self, binding: "Binding") -> dict[str, Box]:
+        """The given start boxes, by the name of the domain."""
+        given = ((k, domain.name, domain.box) for k, domain in enumerate(self))
+        return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
 
+    def calls(self) -> tuple[str, ...]:
+        return ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in self) else ()
 
-def _bind(spec: Domains, binding: "Binding") -> dict[str, Box]:
-    """The given start boxes, by the name of the domain."""
-    given = ((k, domain.name, domain.box) for k, domain in enumerate(spec))
-    return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The attracting domains, each of the map that the study names for it."""
+        domains = {}
+        for number, section in enumerate(self):
+            with plan.study.source.located(("domains", number)):
+                progress = plan.portion(number, len(self)).progress
+                domains[section.name] = _domain_of(plan, result, section, progress)
+        return {"domains": domains}
 
+    def describe(self, study: "Study") -> str:
+        return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in self)
 
-def _compute(spec: Domains, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The attracting domains, each of the map that the study names for it."""
-    domains = {}
-    for number, section in enumerate(spec):
-        with plan.study.source.located(("domains", number)):
-            progress = plan.portion(number, len(spec)).progress
-            domains[section.name] = _domain_of(plan, result, section, progress)
-    return {"domains": domains}
+    def size(self, study: "Study", system: "System") -> Size:
+        """The size of all updates; most domains converge earlier."""
+        of_pieces = {piece.name for piece in study.composite}
+        each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in self]
+        return Size(sum(each), 1e5 * float(sum(d.updates for d in self)))
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        for section in result.study.domains:
+            domain = result.domains.get(section.name)
+            if domain is not None:
+                yield _verdict(
+                    section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain)
+                )
+                yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
+                if (share := share_carried_out(result, section.map, domain)) is not None:
+                    yield _of_composite(section, share)
 
 
 def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":
@@ -125,21 +151,6 @@ def _bounded(
     return attracting_domain(map, box, section.updates, **how)
 
 
-def _describe(spec: Domains, study: "Study") -> str:
-    return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in spec)
-
-
-def _size(spec: Domains, study: "Study", system: "System") -> Size:
-    """The size of all updates; most domains converge earlier."""
-    of_pieces = {piece.name for piece in study.composite}
-    each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in spec]
-    return Size(sum(each), 1e5 * float(sum(d.updates for d in spec)))
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
-
-
 def _domain(domain: "AttractingDomain") -> dict[str, Any]:
     return {
         "of": domain.of,
@@ -161,16 +172,6 @@ def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
     p_and_q = {"iterated": finite(cycle.iterated), "roots": finite(cycle.roots), "slope": finite([cycle.slope])[0]}
     found = {"stable": cycle.stable, "agree": cycle.agree, "difference": difference, "accuracy": accuracy}
     return {"coordinate": str(cycle.coordinate), **p_and_q, **found}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    for section in result.study.domains:
-        domain = result.domains.get(section.name)
-        if domain is not None:
-            yield _verdict(section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain))
-            yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
-            if (share := share_carried_out(result, section.map, domain)) is not None:
-                yield _of_composite(section, share)
 
 
 def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
@@ -214,20 +215,3 @@ def _settled(domain: "AttractingDomain") -> str:
     box = intervals(domain.coordinates, domain.boxes[-1])
     parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
     return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
-
-
-DOMAINS = Section[Domains](
-    key="domains",
-    type=Domains,
-    default=(),
-    stored=DomainsFields,
-    needs=_needs,
-    check=_check,
-    bind=_bind,
-    calls=lambda spec: ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in spec) else (),
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-)

@@ -1,7 +1,7 @@
 """The section `manifolds`: stable and unstable manifolds of saddles of the exact map."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import BaseModel, Field
@@ -13,8 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.reading.values import SPEC, Name
-from nsmaps.study.sections.base import Section, Table, Verdict
-from nsmaps.study.sections.fields import ManifoldsFields
+from nsmaps.study.sections.base import Entries, Table, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import Manifold
@@ -36,103 +35,88 @@ class ManifoldSection(BaseModel):
     max_points: int = Field(100_000, ge=2)
 
 
-Manifolds = tuple[ManifoldSection, ...]
+class Manifolds(Entries[ManifoldSection]):
+    """The manifolds of saddles of a study."""
 
+    key: ClassVar[str] = "manifolds"
+    results: ClassVar[Mapping[str, Any]] = {
+        "manifolds": {},  #: by name: the unstable one, then the stable one
+        "no_manifold": {},  #: by name, the reason why one of them is not there
+    }
 
-def _check(spec: Manifolds, study: "Study") -> None:
-    study.once("manifolds", [each.name for each in spec])
+    def check(self, study: "Study") -> None:
+        study.once("manifolds", [each.name for each in self])
 
+    def bind(self, binding: "Binding") -> tuple[Floats, ...]:
+        """The starts, each of shape (n,)."""
+        return tuple(binding.start(("manifolds", number, "start"), each.start) for number, each in enumerate(self))
 
-def _bind(spec: Manifolds, binding: "Binding") -> tuple[Floats, ...]:
-    """The starts, each of shape (n,)."""
-    return tuple(binding.start(("manifolds", number, "start"), each.start) for number, each in enumerate(spec))
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The manifolds of each saddle, or the reason why there are none."""
+        from nsmaps.dynamics.manifolds.manifold import manifold
+        from nsmaps.dynamics.periodic import periodic_orbit
 
+        found: dict[str, tuple[Manifold, ...]] = {}
+        reasons = {}
+        for number, each in enumerate(self):
+            orbit, own = periodic_orbit(plan.system, plan.bound["manifolds"][number], each.period), []
+            for which in ("unstable", "stable"):
+                if each.which in ("both", which):
+                    try:
+                        own.append(manifold(plan.system, orbit, which, each.length, each.gap, max_points=each.max_points))
+                    except NsmapsError as error:
+                        reasons[each.name] = str(error)
+            found[each.name] = tuple(own)
+            beat((number + 1) / len(self))
+        return {"manifolds": found, "no_manifold": reasons}
 
-def _compute(spec: Manifolds, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """The manifolds of each saddle, or the reason why there are none."""
-    from nsmaps.dynamics.manifolds.manifold import manifold
-    from nsmaps.dynamics.periodic import periodic_orbit
+    def describe(self, study: "Study") -> str:
+        return ", ".join(f"{each.name} ({each.which}, length {each.length:g})" for each in self)
 
-    found: dict[str, tuple[Manifold, ...]] = {}
-    reasons = {}
-    for number, each in enumerate(spec):
-        orbit, own = periodic_orbit(plan.system, plan.bound["manifolds"][number], each.period), []
-        for which in ("unstable", "stable"):
-            if each.which in ("both", which):
-                try:
-                    own.append(manifold(plan.system, orbit, which, each.length, each.gap, max_points=each.max_points))
-                except NsmapsError as error:
-                    reasons[each.name] = str(error)
-        found[each.name] = tuple(own)
-        beat((number + 1) / len(spec))
-    return {"manifolds": found, "no_manifold": reasons}
+    def size(self, study: "Study", system: "System") -> Size:
+        """States by length and gap, two sides at each state of the saddle; each is inserted and mapped several times."""
+        found = Size()
+        for each in self:
+            sides = 2.0 * each.period * (2 if each.which == "both" else 1)
+            found += Size(10 * DERIVED * each.period, COPIES * STATE).times(
+                sides * min(2 * each.length / each.gap, each.max_points)
+            )
+        return found
 
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        if not (result.manifolds or result.no_manifold):
+            return {}
+        rows = {name: [_row(each) for each in some] for name, some in result.manifolds.items()}
+        return {"manifolds": rows | {f"{name}: none": why for name, why in result.no_manifold.items()}}
 
-def _describe(spec: Manifolds, study: "Study") -> str:
-    return ", ".join(f"{each.name} ({each.which}, length {each.length:g})" for each in spec)
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        """Whether each manifold was grown to its length, or to an attractor, on every side."""
+        for each in result.study.manifolds:
+            own = result.manifolds.get(each.name)
+            if own is None:
+                continue
+            ends = [f"{one.which}: {', '.join(dict.fromkeys(one.ended))}" for one in own]
+            why = result.no_manifold.get(each.name, "")
+            holds = not why and all(end.startswith(WHOLE) for one in own for end in one.ended)
+            text = f"{yes(holds)}: {'; '.join(filter(None, [*ends, why]))}"
+            yield Verdict(
+                f"manifolds of {each.name}: grown to their length or to an attractor", result.system.map_name, holds, False, text
+            )
 
-
-def _size(spec: Manifolds, study: "Study", system: "System") -> Size:
-    """States by length and gap, two sides at each state of the saddle; each is inserted and mapped several times."""
-    found = Size()
-    for each in spec:
-        sides = 2.0 * each.period * (2 if each.which == "both" else 1)
-        found += Size(10 * DERIVED * each.period, COPIES * STATE).times(sides * min(2 * each.length / each.gap, each.max_points))
-    return found
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    if not (result.manifolds or result.no_manifold):
-        return {}
-    rows = {name: [_row(each) for each in some] for name, some in result.manifolds.items()}
-    return {"manifolds": rows | {f"{name}: none": why for name, why in result.no_manifold.items()}}
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The saddles, with what was grown from them."""
+        rows = []
+        for name, some in result.manifolds.items():
+            for each in some:
+                state = ", ".join(f"{x:.6g}" for x in each.saddle[0])
+                lengths = np.array([each.arclength[each.side == k].max() for k in range(int(each.side.max()) + 1)])
+                pieces = f"{len(each.states)} states, {len(each.lines)} pieces"
+                rows.append((name, each.which, f"({state})", f"{each.multiplier:.6g}", f"{lengths.max():.4g}", pieces))
+        heads = "saddle", "manifold", "at", "multiplier", "longest side", ""
+        if rows:
+            yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the extent of the saddle's motion.",))
 
 
 def _row(each: "Manifold") -> dict[str, Any]:
     about = {"which": each.which, "saddle": each.saddle.tolist(), "multiplier": each.multiplier, "error": each.error}
     return about | {"states": len(each.states), "pieces": len(each.lines), "ended": list(each.ended)}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    """Whether each manifold was grown to its length, or to an attractor, on every side."""
-    for each in result.study.manifolds:
-        own = result.manifolds.get(each.name)
-        if own is None:
-            continue
-        ends = [f"{one.which}: {', '.join(dict.fromkeys(one.ended))}" for one in own]
-        why = result.no_manifold.get(each.name, "")
-        holds = not why and all(end.startswith(WHOLE) for one in own for end in one.ended)
-        text = f"{yes(holds)}: {'; '.join(filter(None, [*ends, why]))}"
-        yield Verdict(
-            f"manifolds of {each.name}: grown to their length or to an attractor", result.system.map_name, holds, False, text
-        )
-
-
-def _tables(result: "StudyResult") -> Iterator[Table]:
-    """The saddles, with what was grown from them."""
-    rows = []
-    for name, some in result.manifolds.items():
-        for each in some:
-            state = ", ".join(f"{x:.6g}" for x in each.saddle[0])
-            lengths = np.array([each.arclength[each.side == k].max() for k in range(int(each.side.max()) + 1)])
-            pieces = f"{len(each.states)} states, {len(each.lines)} pieces"
-            rows.append((name, each.which, f"({state})", f"{each.multiplier:.6g}", f"{lengths.max():.4g}", pieces))
-    heads = "saddle", "manifold", "at", "multiplier", "longest side", ""
-    if rows:
-        yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the extent of the saddle's motion.",))
-
-
-MANIFOLDS = Section[Manifolds](
-    key="manifolds",
-    type=Manifolds,
-    default=(),
-    stored=ManifoldsFields,
-    check=_check,
-    bind=_bind,
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-    tables=_tables,
-)

@@ -1,90 +1,77 @@
 """The section `morse`: a cover of the invariant sets of the exact map in a window, by enclosure."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.texts import intervals, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Section, Verdict, claimed
-from nsmaps.study.sections.fields import MorseFields
+from nsmaps.study.sections.base import Analysis, Verdict, claimed
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
-class MorseSection(BaseModel):
+class MorseSection(Analysis):
     """A cover of the invariant sets of the exact map in a window by cells, which are halved `depth` times."""
 
+    key: ClassVar[str] = "morse"
+    results: ClassVar[Mapping[str, Any]] = {
+        "morse": None,  #: of the invariant sets in the window, by enclosure of the exact map
+        "trap": None,  #: the closed set around its first minimal component
+    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"cells.morse_sets": ("Level", "MorseCover", "Trap")}
+
     model_config = SPEC
-    was: ClassVar = {"trapped": "forward_invariant"}
     box: Bounds
     depth: int = Field(4, ge=0, le=12)
     cells: int = Field(8, ge=1)  #: per axis, on the first level
     require: tuple[Literal["forward_invariant"], ...] = ()
 
+    def bind(self, binding: "Binding") -> Box:
+        from nsmaps.enclosures.box_images import box_map
 
-def _bind(spec: MorseSection, binding: "Binding") -> Box:
-    from nsmaps.enclosures.box_images import box_map
+        with binding.study.source.located(("morse",)):
+            box_map(binding.system)
+        return binding.box(("morse", "box"), self.box)
 
-    with binding.study.source.located(("morse",)):
-        box_map(binding.system)
-    return binding.box(("morse", "box"), spec.box)
+    def calls(self) -> tuple[str, ...]:
+        return ("boxes",)
 
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
+        from nsmaps.cells.morse_sets import morse_sets, trap
 
-def _compute(spec: MorseSection, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-    """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
-    from nsmaps.cells.morse_sets import morse_sets, trap
+        with plan.study.source.located(("morse",)):
+            window = plan.bound["morse"].array
+            cover = morse_sets(plan.system, window, self.depth, self.cells, progress=plan.jobs.progress)
+        return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
 
-    with plan.study.source.located(("morse",)):
-        window = plan.bound["morse"].array
-        cover = morse_sets(plan.system, window, spec.depth, spec.cells, progress=plan.jobs.progress)
-    return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
+    def describe(self, study: "Study") -> str:
+        return f"{self.cells} cells an axis, halved {self.depth} times"
 
+    def size(self, study: "Study", system: "System") -> Size:
+        return cover_size(self.cells, len(system.coordinates), self.depth)
 
-def _describe(spec: MorseSection, study: "Study") -> str:
-    return f"{spec.cells} cells an axis, halved {spec.depth} times"
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        """The hulls of the components, the graph of transitions between them, and the minimal components."""
+        cover = result.morse
+        if cover is None:
+            return {}
+        cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
+        edges, minimal = cover.edges.tolist(), list(cover.minimal)
+        return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
 
-
-def _size(spec: MorseSection, study: "Study", system: "System") -> Size:
-    return cover_size(spec.cells, len(system.coordinates), spec.depth)
-
-
-def _numbers(result: "StudyResult") -> dict[str, Any]:
-    """The hulls of the components, the graph of transitions between them, and the minimal components."""
-    cover = result.morse
-    if cover is None:
-        return {}
-    cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
-    edges, minimal = cover.edges.tolist(), list(cover.minimal)
-    return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
-
-
-def _verdicts(result: "StudyResult") -> Iterator[Verdict]:
-    section, cover, held = result.study.morse, result.morse, result.trap
-    if section is None or cover is None:
-        return
-    text = "no orbit stays in the window"
-    if held is not None:
-        hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
-        text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
-    holds = held is not None and held.forward_invariant
-    yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
-
-
-MORSE = Section[MorseSection](
-    key="morse",
-    type=MorseSection | None,
-    stored=MorseFields,
-    holds={"cells.morse_sets": ("Level", "MorseCover", "Trap")},
-    bind=_bind,
-    calls=lambda spec: ("boxes",),
-    compute=_compute,
-    describe=_describe,
-    size=_size,
-    numbers=_numbers,
-    verdicts=_verdicts,
-)
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        section, cover, held = result.study.morse, result.morse, result.trap
+        if section is None or cover is None:
+            return
+        text = "no orbit stays in the window"
+        if held is not None:
+            hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
+            text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
+        holds = held is not None and held.forward_invariant
+        yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")

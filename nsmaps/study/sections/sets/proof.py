@@ -1,6 +1,6 @@
 """The section `proof`: a proof to be searched for by `nsmaps prove`; a run of the study skips it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from pydantic import BaseModel, Field
 
@@ -9,7 +9,7 @@ from nsmaps.errors import ProofError
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Section
+from nsmaps.study.sections.base import Analysis
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Study
@@ -35,8 +35,10 @@ class ClosedSet(BaseModel):
     parts: int = Field(4, ge=1, le=64)  #: of each of these cells along each coordinate, whose images are enclosed one by one
 
 
-class ProofSection(BaseModel):
+class ProofSection(Analysis):
     """A stable cycle to which orbits are to be proved to converge, or a closed set; see `nsmaps.proof.prove`."""
+
+    key: ClassVar[str] = "proof"
 
     model_config = SPEC
     start: dict[str, Number]
@@ -47,8 +49,35 @@ class ProofSection(BaseModel):
     depth: int = Field(4, ge=0, le=12)
     cuts: int = Field(0, ge=0, le=12)
     periods: int = Field(4, ge=1)
-    radii: dict[str, Number] = {}
-    cycles: list[CycleStart] = []
+    radii: dict[str, Number] = Field(default_factory=dict)
+    cycles: list[CycleStart] = Field(default_factory=list)
+
+    def bind(self, binding: "Binding") -> Floats:
+        """The start, shape (n,)."""
+        check_proof(binding, "proof")
+        by_formulas = isinstance(binding.system, PiecewiseMap)
+        if by_formulas and (given := sorted(OF_FLIGHTS & self.model_fields_set)):
+            text = f"{given[0]!r} is of proofs about flights between impacts; expected: `closed_set` with a box, or cycles"
+            raise binding.study.source.error(("proof", given[0]), text)
+        if not by_formulas and self.top is None:
+            raise binding.study.source.error(("proof",), "no 'top'; expected: the impact speed up to which states are considered")
+        if self.closed_set is not None and by_formulas == (self.closed_set.box is None):
+            text = (
+                "a map by formulas needs the 'box' that is divided into cells"
+                if by_formulas
+                else "a 'box' is of maps by formulas"
+            )
+            raise binding.study.source.error(("proof", "closed_set"), f"{text}; expected: {'one' if by_formulas else 'none'}")
+        if self.closed_set is not None and self.closed_set.box is not None:
+            binding.box(("proof", "closed_set", "box"), self.closed_set.box)
+        for i, cycle in enumerate(self.cycles):
+            binding.start(("proof", "cycles", i, "start"), cycle.start)
+        return binding.start(("proof", "start"), self.start)
+
+    def describe(self, study: "Study") -> str:
+        if self.top is not None:
+            return f"by nsmaps prove: {self.side << self.depth} cells along speeds up to {self.top:g} and phases"
+        return f"by nsmaps prove: {'a closed set of cells' if self.closed_set else 'a cycle'}"
 
 
 def check_proof(binding: "Binding", key: str) -> None:
@@ -62,31 +91,3 @@ def check_proof(binding: "Binding", key: str) -> None:
 
 
 OF_FLIGHTS = {"top", "side", "depth", "cuts", "periods", "radii"}  #: keys about cells of phase and speed
-
-
-def _bind(spec: ProofSection, binding: "Binding") -> Floats:
-    """The start, shape (n,)."""
-    check_proof(binding, "proof")
-    by_formulas = isinstance(binding.system, PiecewiseMap)
-    if by_formulas and (given := sorted(OF_FLIGHTS & spec.model_fields_set)):
-        text = f"{given[0]!r} is of proofs about flights between impacts; expected: `closed_set` with a box, or cycles"
-        raise binding.study.source.error(("proof", given[0]), text)
-    if not by_formulas and spec.top is None:
-        raise binding.study.source.error(("proof",), "no 'top'; expected: the impact speed up to which states are considered")
-    if spec.closed_set is not None and by_formulas == (spec.closed_set.box is None):
-        text = "a map by formulas needs the 'box' that is divided into cells" if by_formulas else "a 'box' is of maps by formulas"
-        raise binding.study.source.error(("proof", "closed_set"), f"{text}; expected: {'one' if by_formulas else 'none'}")
-    if spec.closed_set is not None and spec.closed_set.box is not None:
-        binding.box(("proof", "closed_set", "box"), spec.closed_set.box)
-    for i, cycle in enumerate(spec.cycles):
-        binding.start(("proof", "cycles", i, "start"), cycle.start)
-    return binding.start(("proof", "start"), spec.start)
-
-
-def _describe(spec: ProofSection, study: "Study") -> str:
-    if spec.top is not None:
-        return f"by nsmaps prove: {spec.side << spec.depth} cells along speeds up to {spec.top:g} and phases"
-    return f"by nsmaps prove: {'a closed set of cells' if spec.closed_set else 'a cycle'}"
-
-
-PROOF = Section[ProofSection](key="proof", type=ProofSection | None, bind=_bind, describe=_describe)
