@@ -1,4 +1,4 @@
-"""Ranges over boxes by branch and bound: outer bounds, the gap to values that are taken, and where the extremes lie."""
+"""Ranges over boxes by branch and bound: outer bounds, and where the extremes lie."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -63,7 +63,6 @@ class Ranges:
     """The ranges of functions over N boxes, one function each."""
 
     bounds: Floats  #: shape (N, 2), outer: least and largest value; infinite where nothing is known
-    gap: Floats  #: shape (N, 2), from there to a value that is taken
     at: Floats  #: shape (N, 2, n, 2), a box that holds the places of the extreme
     boxes: Floats  #: shape (N, n, 2)
     pieces: Pieces  #: into which the boxes were cut
@@ -134,7 +133,7 @@ def _ranges(boxes: Floats, taken: Floats, pieces: Pieces) -> Ranges:
     may = sign * widened >= sign * taken[pieces.source] - pieces.margin[:, None]
     for side in (0, 1):
         _join(at[:, side], pieces.source[may[:, side]], pieces.at[may[:, side], side])
-    return Ranges(bounds, np.abs(bounds - taken), at, boxes, pieces)
+    return Ranges(bounds, at, boxes, pieces)
 
 
 def _join(known: Floats, source: Ints, values: Floats) -> None:
