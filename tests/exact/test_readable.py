@@ -137,6 +137,18 @@ def test_functions_are_named_by_nouns_and_verbs() -> None:
     assert [(name, found) for name, tree in trees() if (found := participles(tree))] == []
 
 
+def kinds_asked(tree: ast.Module) -> list[str]:
+    """The classes of systems and of kernels that `isinstance` asks for."""
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"]
+    asked = [name for call in calls for name in re.findall(r"\w+", ast.unparse(call.args[-1]))]
+    return [name for name in asked if name.endswith(("System", "Kernel", "Formulas"))]
+
+
+def test_no_code_asks_for_the_kind_of_a_system() -> None:
+    assert [(name, found) for name, tree in trees() if (found := kinds_asked(tree))] == []
+    assert kinds_asked(ast.parse("isinstance(a, str), isinstance(b, ImpactSystem | int)")) == ["ImpactSystem"]
+
+
 def test_entries_state_shapes() -> None:
     assert [(name, found) for name, tree in trees() if (found := without_shapes(tree))] == []
 

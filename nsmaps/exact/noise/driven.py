@@ -14,10 +14,10 @@ from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.modes.tables.memory import Record, memory
 from nsmaps.exact.modes.tables.tables import Tables, tables_of
 from nsmaps.exact.noise import modes
-from nsmaps.exact.observables.by_modes import plan_by_modes
 from nsmaps.exact.observables.formulas import Plan
 from nsmaps.exact.observables.motions import COUNTED, Observation
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.observables.totals import plan_by_modes
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.interrupts import check_stop
 
