@@ -8,7 +8,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.returns import CHATTER
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.paths.tracks import Event, events_of, mode_track
+from nsmaps.exact.modes.paths.tracks import events_of, mode_track
 from nsmaps.exact.modes.tables.memory import FIRST
 from nsmaps.exact.modes.tables.tables import Tables
 from nsmaps.exact.returns import Impacts
@@ -25,7 +25,8 @@ def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, cha
     wall = np.array([definition.letters.index(one.name) for one in ones], np.int8)
     time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
     speed = np.abs([event.before[SPEED] for event in events])
-    marks = ["", *(_mark(event) if one.releases else "" for event, one in zip(events, ones[1:], strict=False))]
+    begun = [CHATTERED if event.contact == CHATTER else RESTED for event in events]  # how the contact at it begins
+    marks = ["", *(mark if one.releases else "" for mark, one in zip(begun, ones[1:], strict=False))]
     *_, last = events
     if len(events) < n and last.contact:
         marks[-1:] = [RESTED]  # until all times
@@ -42,8 +43,3 @@ def flights_of(definition: Definition, table: Tables, impacts: Impacts, samples:
     track = mode_track(definition, table, start, len(impacts.time), samples, SUMMED_SPEED)
     places, speeds = np.moveaxis(track.states, -1, 0)
     return track.time, places, -float(by_place) * speeds
-
-
-def _mark(event: Event) -> str:
-    """The mark of the release from contact that began at an event."""
-    return CHATTERED if event.contact == CHATTER else RESTED

@@ -20,9 +20,8 @@ from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.nonlinear import taylor_of
 from nsmaps.exact.modes.tables.polynomials import exponential_series, polynomials_of
-from nsmaps.exact.modes.tables.rows import Rows, rows_of
+from nsmaps.exact.modes.tables.rows import Rows, plain_of, rows_of, transitions_of
 from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
-from nsmaps.exact.modes.tables.transitions import plain_of, transitions_of
 from nsmaps.exact.modes.tables.vanishing import vanishing
 
 REACH = 3.0  #: a longest step times the growth rate of the bounds, the spectral radius of |Y|
