@@ -43,8 +43,8 @@ def under_way(given: Any, result: Any) -> bool:
 CASES: dict[str, tuple[Any, str, Callable[[int], Any], Callable[[Any, Any], bool]]] = {
     "sums with modes": (totals, "observed_modes", lambda n: summed(BELT, 1, n), lambda _, done: not done),
     "sums with modes in threads": (totals, "observed_modes", lambda n: summed(BELT, 40, n // 10), lambda _, done: not done),
-    "sums of impacts": (totals, "observed", lambda n: summed(PAIR, 1, n), lambda _, done: not done),
-    "sums of impacts in threads": (totals, "observed", lambda n: summed(PAIR, 40, n // 10), lambda _, done: not done),
+    "sums of impacts": (totals, "observe_flights", lambda n: summed(PAIR, 1, n), lambda _, done: not done),
+    "sums of impacts in threads": (totals, "observe_flights", lambda n: summed(PAIR, 40, n // 10), lambda _, done: not done),
     "slopes with modes": (totals, "mode_slopes", lambda n: slopes(n // 10), lambda given, _: len(given[4]) < MANY // 10),
     "noise with modes": (modes, "noisy_motion", lambda n: noisy(n // 10, 1), under_way),
     "noise with modes in threads": (modes, "noisy_motion", lambda n: noisy(n // 100, 24), under_way),
