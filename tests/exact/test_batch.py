@@ -133,6 +133,7 @@ def test_every_reference_in_a_crowd(pair, reference, name):
     """The 50-digit references, each system's rows in a random order among themselves, many times over."""
     rows = reference(name)
     rng = np.random.default_rng(6)
+    assert rows
     for kind in sorted({(row["d"], row["r"], row["beta"]) for row in rows}):
         own = [row for row in rows if (row["d"], row["r"], row["beta"]) == kind]
         order = rng.permutation(np.repeat(np.arange(len(own)), 1 + 600 // len(own)))

@@ -96,6 +96,7 @@ def test_boxes_cut_by_grazes(pair, d):
 def test_references_in_50_digits_lie_in_the_images_of_points(pair, reference):
     """At ordinary states to the last bit; the images of points are as wide as rounding."""
     rows = reference("first_returns")
+    assert rows
     for row in rows:
         start = [float(row["v"]), float(row["phi"])]
         found = pair(row["d"], row["r"], {"pi/3": np.pi / 3, "pi/6": np.pi / 6}[row["beta"]]).image_boxes([np.c_[start, start]])

@@ -91,7 +91,9 @@ def test_points_against_sixty_digits(pair, curves, d):
 def test_the_sides_and_what_the_image_does(pair, curves, d):
     """On one side the wall is hit at the time of the touch, on the other it is not; a graze of the base wall is a jump."""
     system = pair(d)
-    for curve in curves(d, "whole"):
+    found = curves(d, "whole")
+    assert found
+    for curve in found:
         k = np.arange(6, len(curve.points) - 6, 10)
         states, normal = curve.points[k], np.gradient(curve.points, axis=0)[k][:, ::-1] * [1, -1]
         normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -112,6 +114,7 @@ def test_ends(curves):
     """A curve ends on the box, or where another one passes; its two sides are told along it."""
     for d, name in CASES:
         found = curves(d, name)
+        assert found
         box = np.array([*BOXES[name].values()])
         for curve in found:
             others = [other.points for other in found if other is not curve]
@@ -134,6 +137,7 @@ def distance(point, points):
 def test_each_is_traced_once(curves):
     for d, name in CASES:
         found = curves(d, name)
+        assert found
         for i, curve in enumerate(found):
             middle = curve.points[len(curve.points) // 2]
             for other in found[i + 1 :]:

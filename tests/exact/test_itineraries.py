@@ -13,6 +13,7 @@ from nsmaps.exact.surfaces.sweep import surfaces_among
 def grazes(reference):
     """Impact speeds on the grazing curves, from the hard references on either side of them."""
     rows = [row for row in reference("hard_returns") if row["kind"] == "graze" and abs(row["eps"]) == 1e-11]
+    assert rows
     return [(row["d"], row["v"] - row["eps"], row["phi"]) for row in rows]
 
 

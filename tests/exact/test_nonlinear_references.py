@@ -17,7 +17,9 @@ WITHOUT = {"fall": Outcome.escaped, "no return up to t = 600 (integrated, not pr
 @pytest.fixture(scope="module", params=FILES)
 def rows(request):
     """The name of a file, and its rows with their returns."""
-    return request.param, rows_of(request.param)
+    found = rows_of(request.param)
+    assert found
+    return request.param, found
 
 
 def test_words_are_those_of_60_digits(rows):

@@ -73,6 +73,7 @@ def test_chebyshev_products_are_those_of_the_map():
 def test_alphas_of_general_coefficients_are_read_back_from_latex():
     iterate = second_iterate(POLY23)
     text = nsmaps.export(iterate, "latex")
+    assert iterate.alpha
     for k, alpha in enumerate(iterate.alpha):
         (formula,) = re.findall(rf"\\alpha_\{{{k}\}} &=(.*?)\n\\end", text, re.DOTALL)
         source = re.sub(r"\\\\\n&\\quad", "", formula).strip()

@@ -80,6 +80,7 @@ def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
 def test_worst_case_steps_reach_every_bound(result, ax):
     envelopes(result, ax, "v", update=0)
     reached = by_label(ax)["worst case"].get_ydata()
+    assert result.domains["fitted"].updates[0].worst[1:, 0].size
     for bound in result.domains["fitted"].updates[0].worst[1:, 0].ravel():
         assert np.isclose(reached, bound).any()
 

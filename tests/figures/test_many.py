@@ -111,6 +111,7 @@ def test_panels_keep_their_size_beside_a_long_legend(many, sheets):
         figure = sheet.figure()
         figure.canvas.draw()
     below = sum(legend.get_window_extent().height for legend in figure.legends)
+    assert figure.axes
     for ax in figure.axes:
         height, width = ax.get_window_extent().height, ax.get_window_extent().width
         assert height > 0.6 * (figure.bbox.height - below)

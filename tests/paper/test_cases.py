@@ -112,6 +112,7 @@ def test_the_pseudocode_alone_leaves_a_hole(case):
 
 def test_orbits_of_both_maps_arrive_at_the_attractor(case):
     name, result = case
+    assert result.orbits
     for pair in result.orbits:
         assert np.isfinite(pair.composite.states).all()
         tail, exact = pair.composite.states[-20:], pair.exact.states[-20:]
@@ -378,7 +379,9 @@ def test_the_generic_orbit_of_the_full_auxiliary_map_ends_between_p_and_q(case):
 def test_samples_of_enclosed_domains_pass_no_enclosed_worst_case(case):
     """Of the exact and of the composite map, beside grazes and borders of pieces too, on the start box; they come near it."""
     _, result = case
-    for domain in (each for each in result.domains.values() if each.status == "enclosed"):
+    enclosed = [each for each in result.domains.values() if each.status == "enclosed"]
+    assert enclosed
+    for domain in enclosed:
         for k, envelope in enumerate(domain.updates[0].envelopes):
             low, high = domain.updates[0].worst[1, k]
             assert low <= envelope.lower.min() < low + 1e-4

@@ -72,6 +72,7 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
 
 def test_the_chart_has_a_star_at_the_optimum(result: StudyResult) -> None:
     (sheet,) = sheets(result)
+    assert sheet.panels
     for panel in sheet.panels:
         _, ax = plt.subplots()
         panel(ax)

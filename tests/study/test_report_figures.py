@@ -79,6 +79,7 @@ def test_captions_say_the_numbers_of_the_run(good: str, report_of: Report) -> No
 @pytest.mark.parametrize("run", RUNS)
 def test_a_caption_of_every_figure_that_a_run_has_the_data_for(run: str) -> None:
     result = nsmaps.read_result(STORED / run)
+    assert drawable(result)
     for name in drawable(result):
         text = caption(result, name)
         assert text.endswith(CATALOGUE[name].caption)

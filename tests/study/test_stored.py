@@ -79,6 +79,7 @@ def test_every_stored_array_is_in_the_xarray_tree_of_its_field(name: str) -> Non
     for node in nsmaps.read_result(STORED / name).to_xarray().subtree:
         held.setdefault(node.path.split("/")[1], []).extend(counted(array) for array in node.variables.values())
     with np.load(STORED / name / "arrays.npz", allow_pickle=False) as arrays:
+        assert arrays.files
         for path in arrays.files:
             field = path.split("/")[0]
             if not re.search(

@@ -78,7 +78,9 @@ def test_a_closed_set_is_found_verified_and_stated(pair, certificate, orders):
 
 def test_orbits_from_cells_with_orders_arrive_and_stay(pair, orders):
     rng = np.random.default_rng(7)
-    for column, row in rng.permutation(np.argwhere((orders[0] > 0) & (orders[0] < SPLIT)))[:100]:
+    ordered = np.argwhere((orders[0] > 0) & (orders[0] < SPLIT))
+    assert len(ordered) > 100
+    for column, row in rng.permutation(ordered)[:100]:
         state = np.array([(row + rng.random()) * TOP, (column + rng.random()) * 2 * np.pi]) / FINE
         later = met(orders, pair.impacts(state, 300))
         arrived = np.flatnonzero(later == 0)

@@ -70,7 +70,9 @@ def test_cycles_from_the_other_wall_hold_the_same_forty_digits(pair: Callable[..
     """The impacts of a cycle in the order of the map of the other wall: the same multipliers, its first state among them."""
     base = pair(0.35)
     other = base.at(base="T")
-    for row in [row for row in reference("cycles")[:40] if "T" in row["words"]][::12]:
+    rows = [row for row in reference("cycles")[:40] if "T" in row["words"]][::12]
+    assert rows
+    for row in rows:
         walls, states = impacts_of(base, of_row(base, row))
         phase, speed = states[walls.index(1)]
         orbit = nsmaps.periodic_orbit(other, [speed, phase], walls.count(1))

@@ -80,6 +80,7 @@ def test_changed_numbers_and_relations_are_refused(small: Certificate) -> None:
 @pytest.mark.parametrize(("column", "factor"), [(0, 30.0), (1, 0.05)])
 def test_a_set_that_is_too_long_or_too_low_is_not_covered(small: Certificate, column: int, factor: float) -> None:
     system, stated = system_of(dict(small.system)), horseshoe_of(small.horseshoe, 2)
+    assert stated.relations
     for i, j in stated.relations[:3]:
         (a, b), (c, d) = stated.sets[j].matrix
         matrix = ((factor * a, b), (factor * c, d)) if column == 0 else ((a, factor * b), (c, factor * d))
