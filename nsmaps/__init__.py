@@ -42,11 +42,10 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.chatter.cascade import chatter_scaling as chatter_scaling
     from nsmaps.dynamics.chatter.complete import CompleteChatter as CompleteChatter
     from nsmaps.dynamics.continuation.branch import Branch as Branch
-    from nsmaps.dynamics.continuation.events import Event as Event
-    from nsmaps.dynamics.continuation.follow import cascade as cascade
+    from nsmaps.dynamics.continuation.events import BifurcationPoint as BifurcationPoint
     from nsmaps.dynamics.continuation.follow import continue_branch as continue_branch
-    from nsmaps.dynamics.continuation.follow import doubled_branch as doubled_branch
-    from nsmaps.dynamics.continuation.follow import switched_branch as switched_branch
+    from nsmaps.dynamics.continuation.follow import period_doubling_cascade as period_doubling_cascade
+    from nsmaps.dynamics.continuation.follow import switch_branch as switch_branch
     from nsmaps.dynamics.curves.curve import BifurcationCurve as BifurcationCurve
     from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
     from nsmaps.dynamics.design.optimum import Optimum as Optimum
@@ -178,8 +177,8 @@ _PUBLIC = {
     "dynamics.attractors.attractor": ("Attractor",),
     "dynamics.chatter.cascade": ("ChatterScaling", "IncompleteChatter", "chatter_cascade", "chatter_scaling"),
     "dynamics.chatter.complete": ("CompleteChatter",),
-    "dynamics.continuation.events": ("Event",),
-    "dynamics.continuation.follow": ("cascade", "continue_branch", "doubled_branch", "switched_branch"),
+    "dynamics.continuation.events": ("BifurcationPoint",),
+    "dynamics.continuation.follow": ("continue_branch", "period_doubling_cascade", "switch_branch"),
     "dynamics.attractors.coexistence": ("match_attractors",),
     "dynamics.attractors.continued": ("GlobalContinuation",),
     "dynamics.attractors.distance": ("hausdorff",),

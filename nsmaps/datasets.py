@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 Row = tuple[str, Any, str, str]  #: dimensions with blanks between them, the array, its unit, what it holds
 EACH, NONE, TURNS, TIME = "see unit", "1", "turns", "time unit of the system"
 AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by class and field; those of others are numbered
-    "Branch": {"parameter": "orbit", "arclength": "orbit"},
     "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
     "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
     "ImpactDiagram": {"values": "value", "wall": "value impact", "speed": "value impact"},

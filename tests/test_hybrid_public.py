@@ -61,7 +61,7 @@ def near(system: Any) -> nsmaps.PeriodicOrbit:
 @cache
 def branch(system: Any) -> Any:
     low, high = values(system)
-    return nsmaps.continue_branch(along(system), near(system), float(low), (0.999 * low, high))
+    return nsmaps.continue_branch(along(system), "p", near(system), float(low), (0.999 * low, high))
 
 
 @cache
@@ -100,8 +100,10 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "bifurcation": swept,
     "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
-    "cascade": lambda s: nsmaps.cascade(along(s), near(s), float(values(s)[0]), tuple(values(s)), "up", 1),
-    "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), near(s), tuple(values(s)), 1),
+    "period_doubling_cascade": lambda s: nsmaps.period_doubling_cascade(
+        s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), "up", 1
+    ),
+    "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
     "chart": lambda s: nsmaps.chart(
         s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
     ),
@@ -111,8 +113,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
     "continue_branch": branch,
     "curve_cycles": lambda s: nsmaps.curve_cycles(s),
-    "doubled_branch": lambda s: nsmaps.doubled_branch(along(s), s, tuple(values(s))),
-    "switched_branch": lambda s: nsmaps.switched_branch(along(s), s, tuple(values(s))),
+    "switch_branch": lambda s: nsmaps.switch_branch(s, SWEPT[s], s, tuple(values(s))),
     "exit_times": lambda s: nsmaps.exit_times(
         s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2
     ),
@@ -187,12 +188,11 @@ REFUSED = {
     "periodic_orbits_by_word": "cycles by their words of a .*; expected: a PiecewiseMap",
     "topological_entropy": "the entropy by kneading series of a .*; expected: a PiecewiseMap",
     "CompleteChatter": "complete chatter of a .*: no guard of its section `rests`",
-    "chatter_cascade": "a cascade begins at the end of a branch; expected: Event",
-    "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: Event",
+    "chatter_cascade": "a cascade begins at the end of a branch; expected: BifurcationPoint",
+    "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: BifurcationPoint",
     "compose_pieces": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
-    "doubled_branch": "begins at an event of another branch; expected: Event",
-    "switched_branch": "begins at an event of that one; expected: Event",
+    "switch_branch": "another branch begins at an event of a branch; expected: BifurcationPoint",
     "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "symbolic_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",

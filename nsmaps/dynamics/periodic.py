@@ -1,12 +1,12 @@
 """Periodic orbits of return maps by Newton's method."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
@@ -14,6 +14,7 @@ from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.results import Result, array, array_property
 
 MOST_STEPS = 50  #: steps of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
@@ -23,21 +24,26 @@ INSTANT = 1e-6  #: share of the period of the forcing, and of the time that a gu
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Result):
     """An orbit of q states of n coordinates that closes, or the last iterate of Newton's method."""
-
-    __repr__ = brief
 
     returns: Returns  #: of its q states, each to the next and the last to the first, with derivatives
     tolerance: float  #: tolerance of the residual; see `converged`
-    scale: Floats = None  # type: ignore[assignment]  #: shape (n,), unit of the residual, see `scale_of`; runs before had none
+    scale: Floats = field(metadata=array("coordinate", "unit of the residual"))
     least_time: float = 0.0  #: time that a motion must take: in less, states agree with their images without any motion
 
-    def __post_init__(self) -> None:
-        if self.scale is None:
-            object.__setattr__(self, "scale", self.returns.coordinates.magnitudes(self.returns.start))
+    def __str__(self) -> str:
+        """The motion, its stability and its multipliers, on one line."""
+        kind = {True: "stable", False: "unstable", None: "of unknown stability"}[self.stable]
+        factors = ", ".join(f"{value:.6g}" for value in self.multipliers.tolist())
+        return f"{self.label or 'no orbit'}, {kind}, multipliers {factors}, residual {self.residual:.1g}"
 
     @property
+    def coordinates(self) -> Coordinates:
+        """Those of its states."""
+        return self.returns.coordinates
+
+    @array_property("point coordinate", "states, each the image of the one before; angles in [0, 2 pi)")
     def states(self) -> Floats:
         """Shape (q, n), angles in [0, 2 pi)."""
         return self.returns.start

@@ -164,6 +164,7 @@ _ROWS = (
         "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines of "
         "unknown stability; marks are events.",
         (data.BRANCHES,),
+        of_parts=True,
     ),
     Row(
         "longrun.stability",

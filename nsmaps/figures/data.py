@@ -250,8 +250,8 @@ TRACKS: "Need[Sequence[Track | ModeTrack]]" = Need(
     lambda study: not study.orbits or any(orbit.track for orbit in study.orbits),
 )
 BIFURCATION: "Need[Mapping[str, BifurcationDiagram]]" = Need("bifurcation diagrams", ("bifurcation",), _diagrams)
-BRANCHES: "Need[Mapping[str, Sequence[Branch]]]" = Need(
-    "branches of periodic orbits", ("branches",), lambda result: result.branches
+BRANCHES: "Need[Sequence[Branch]]" = Need(
+    "branches of periodic orbits", ("branches",), lambda result: [each for some in result.branches.values() for each in some]
 )
 STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
 CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)

@@ -13,7 +13,7 @@ from systems import BouncingBall
 import nsmaps
 from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch
+from nsmaps.dynamics.continuation.follow import continue_branch, period_doubling_cascade, switch_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -64,10 +64,6 @@ def only(branch, kind):
     return event
 
 
-def of(system, name):
-    return lambda value: system.at(**{name: value})
-
-
 def test_fold_and_doubling_of_the_bouncing_ball():
     """Fixed points exist from Gamma = pi (1 - e)/(1 + e); the one that is born stable doubles where the closed form says."""
     e, start = 0.5, 1.2
@@ -79,16 +75,16 @@ def test_fold_and_doubling_of_the_bouncing_ball():
         return BouncingBall(a=a, r=e)
 
     fixed = nsmaps.periodic_orbit(ball(start), [2 * pi / (1 + e), acos(fold / start)])
-    up = continue_branch(ball, fixed, start, (0.5, 2.5), "up")
+    up = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "up")
     assert abs(only(up, "period doubling").parameter - doubling) < 1e-8
-    down = continue_branch(ball, fixed, start, (0.5, 2.5), "down")
+    down = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "down")
     assert abs(only(down, "fold").parameter - fold) < 1e-8
-    assert down.parameter[-1] == 2.5  # round the fold, on the saddle
+    assert down.values[-1] == 2.5  # round the fold, on the saddle
     assert (np.diff(down.arclength) > 0).all()
-    phase = np.array([acos(fold / a) for a in down.parameter])
+    phase = np.array([acos(fold / a) for a in down.values])
     assert np.allclose(np.abs(np.angle(np.exp(1j * down.points[:, 0, 1]))), phase, atol=1e-9)
     assert np.allclose(down.points[:, 0, 0], 2 * pi / (1 + e), atol=1e-12)
-    folded = down.arclength > down.arclength[np.argmin(down.parameter)]
+    folded = down.arclength > down.arclength[np.argmin(down.values)]
     assert not down.stable[folded].any()
 
 
@@ -103,7 +99,7 @@ def test_saddle_of_the_bouncing_ball_grazes():
 
     a, _ = solve(touch, [2.5, 2.5])
     fixed = nsmaps.periodic_orbit(BouncingBall(a=1.2, r=e), [2 * pi / (1 + e), -acos(fold / 1.2)])
-    made = continue_branch(lambda a: BouncingBall(a=a, r=e), fixed, 1.2, (1.1, 4.0), "up")
+    made = continue_branch(lambda a: BouncingBall(a=a, r=e), "a", fixed, 1.2, (1.1, 4.0), "up")
     event = only(made, "grazing")
     assert made.ended == "grazing"
     assert event.detail == "a clearance is zero"
@@ -120,11 +116,11 @@ def test_doubling_of_the_pair_in_40_digits(pair):
     )
     assert abs(d - 0.324188543) < 1e-9
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    made = continue_branch(of(pair(0.35), "d"), fixed, 0.35, (0.26, 0.40), "down")
+    made = continue_branch(pair(0.35), "d", fixed, 0.35, (0.26, 0.40), "down")
     assert abs(only(made, "period doubling").parameter - float(d)) < 1e-11
-    assert np.array_equal(made.stable, made.parameter > float(d))
+    assert np.array_equal(made.stable, made.values > float(d))
     assert made.ended == "the range ends at 0.26"
-    assert made.parameter[[0, -1]].tolist() == [0.35, 0.26]
+    assert made.values[[0, -1]].tolist() == [0.35, 0.26]
     assert set(made.words.ravel()) == {"BTB"}
 
 
@@ -140,10 +136,10 @@ def test_fold_of_the_pair_in_40_digits(pair):
     system = pair(0.35)
     stable, saddle = (nsmaps.periodic_orbit(system, guess) for guess in ([0.8, 0.4], [0.34325, 2.87685]))
     for start, other in ((stable, saddle), (saddle, stable)):
-        made = continue_branch(of(system, "r"), start, 0.5, (0, 1), "down")
+        made = continue_branch(system, "r", start, 0.5, (0, 1), "down")
         assert abs(only(made, "fold").parameter - float(r)) < 1e-11
         assert made.ended == "the range ends at 1"
-        after = np.flatnonzero(np.diff(np.sign(made.parameter - 0.5)))[-1]
+        after = np.flatnonzero(np.diff(np.sign(made.values - 0.5)))[-1]
         passed = nsmaps.periodic_orbit(system, made.points[after][0])
         assert np.allclose(passed.states, other.states, atol=1e-10)
 
@@ -160,7 +156,7 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
     )
     system = pair(0.35)
     for guess, detail in (([0.28177, 2.91844], "a clearance is zero"), ([0.34325, 2.87685], "an impact speed is zero")):
-        made = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
+        made = continue_branch(system, "d", nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
         event = only(made, "grazing")
         assert (made.ended, event.detail, event.border) == ("grazing", detail, "non-smooth fold")
         assert abs(event.parameter - float(d)) < 1e-8
@@ -170,7 +166,7 @@ def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
     """At r = 0.25, beta = pi/6 the 3:1 motion folds where one of its impacts nearly grazes; by Newton's method in 40 digits."""
     system = pair(0.18, r=0.25, beta=pi / 6)
     start = nsmaps.periodic_orbit(system, [0.56, 0.22], 3)
-    fold = only(continue_branch(of(system, "d"), start, 0.18, (0.17, 0.19), "up"), "fold")
+    fold = only(continue_branch(system, "d", start, 0.18, (0.17, 0.19), "up"), "fold")
     state, word = fold.orbit.states[0].tolist(), fold.orbit.word
     times = np.diff(system.at(d=fold.parameter).impacts(state, len(word)).time).tolist()
     *_, d = solve(
@@ -187,9 +183,9 @@ def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
 def test_bistable_window(pair):
     """At r = 0.25, beta = pi/6 the 2:1 motion folds, its saddle meets the 1:1 motion in a graze; 1:1 has doubled before."""
     system = pair(0.25, r=0.25, beta=pi / 6)
-    one = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, [0.68, 0.52]), 0.25, (0.15, 0.30), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.68, 0.52]), 0.25, (0.15, 0.30), "down")
     cycle = nsmaps.orbit(system.at(d=0.21), [0.6, 0.3], 3000).final
-    two = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system.at(d=0.21), cycle, 2), 0.21, (0.15, 0.30), "up")
+    two = continue_branch(system, "d", nsmaps.periodic_orbit(system.at(d=0.21), cycle, 2), 0.21, (0.15, 0.30), "up")
     assert (one.labels[0], two.labels[0]) == ("1:1/T", "2:1/T")
     *_, d = solve(
         lambda v, phi, a, b, c, d: [
@@ -224,9 +220,9 @@ def test_orbits_are_physically_there(pair):
     """Up to its grazes, no flight of a cycle leaves the capsule between its impacts: sampled densely, by the formula alone."""
     system = pair(0.21, r=0.25, beta=pi / 6)
     cycle = nsmaps.orbit(system, [0.6, 0.3], 3000).final
-    made = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, cycle, 2), 0.21, (0.15, 0.30), "up")
+    made = continue_branch(system, "d", nsmaps.periodic_orbit(system, cycle, 2), 0.21, (0.15, 0.30), "up")
     nearest = []
-    for d, states in zip(made.parameter, made.points, strict=True):
+    for d, states in zip(made.values, made.points, strict=True):
         impacts = system.at(d=d).impacts(states[0], 4)
         assert np.isclose(impacts.time[-1], 2, atol=1e-9)
         sides = np.where(impacts.wall == 0, d / 2, -d / 2)
@@ -243,7 +239,9 @@ def test_orbits_are_physically_there(pair):
 
 def test_cascade_of_the_pair(pair):
     system = pair(0.35)
-    branches = cascade(of(system, "d"), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), "down", doublings=6)
+    branches = period_doubling_cascade(
+        system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), "down", n_doublings=6
+    )
     assert [branch.points.shape[1] for branch in branches] == [1, 2, 4, 8, 16, 32]
     found = np.array([only(branch, "period doubling").parameter for branch in branches])
     steps = np.diff(found)
@@ -263,19 +261,19 @@ def test_doublings_of_the_henon_map():
         return Plane(a, "henon")
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    down = continue_branch(henon, fixed, 0.2, (-1, 1.3), "down")
+    down = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "down")
     assert abs(only(down, "fold").parameter + 0.49 / 4) < 1e-8
-    assert np.allclose(down.parameter, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
-    up = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up")
+    assert np.allclose(down.values, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
+    up = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up")
     doubling = only(up, "period doubling")
     assert abs(doubling.parameter - 3 * 0.49 / 4) < 1e-8
-    two = doubled_branch(henon, doubling, (-1, 1.3))
+    two = switch_branch(henon, "p", doubling, (-1, 1.3))
     assert abs(only(two, "period doubling").parameter - (0.49 + 1.69 / 4)) < 1e-8
-    back = continue_branch(henon, two.orbits[-1], 1.3, (-1, 1.3), "down")
+    back = continue_branch(henon, "p", two.orbits[-1], 1.3, (-1, 1.3), "down")
     assert back.ended == "period halving"
     assert abs(only(back, "period halving").parameter - doubling.parameter) < 1e-8
     with pytest.raises(NsmapsError, match="the event is a fold"):
-        doubled_branch(henon, down.of_kind("fold")[0], (-1, 1.3))
+        switch_branch(henon, "p", down.of_kind("fold")[0], (-1, 1.3))
 
 
 def test_torus_and_branch_point_of_the_delayed_logistic_map():
@@ -285,20 +283,20 @@ def test_torus_and_branch_point_of_the_delayed_logistic_map():
         return Plane(a, "delayed")
 
     fixed = nsmaps.periodic_orbit(delayed(1.5), [0.33, 0.33])
-    up = continue_branch(delayed, fixed, 1.5, (0.5, 2.3), "up")
+    up = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "up")
     torus = only(up, "Neimark-Sacker")
     assert abs(torus.parameter - 2) < 1e-8
     assert np.allclose(np.sort_complex(torus.multipliers), [complex(cos(pi / 3), s * sin(pi / 3)) for s in (-1, 1)], atol=1e-7)
-    down = continue_branch(delayed, fixed, 1.5, (0.5, 2.3), "down")
+    down = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "down")
     assert abs(only(down, "branch point").parameter - 1) < 1e-8
-    assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.parameter, atol=1e-9)
+    assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.values, atol=1e-9)
 
 
 def test_a_map_that_preserves_area_has_no_torus_but_its_doubling():
     """The product of its multipliers is one but for rounding, which passes one again and again."""
     orbit = nsmaps.periodic_orbit(Plane(0.3, "area"), [0.1, 0.1])
     assert abs(orbit.multipliers[0].imag) > 0.5
-    branch = continue_branch(lambda a: Plane(a, "area"), orbit, 0.3, (0.0, 4.0))
+    branch = continue_branch(lambda a: Plane(a, "area"), "a", orbit, 0.3, (0.0, 4.0))
     assert [event.kind for event in branch.events] == ["period doubling"]
     assert only(branch, "period doubling").parameter == pytest.approx(3, abs=1e-9)
 
@@ -307,18 +305,20 @@ def test_a_map_that_preserves_area_has_no_torus_but_its_doubling():
 def test_an_event_at_an_orbit_of_the_branch_is_told_once(step):
     """In binary steps the branch of the origin meets a = 1 exactly, where the test is zero."""
     orbit = nsmaps.periodic_orbit(Plane(0.5, "flip"), [0.0, 0.0])
-    branch = continue_branch(lambda a: Plane(a, "flip"), orbit, 0.5, (0.0, 2.0), step=step)
-    assert (branch.parameter == 1).any() == (step == 1 / 32)
+    branch = continue_branch(lambda a: Plane(a, "flip"), "a", orbit, 0.5, (0.0, 2.0), step=step)
+    assert (branch.values == 1).any() == (step == 1 / 32)
     assert only(branch, "period doubling").parameter == pytest.approx(1, abs=1e-12)
 
 
 def test_a_doubled_branch_leads_back_to_where_it_began():
     """Also by its own steps, which meet that place, a = 3 (1 - 0.3)^2/4, as exactly as Newton's method can."""
     within = 0.0, 0.7
-    branch = continue_branch(lambda a: Plane(a, "henon"), nsmaps.periodic_orbit(Plane(0.2, "henon"), [0.1, 0.1]), 0.2, within)
-    doubled = doubled_branch(lambda a: Plane(a, "henon"), only(branch, "period doubling"), within)
-    for orbit, a in zip(doubled.orbits[2::9], doubled.parameter[2::9], strict=True):
-        back = continue_branch(lambda a: Plane(a, "henon"), orbit, a, within, direction="down")
+    branch = continue_branch(
+        lambda a: Plane(a, "henon"), "a", nsmaps.periodic_orbit(Plane(0.2, "henon"), [0.1, 0.1]), 0.2, within
+    )
+    doubled = switch_branch(lambda a: Plane(a, "henon"), "a", only(branch, "period doubling"), within)
+    for orbit, a in zip(doubled.orbits[2::9], doubled.values[2::9], strict=True):
+        back = continue_branch(lambda a: Plane(a, "henon"), "a", orbit, a, within, direction="down")
         assert back.ended == "period halving"
         assert only(back, "period halving").parameter == pytest.approx(0.3675, abs=1e-9)
 
@@ -327,11 +327,11 @@ def test_a_ring_of_fixed_points_closes():
     def ring(a):
         return Plane(a, "ring")
 
-    made = continue_branch(ring, nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), "up", step=0.05)
+    made = continue_branch(ring, "p", nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), "up", step=0.05)
     assert made.ended == "closed"
-    assert np.allclose(made.points[:, 0, 0] ** 2 + made.parameter**2, 1, atol=1e-9)
+    assert np.allclose(made.points[:, 0, 0] ** 2 + made.values**2, 1, atol=1e-9)
     assert np.allclose([event.parameter for event in made.of_kind("fold")], [1, -1], atol=1e-8)
-    assert (made.points[:, 0, 0].min() < -0.95) & (made.parameter.max() > 0.95)
+    assert (made.points[:, 0, 0].min() < -0.95) & (made.values.max() > 0.95)
 
 
 def test_a_fold_next_to_the_start_closes_nothing():
@@ -339,7 +339,7 @@ def test_a_fold_next_to_the_start_closes_nothing():
         return Plane(a, "henon")
 
     start = -0.49 / 4 + 1e-5
-    made = continue_branch(henon, nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), "down")
+    made = continue_branch(henon, "p", nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), "down")
     assert abs(only(made, "fold").parameter + 0.49 / 4) < 1e-8
     assert made.ended == "the range ends at 1"
 
@@ -347,18 +347,18 @@ def test_a_fold_next_to_the_start_closes_nothing():
 def test_end_of_the_valid_domain_is_told(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    made = continue_branch(of(system, "r"), fixed, 0.5, (0.2, 1.5), "up")
+    made = continue_branch(system, "r", fixed, 0.5, (0.2, 1.5), "up")
     assert made.ended == "end of the valid domain"
     event = only(made, "end of the valid domain")
     assert abs(event.parameter - 1) < 1e-8
     assert "less than or equal to 1" in event.detail
     assert len(made.orbits) > 10
 
-    none = continue_branch(of(system, "d"), nsmaps.periodic_orbit(system, [np.nan, 0.4]), 0.35, (0.2, 0.4))
+    none = continue_branch(system, "d", nsmaps.periodic_orbit(system, [np.nan, 0.4]), 0.35, (0.2, 0.4))
     why = "Newton's method does not converge, and the guess has no image: invalid"
     assert (len(none.orbits), none.ended) == (0, f"no orbit at 0.35: {why}")
     assert (none.points.shape, none.multipliers.shape, none.labels.shape) == ((0, 1, 2), (0, 2), (0,))
-    none = continue_branch(of(system, "d"), fixed, -0.5, (-1, 0.4))
+    none = continue_branch(system, "d", fixed, -0.5, (-1, 0.4))
     assert len(none.orbits) == 0
     assert "greater than 0" in none.ended
 
@@ -381,7 +381,7 @@ class Steep(ReturnMap):
 
 
 def test_multipliers_below_rounding_make_no_events():
-    made = continue_branch(Steep, nsmaps.periodic_orbit(Steep(0.0), [0.0, 0.0], 12), 0.0, (0, 1))
+    made = continue_branch(Steep, "p", nsmaps.periodic_orbit(Steep(0.0), [0.0, 0.0], 12), 0.0, (0, 1))
     assert np.abs(made.multipliers[:, 1]).max() > 1.5, "which is 0.3**12"
     assert (made.ended, made.events) == ("the range ends at 1", ())
     assert len(made.orbits) > 20
@@ -391,7 +391,7 @@ def test_a_guess_that_escapes_says_so():
     def none(a):
         return Plane(a, "henon", last=0.1)
 
-    made = continue_branch(none, nsmaps.periodic_orbit(none(0.2), [0.2, 0.2]), 0.2, (0, 1))
+    made = continue_branch(none, "p", nsmaps.periodic_orbit(none(0.2), [0.2, 0.2]), 0.2, (0, 1))
     assert made.ended == "no orbit at 0.2: Newton's method does not converge, and the guess has no image: B escaped"
     assert made.orbits == ()
     assert made.stable.shape == (0,)
@@ -402,22 +402,22 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
         return Plane(a, "henon")
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=("fold",))
+    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up", kinds=("fold",))
     assert made.events == ()
     assert not made.stable[-1]
-    made = continue_branch(henon, fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
+    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
     assert [event.kind for event in made.events] == ["period doubling"]
     with pytest.raises(NsmapsError, match="unknown kinds of events 'folds'; expected: period doubling, fold, branch"):
-        continue_branch(henon, fixed, 0.2, (-1, 1.3), kinds=("folds",))
+        continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), kinds=("folds",))
     with pytest.raises(NsmapsError, match=r"0\.2 is not between 0\.2 and 0\.2"):
-        continue_branch(henon, fixed, 0.2, (0.2, 0.2))
+        continue_branch(henon, "p", fixed, 0.2, (0.2, 0.2))
 
 
 def test_a_branch_that_ends_where_there_is_no_image_says_why():
     def some(a):
         return Plane(a, "henon", last=0.5)
 
-    made = continue_branch(some, nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    made = continue_branch(some, "p", nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
     assert made.ended == "border collision"
     assert [event.kind for event in made.events] == ["period doubling", "border collision"]
     assert made.events[-1].detail == "beyond it there is no image: B escaped"
@@ -432,7 +432,7 @@ def test_an_event_that_is_passed_but_not_located_is_told():
             raise ValueError("no map here")
         return Plane(a, "henon")
 
-    made = continue_branch(gap, nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    made = continue_branch(gap, "p", nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
     (event,) = made.of_kind("period doubling")
     assert "not located" in event.detail
     assert abs(event.parameter - 0.3675) < event.precision < 0.03
@@ -441,13 +441,13 @@ def test_an_event_that_is_passed_but_not_located_is_told():
 def test_branches_can_be_left_and_wrong_calls_are_errors(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    made = continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), "down", until=("period doubling",))
+    made = continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), "down", until=("period doubling",))
     assert made.ended == "period doubling"
-    assert len(continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), max_points=3).orbits) == 3
+    assert len(continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), max_points=3).orbits) == 3
     with pytest.raises(NsmapsError, match=r"0\.5 is not between 0\.2 and 0\.4"):
-        continue_branch(of(system, "d"), fixed, 0.5, (0.2, 0.4))
+        continue_branch(system, "d", fixed, 0.5, (0.2, 0.4))
     with pytest.raises(NsmapsError, match="step 0;"):
-        continue_branch(of(system, "d"), fixed, 0.35, (0.2, 0.4), step=0)
+        continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), step=0)
 
 
 @pytest.mark.parametrize("name", ["d", "r", "g_bar"])
@@ -517,7 +517,9 @@ def test_a_follower_detaches_from_its_cam():
     locked = CompleteChatter(Cam(w=1.05 * float(w)))
     start = nsmaps.periodic_orbit(locked, nsmaps.orbit(locked, [0.1, 2.0], 100).final)
     assert start.words == ("B~B",)
-    branch = continue_branch(lambda w: locked.at(w=w), start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), "down", step=0.1)
+    branch = continue_branch(
+        lambda w: locked.at(w=w), "w", start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), "down", step=0.1
+    )
     event = only(branch, "detachment")
     assert branch.ended == "detachment"
     assert abs(event.parameter - float(w)) < 1e-12 * float(w)
@@ -550,7 +552,7 @@ def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
     slope = 0.3 * (1 - 0.6) / (1 + 0.6)
     system = Wheel(slope=1.5 * slope)
     start = nsmaps.periodic_orbit(system, [1.0])
-    branch = continue_branch(of(system, "slope"), start, system.slope, (0.01, 0.2), "down", step=0.1)
+    branch = continue_branch(system, "slope", start, system.slope, (0.01, 0.2), "down", step=0.1)
     event = only(branch, "homoclinic bifurcation")
     assert branch.ended == "homoclinic bifurcation"
     assert abs(event.parameter - slope) < event.precision

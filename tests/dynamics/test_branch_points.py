@@ -11,7 +11,7 @@ from systems import Oscillator
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
-from nsmaps.dynamics.continuation.follow import continue_branch, switched_branch
+from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 
@@ -35,26 +35,26 @@ class Pitchfork(ReturnMap):
 
 def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     start = nsmaps.periodic_orbit(Pitchfork(0.5), [1.5, 0.0])
-    (event,) = continue_branch(Pitchfork, start, 0.5, BOUNDS, "down").events
+    (event,) = continue_branch(Pitchfork, "p", start, 0.5, BOUNDS, "down").events
     assert event.kind == "branch point"
     assert abs(event.parameter) < event.precision < 1e-12
     assert np.abs(event.orbit.states).max() < 1e-9  # on both branches
-    halves = [switched_branch(Pitchfork, event, BOUNDS, side) for side in (1, -1)]
+    halves = [switch_branch(Pitchfork, "p", event, BOUNDS, side) for side in (1, -1)]
     for half in halves:
-        z = half.points[:, 0, 0] - 3 * half.parameter
-        assert np.abs(2 * z**2 - half.parameter).max() < 1e-9
-        assert half.parameter[-1] == 1.5
+        z = half.points[:, 0, 0] - 3 * half.values
+        assert np.abs(2 * z**2 - half.values).max() < 1e-9
+        assert half.values[-1] == 1.5
         (doubling,) = half.events
         assert doubling.kind == "period doubling"
         assert doubling.parameter == pytest.approx(1, abs=1e-10)
     assert np.sign([half.points[-1, 0, 0] - 4.5 for half in halves]).sum() == 0
     for k in (2, 3, 5, 8):  # whatever the steps next to it
-        orbit, value = halves[0].orbits[k], halves[0].parameter[k]
-        back = continue_branch(Pitchfork, orbit, value, BOUNDS, "down", until=("branch point",))
+        orbit, value = halves[0].orbits[k], halves[0].values[k]
+        back = continue_branch(Pitchfork, "p", orbit, value, BOUNDS, "down", until=("branch point",))
         (again,) = back.events
         assert (again.kind, abs(again.parameter) < again.precision < 1e-12) == ("branch point", True)
-    through = switched_branch(Pitchfork, again, BOUNDS, step=0.1)
-    assert np.abs(through.points[:, 0, 0] - 3 * through.parameter).max() < 1e-9
+    through = switch_branch(Pitchfork, "p", again, BOUNDS, step=0.1)
+    assert np.abs(through.points[:, 0, 0] - 3 * through.values).max() < 1e-9
 
 
 def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
@@ -65,7 +65,7 @@ def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
             return Shifted(a - b**2 / 2, broken * (b - 0.4))
 
         (event,) = continue_branch(
-            lambda a, of=of: of(a, 0.4), nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, "down"
+            lambda a, of=of: of(a, 0.4), "a", nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, "down"
         ).events
         curve = nsmaps.bifurcation_curve(of, event, 0.4, (BOUNDS, (-1.2, 1.0)), step=0.3)
         a, b = curve.parameters.T
@@ -100,10 +100,10 @@ class Coupled(ReturnMap):
 
 
 def test_two_equal_maps_lose_their_symmetry_at_one_place_seen_from_either_branch():
-    first = continue_branch(Coupled, nsmaps.periodic_orbit(Coupled(2.0), [1.0, 1.0]), 2.0, (1.1, 3.0), "down").events[0]
-    half = switched_branch(Coupled, first, (1.1, 3.0))
+    first = continue_branch(Coupled, "p", nsmaps.periodic_orbit(Coupled(2.0), [1.0, 1.0]), 2.0, (1.1, 3.0), "down").events[0]
+    half = switch_branch(Coupled, "p", first, (1.1, 3.0))
     middle = len(half.orbits) // 2
-    back = continue_branch(Coupled, half.orbits[middle], half.parameter[middle], (1.1, 3.0), "down", until=("branch point",))
+    back = continue_branch(Coupled, "p", half.orbits[middle], half.values[middle], (1.1, 3.0), "down", until=("branch point",))
     for event in (first, back.events[-1]):
         assert event.kind == "branch point"
         assert abs(event.parameter - 1.3) < event.precision < 1e-12
@@ -127,13 +127,13 @@ class Delayed(ReturnMap):
 def test_the_branches_of_the_delayed_logistic_map_cross():
     """0 and 1 - 1/a, at a = 1."""
     start = nsmaps.periodic_orbit(Delayed(1.5), [0.33, 0.33])
-    (event,) = continue_branch(Delayed, start, 1.5, (0.5, 1.8), "down").of_kind("branch point")
+    (event,) = continue_branch(Delayed, "p", start, 1.5, (0.5, 1.8), "down").of_kind("branch point")
     for side in (1, -1):
-        other = switched_branch(Delayed, event, (0.5, 1.8), side, step=0.1)
+        other = switch_branch(Delayed, "p", event, (0.5, 1.8), side, step=0.1)
         assert np.abs(other.points).max() < 1e-9
-        assert other.parameter[-1] in (0.5, 1.8)
-    with pytest.raises(NsmapsError, match="expected: a branch point, or a border collision of pieces"):
-        switched_branch(Delayed, replace(event, kind="fold"), (0.5, 1.8))
+        assert other.values[-1] in (0.5, 1.8)
+    with pytest.raises(NsmapsError, match="expected: a period doubling, a branch point, or a border collision of pieces"):
+        switch_branch(Delayed, "p", replace(event, kind="fold"), (0.5, 1.8))
 
 
 def half_turn(v, phi, gap, r):
@@ -177,7 +177,7 @@ def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds)
 
     orbit = nsmaps.periodic_orbit(of(5.0), [0.7775, 0.4251])
     assert orbit.word == "RLR"
-    (event,) = continue_branch(of, orbit, 5.0, bounds, "down").of_kind("branch point")
+    (event,) = continue_branch(of, "p", orbit, 5.0, bounds, "down").of_kind("branch point")
     assert abs(event.parameter - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-11
     curve = nsmaps.bifurcation_curve(of, event, 0.7, (bounds, (0.6, 0.8)), step=0.3)
     assert curve.ended == ("the range of the second parameter ends at 0.6", "the range of the second parameter ends at 0.8")
@@ -232,7 +232,7 @@ def test_an_orbit_of_a_family_is_found_and_has_no_branch():
         assert orbit.converged
         assert np.abs(orbit.multipliers - 1).min() < 1e-9
         branch = continue_branch(
-            lambda a, system=system, parameter=parameter: replace_in(system, parameter, a), orbit, value, (0.5, 1.5)
+            lambda a, system=system, parameter=parameter: replace_in(system, parameter, a), "a", orbit, value, (0.5, 1.5)
         )
         assert branch.ended.startswith("no branch from the orbit at 1: it is one of a family")
     x, u, v = orbit.states[0]

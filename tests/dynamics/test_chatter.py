@@ -88,7 +88,7 @@ def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatte
     for name, system, losses in (("A", oscillator, ["loss", "damping"]), ("Gamma", BALL.system, ["loss"])):
         map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
         cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
-        branch = continue_branch(map_of, cycle, value, (0.98 * value, 1.02 * value))
+        branch = continue_branch(map_of, "p", cycle, value, (0.98 * value, 1.02 * value))
         means = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period
         for work, *lost in (means.value.T, means.derivative.T):
             assert len(work) > 1
@@ -116,7 +116,7 @@ def test_states_that_do_not_chatter_return_as_in_the_system(pair):
 
 def test_the_branch_ends_where_impacts_accumulate_at_the_release():
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
-    branch = continue_branch(lambda gamma: BALL.at(Gamma=gamma), orbit, GAMMA, (1.0, 2.0))
+    branch = continue_branch(lambda gamma: BALL.at(Gamma=gamma), "Gamma", orbit, GAMMA, (1.0, 2.0))
     assert branch.ended == ENDS
     assert set(branch.words.ravel()) == {"B~B"}
     assert (branch.multipliers == 0).all()
@@ -135,7 +135,7 @@ def test_the_inelastic_ball_lands_at_its_release(k):
     ball = CompleteChatter(BouncingBall(Gamma=border - 0.1, r=0))
     orbit = nsmaps.periodic_orbit(ball, [1.0, 1.0])
     assert orbit.words == ("B_B",)
-    branch = continue_branch(lambda gamma: ball.at(Gamma=gamma), orbit, border - 0.1, (border - 0.5, border + 0.5))
+    branch = continue_branch(lambda gamma: ball.at(Gamma=gamma), "Gamma", orbit, border - 0.1, (border - 0.5, border + 0.5))
     (end,) = branch.events
     assert end.kind == ENDS
     assert abs(end.parameter - border) < 2 * end.precision < 1e-11
@@ -147,7 +147,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     system = DraggedBall(a=1.8, r=0.0, drag=k)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 1.0], 20).final, 2)
     assert sorted(start.words) == ["BB", "B_"]
-    branches = [continue_branch(lambda a: system.at(a=a), start, 1.8, (0.5, 9.0), way, step=0.3) for way in ("up", "down")]
+    branches = [continue_branch(system, "a", start, 1.8, (0.5, 9.0), way, step=0.3) for way in ("up", "down")]
     (above,), (below,) = (branch.events for branch in branches)
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
@@ -171,7 +171,7 @@ def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_it
     system = DraggedBall(a=4.9, r=0.0, drag=k)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 1.0], 60).final, 3)
     assert sorted(start.words) == ["BB", "BB", "B_"]
-    branches = [continue_branch(lambda a: system.at(a=a), start, 4.9, (4.0, 6.0), way, step=0.1) for way in ("up", "down")]
+    branches = [continue_branch(system, "a", start, 4.9, (4.0, 6.0), way, step=0.1) for way in ("up", "down")]
     (above,), (below,) = (branch.events for branch in branches)
     assert max(len(branch.orbits) for branch in branches) < 40
     assert (above.kind, below.kind) == ("grazing", ENDS)
@@ -199,7 +199,7 @@ def test_a_graze_is_found_though_rounding_lets_the_release_dip(value):
     """The second flight from the release of a cycle of three returns comes to touch the table on its way."""
     system = BouncingBall(Gamma=6.9, r=0.0)
     start = nsmaps.periodic_orbit(system.at(Gamma=value), nsmaps.orbit(system.at(Gamma=value), [4.19, 0.63], 60).final, 3)
-    (event,) = continue_branch(nsmaps.Along(system, "Gamma"), start, value, (value - 1, value + 1), step=0.05).events
+    (event,) = continue_branch(system, "Gamma", start, value, (value - 1, value + 1), step=0.05).events
     assert (event.kind, event.detail) == ("grazing", "a clearance is zero")
 
     def height(a, phase, s):
@@ -220,7 +220,7 @@ def test_where_another_impact_is_the_last_before_the_sum_no_border_of_the_motion
     period = int(np.flatnonzero(np.char.endswith(passed.words, "~"))[-2:] @ [-1, 1])
     start = nsmaps.periodic_orbit(system, passed.final, period)
     assert start.converged
-    branch = continue_branch(lambda gamma: system.at(Gamma=gamma), start, 1.3, (1.0, 2.0), step=0.1)
+    branch = continue_branch(system, "Gamma", start, 1.3, (1.0, 2.0), step=0.1)
     assert "where the number of impacts before chatter is summed changes; expected: complete chatter" in branch.ended
     assert branch.events == ()
 
@@ -247,10 +247,10 @@ def test_the_scaling_is_that_of_a_force_that_vanishes_in_time(r):
 
 def measured(map, name, orbit, value, bounds, reach, orbits):
     """The ratio of the distances of successive grazes from the border orbit, extrapolated by the next power in the theory."""
-    branch = continue_branch(lambda x: map.at(**{name: x}), orbit, value, bounds)
+    branch = continue_branch(lambda x: map.at(**{name: x}), "x", orbit, value, bounds)
     end = branch.events[-1]
     assert end.kind == ENDS
-    found = chatter_cascade(lambda x: map.at(**{name: x}), end, (bounds[0], end.parameter + reach), orbits)
+    found = chatter_cascade(lambda x: map.at(**{name: x}), name, end, (bounds[0], end.parameter + reach), orbits)
     numbers = [each.impacts for each in found]
     assert numbers == list(range(numbers[0], numbers[0] + orbits))
     assert all(each.near.ended == "grazing" for each in found)
@@ -281,9 +281,9 @@ def test_what_has_no_chatter_or_no_cascade_is_refused():
     with pytest.raises(NsmapsError, match="the restitution coefficient is 1; expected: between 0 and 1"):
         chatter_scaling(1.0)
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
-    event = nsmaps.Event("fold", GAMMA, 1e-9, orbit)
+    event = nsmaps.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
     with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
-        chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), event, (1.0, 2.0), 3)
+        chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", event, (1.0, 2.0), 3)
     with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
         nsmaps.observe_orbit(BALL.system, orbit, ["loss"])
     with pytest.raises(NsmapsError, match=r"no impact of the first state follows after 6\.28319, the time round the orbit"):

@@ -78,7 +78,7 @@ def test_a_clock_in_contact_begins_and_ends_returns_at_rest():
 
 def test_the_branch_ends_where_impacts_accumulate_at_the_release():
     cycle = nsmaps.periodic_orbit(Table(Gamma=1.58, r=0.5), [0.1, 0.1])
-    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), cycle, 1.58, (1.55, 1.65), step=0.2)
+    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), "gamma", cycle, 1.58, (1.55, 1.65), step=0.2)
     assert branch.ended == ENDS
     assert np.abs(branch.multipliers).max() < 1e-20
     (end,) = branch.events
@@ -91,7 +91,9 @@ def test_the_branch_ends_where_impacts_accumulate_at_the_release():
 def test_the_inelastic_ball_lands_at_its_release():
     border = np.sqrt(1 + np.pi**2)
     cycle = nsmaps.periodic_orbit(Table(Gamma=border - 0.1, r=0), [0.1, 0.1])
-    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0), cycle, border - 0.1, (border - 0.2, border + 0.2), step=0.2)
+    branch = continue_branch(
+        lambda gamma: Table(Gamma=gamma, r=0), "gamma", cycle, border - 0.1, (border - 0.2, border + 0.2), step=0.2
+    )
     (end,) = branch.events
     assert (cycle.words, end.kind) == (("cB_c",), ENDS)
     assert abs(end.parameter - border) < 2 * end.precision < 1e-11
@@ -100,7 +102,7 @@ def test_the_inelastic_ball_lands_at_its_release():
 def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
     """Gamma = 1, whatever r: seen once a period it grazes its release, and no state beside it is in contact."""
     held = nsmaps.periodic_orbit(Table(Gamma=0.9, r=0.5), [0.0, 0.0])
-    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), held, 0.9, (0.5, 1.5), step=0.3)
+    branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), "gamma", held, 0.9, (0.5, 1.5), step=0.3)
     assert (held.words, branch.ended) == (("cc",), "grazing")
     curve = nsmaps.bifurcation_curve(
         lambda gamma, r: Table(Gamma=gamma, r=r), branch.events[0], 0.5, ((0.5, 1.5), (0.4, 0.6)), step=0.5
@@ -146,8 +148,8 @@ def test_the_rest_and_its_end_are_those_of_the_impact_oscillator():
     cycle = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [-0.9, 0.1], 30).states[-1])
     assert cycle.words == ("cB~c",)
     assert system.rests(cycle.states) == pytest.approx(single.rests(landed.states), rel=1e-3)
-    branch = continue_branch(lambda A: Oscillator(A=A, **values), cycle, 1.67, (1.66, 1.69), step=0.2)
-    other = continue_branch(lambda A: single.at(A=A), landed, 1.67, (1.66, 1.69), step=0.2)
+    branch = continue_branch(lambda A: Oscillator(A=A, **values), "A", cycle, 1.67, (1.66, 1.69), step=0.2)
+    other = continue_branch(lambda A: single.at(A=A), "A", landed, 1.67, (1.66, 1.69), step=0.2)
     ends = branch.events[-1], other.events[-1]
     assert [end.kind for end in ends] == [ENDS, ENDS]
     assert abs(ends[0].parameter - ends[1].parameter) < ends[0].precision + ends[1].precision < 3e-8

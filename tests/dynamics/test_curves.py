@@ -8,7 +8,7 @@ import pytest
 from boxmaps import Henon, plain_returns
 
 import nsmaps
-from nsmaps.dynamics.continuation.events import Event
+from nsmaps.dynamics.continuation.events import BifurcationPoint
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 
@@ -16,7 +16,7 @@ from nsmaps.exact.returnmap import ReturnMap
 def event_of(map_of, guess, value, bounds, kind, way, period=1):
     """The first event of a kind on the branch of an orbit."""
     orbit = nsmaps.periodic_orbit(map_of(value), guess, period)
-    return nsmaps.continue_branch(map_of, orbit, value, bounds, way, step=0.05, until=(kind,)).of_kind(kind)[0]
+    return nsmaps.continue_branch(map_of, "p", orbit, value, bounds, way, step=0.05, until=(kind,)).of_kind(kind)[0]
 
 
 HENON = {  #: of x' = 1 - a x^2 + y, y' = b x: the value of a over b, a start, and where a second condition holds, at b = -1
@@ -51,7 +51,7 @@ def test_the_second_doubling_of_the_henon_map():
     """Of the cycle of two: a = (1 - b)^2 + (1 + b)^2/4."""
     orbit = nsmaps.periodic_orbit(Henon(0.5, 0.3), [0.9, -0.1], 2)
     assert len(np.unique(orbit.states[:, 0].round(6))) == 2
-    branch = nsmaps.continue_branch(lambda a: Henon(a, 0.3), orbit, 0.5, (0.4, 2), step=0.05, until=("period doubling",))
+    branch = nsmaps.continue_branch(lambda a: Henon(a, 0.3), "a", orbit, 0.5, (0.4, 2), step=0.05, until=("period doubling",))
     found = nsmaps.bifurcation_curve(Henon, branch.of_kind("period doubling")[0], 0.3, ((0, 4), (0.2, 0.5)), step=0.1)
     a, b = found.parameters.T
     assert found.points.shape[1:] == (2, 2)
@@ -114,7 +114,7 @@ def test_a_graze_of_the_pair_from_either_orbit(beside, word, pair):
     guess = [v, phi] if word == "BB" else [0.28218104, 2.9181708]
     orbit = nsmaps.periodic_orbit(system.at(d=d + beside), guess)
     assert orbit.words == (word,)
-    event = Event("grazing", d, 1e-9, orbit)
+    event = BifurcationPoint("grazing", d, 1e-9, orbit)
     found = nsmaps.bifurcation_curve(nsmaps.Along(system, "d", "r"), event, 0.5, ((0.2, 0.9), (0.49, 0.52)), step=0.5)
     assert found.words == ("BB",)
     for length, r in found.parameters:
@@ -154,5 +154,7 @@ def test_what_has_no_curve_is_refused(pair):
         nsmaps.bifurcation_curve(Henon, event, 0.3, ((-1.5, 4), (0.2, 0.5)), max_points=0)
     with pytest.raises(NsmapsError, match=r"no fold near -0\.1225, 0\.45; expected: an orbit at the event"):
         nsmaps.bifurcation_curve(lambda a, b: Henon(a + 10, b), event, 0.45, ((-1.5, 4), (0.2, 0.5)))
-    with pytest.raises(NsmapsError, match="a str: a curve in two parameters begins at an event of a branch; expected: Event"):
+    with pytest.raises(
+        NsmapsError, match="a str: a curve in two parameters begins at an event of a branch; expected: BifurcationPoint"
+    ):
         nsmaps.bifurcation_curve(Henon, "fold", 0.3, ((-1.5, 4), (0.2, 0.5)))

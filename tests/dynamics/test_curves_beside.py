@@ -10,7 +10,7 @@ from normal_form import NormalForm
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
-from nsmaps.dynamics.continuation.events import Event
+from nsmaps.dynamics.continuation.events import BifurcationPoint
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 
@@ -69,7 +69,7 @@ MAPS = {  #: start, bounds of both parameters, the first on the curve by the sec
 def test_a_torus_in_two_parameters_and_its_strong_resonances(kind):
     (first, second, guess), bounds, form, resonances = MAPS[kind]
     orbit = nsmaps.periodic_orbit(kind(first, second), guess)
-    branch = nsmaps.continue_branch(lambda a: kind(a, second), orbit, first, bounds[0], step=0.05, until=(TORUS,))
+    branch = nsmaps.continue_branch(lambda a: kind(a, second), "a", orbit, first, bounds[0], step=0.05, until=(TORUS,))
     found = nsmaps.bifurcation_curve(kind, branch.of_kind(TORUS)[0], second, bounds, step=0.1)
     one, other = found.parameters.T
     assert found.kind == TORUS
@@ -108,7 +108,7 @@ def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():
     """A period of the flow multiplies areas by exp(-2 zeta P), whatever the stop's stiffness."""
     system = Stop(zeta=0.05, k=3)
     start = nsmaps.periodic_orbit(system, [0.8, 1.9])
-    branch = nsmaps.continue_branch(nsmaps.Along(system, "zeta"), start, 0.05, (-0.02, 0.06), "down", until=(TORUS,))
+    branch = nsmaps.continue_branch(system, "zeta", start, 0.05, (-0.02, 0.06), "down", until=(TORUS,))
     event = branch.of_kind(TORUS)[0]
     found = nsmaps.bifurcation_curve(nsmaps.Along(system, "zeta", "k"), event, 3.0, ((-0.02, 0.06), (2.8, 3.2)), step=0.3)
     assert len(found.parameters) > 3
@@ -132,7 +132,7 @@ class Moved(ReturnMap):
 
 def test_the_normal_form_of_a_border_collision():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
-    branch = nsmaps.continue_branch(lambda mu: Moved(mu, -0.5), orbit, 1.2, (-1, 2), "down")
+    branch = nsmaps.continue_branch(lambda mu: Moved(mu, -0.5), "mu", orbit, 1.2, (-1, 2), "down")
     found = nsmaps.bifurcation_curve(Moved, branch.of_kind("border collision")[0], -0.5, ((-1, 2), (-1.2, 0.9)), step=0.1)
     mu, tau = found.parameters.T
     assert np.ptp(mu) > 0.5
@@ -145,7 +145,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     """Its switch is on for the whole ramp at v = E, which meets the ramp's lower end at E = Vref + gamma/a1."""
     system = nsmaps.load_system("buck_converter", E=12.0)
     start = nsmaps.periodic_orbit(system, [11.763, 0.537])
-    branch = nsmaps.continue_branch(nsmaps.Along(system, "E"), start, 12.0, (11.5, 12.5), "down")
+    branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), "down")
     event = branch.of_kind("border collision")[0]
     assert event.parameter == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
     found = nsmaps.bifurcation_curve(nsmaps.Along(system, "E", "a1"), event, 8.4, ((11.5, 12.5), (8.3, 8.5)), step=0.4)
@@ -158,4 +158,4 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
 def test_an_orbit_that_is_at_no_border_has_no_curve():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
     with pytest.raises(NsmapsError, match=r"the map has no border within 0\.0001 of the orbit; expected: an orbit at the border"):
-        nsmaps.bifurcation_curve(Moved, Event("border collision", 1.2, 1e-9, orbit), -0.5, ((-1, 2), (-1, 1)))
+        nsmaps.bifurcation_curve(Moved, BifurcationPoint("border collision", 1.2, 1e-9, orbit), -0.5, ((-1, 2), (-1, 1)))

@@ -71,15 +71,15 @@ def test_the_derivatives_of_a_system_with_modes(name: str) -> None:
 
 def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) -> None:
     map_of, fixed = nsmaps.Along(pair, "d"), nsmaps.periodic_orbit(pair, [0.8, 0.4])
-    branch = nsmaps.continue_branch(map_of, fixed, 0.35, bounds=(0.33, 0.35), direction="down")
+    branch = nsmaps.continue_branch(map_of, "p", fixed, 0.35, bounds=(0.33, 0.35), direction="down")
     found = nsmaps.observe_branch(map_of, branch, ["loss", "work", "displacement"])
     value, slope = found.per_period.value, found.per_period.derivative
-    gap = np.diff(branch.parameter)
+    gap = np.diff(branch.values)
     trapezia = gap[:, None] * (slope[1:] + slope[:-1]) / 2
     assert np.allclose(np.diff(value, axis=0)[:, :2], trapezia[:, :2], rtol=1e-3)
     assert np.allclose(value[:, 0], value[:, 1], rtol=1e-12)
     assert np.isnan(slope[:, 2]).all()
-    assert np.allclose(value[:, 2], branch.parameter / 2, rtol=1e-12)
+    assert np.allclose(value[:, 2], branch.values / 2, rtol=1e-12)
 
 
 def test_a_diagram_has_the_means_of_its_attractors(pair: ImpactSystem) -> None:

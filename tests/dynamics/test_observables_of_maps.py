@@ -118,10 +118,10 @@ def test_derivatives_are_those_of_the_cycle_of_fractions():
 def test_derivatives_on_a_branch_of_the_logistic_map(map):
     """The cycle of period two has the sum (r + 1)/r and the product (r + 1)/r^2."""
     orbit = nsmaps.periodic_orbit(map, [0.5130], 2)
-    branch = nsmaps.continue_branch(Along(map, "r"), orbit, 3.2, (3.1, 3.4))
+    branch = nsmaps.continue_branch(map, "r", orbit, 3.2, (3.1, 3.4))
     square = {"name": "square", "formula": "x**2"}
     found = nsmaps.observe_branch(Along(map, "r"), branch, ["x", square]).per_return
-    r = branch.parameter
+    r = branch.values
     assert len(r) > 3
     s, p = (r + 1) / r, (r + 1) / r**2
     ds, dp = -1 / r**2, -1 / r**2 - 2 / r**3

@@ -12,7 +12,7 @@ from nsmaps_square_root import SquareRoot, SquareRootPlane
 import nsmaps
 from nsmaps import Along
 from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
-from nsmaps.dynamics.continuation.follow import cascade, continue_branch, doubled_branch, switched_branch
+from nsmaps.dynamics.continuation.follow import continue_branch, period_doubling_cascade, switch_branch
 from nsmaps.errors import NsmapsError
 
 EXACT = 1e-14
@@ -20,7 +20,7 @@ EXACT = 1e-14
 
 def ending(map, name, cycle, bounds, direction):
     """The branch of a cycle, and the event at its end."""
-    branch = continue_branch(Along(map, name), cycle, getattr(map, name), bounds, direction, step=0.1)
+    branch = continue_branch(map, name, cycle, getattr(map, name), bounds, direction, step=0.1)
     event = branch.events[-1]
     assert branch.ended == event.kind
     return branch, event
@@ -53,7 +53,7 @@ def test_a_cycle_of_a_gap_map_ends_where_a_state_is_at_the_border(p, q):
         assert (cycle.words[k], event.orbit.states[k, 0]) == (letter, pytest.approx(0, abs=EXACT))
         assert event.detail == f"state {k + 1} ({letter}) at x = 0, beyond which is {other}; the map jumps"
     with pytest.raises(NsmapsError, match=r"no branch begins at .*the map jumps.*expected: a border at which the map is contin"):
-        switched_branch(Along(map, "mu"), event, (-0.1, 1.1))
+        switch_branch(map, "mu", event, (-0.1, 1.1))
 
 
 def test_the_border_of_a_gap_map_is_a_curve():
@@ -76,16 +76,16 @@ def test_a_fixed_point_of_tents_passes_the_border_and_doubles_there():
         "state 1 (L) at x = 0, beyond which is R; multipliers 0.5 and -1.5",
     )
     assert first.points[-1] == pytest.approx(0, abs=EXACT)
-    beyond = switched_branch(Along(map, "mu"), event, (-1, 1))
-    assert beyond.points[:, 0, 0] == pytest.approx(beyond.parameter / 2.5, abs=1e-12)
-    assert beyond.multipliers.ravel() == pytest.approx(np.full(len(beyond.parameter), -1.5))
-    doubled = doubled_branch(Along(map, "mu"), event, (-1, 1))
+    beyond = switch_branch(map, "mu", event, (-1, 1))
+    assert beyond.points[:, 0, 0] == pytest.approx(beyond.values / 2.5, abs=1e-12)
+    assert beyond.multipliers.ravel() == pytest.approx(np.full(len(beyond.values), -1.5))
+    doubled = switch_branch(map, "mu", event, (-1, 1), doubled=True)
     assert sorted(doubled.words[0]) == ["L", "R"]
-    assert doubled.multipliers.ravel() == pytest.approx(np.full(len(doubled.parameter), -0.75))
-    assert (beyond.parameter[-1], doubled.parameter[-1]) == (1, 1)
-    whole = cascade(Along(map, "mu"), nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
+    assert doubled.multipliers.ravel() == pytest.approx(np.full(len(doubled.values), -0.75))
+    assert (beyond.values[-1], doubled.values[-1]) == (1, 1)
+    whole = period_doubling_cascade(map, "mu", nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
     assert [branch.period for branch in whole] == [1, 2]
-    passing = cascade(Along(map.at(a_R=-0.5), "mu"), nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
+    passing = period_doubling_cascade(map.at(a_R=-0.5), "mu", nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
     assert [(branch.period, str(branch.words[0, 0])) for branch in passing] == [(1, "L"), (1, "R")]
 
 
@@ -106,26 +106,26 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     curve = nsmaps.bifurcation_curve(Along(map, "tau_R", "delta_R"), event, 0.9, ((-3, 0), (0.5, 2)), step=0.2)
     assert curve.ended[1].startswith("state 1 is at x = 0 too, two borders at once")
     assert curve.parameters[-1] == pytest.approx([-1, 1], abs=1e-6)  # there x = 0, 0, 1 and y = -1, 0, 0
-    partner = switched_branch(Along(map, "tau_R"), event, (-2, 0), max_points=5)
+    partner = switch_branch(map, "tau_R", event, (-2, 0), max_points=5)
     assert sorted(partner.words[0]) == ["L", "R", "R"]
-    assert (partner.parameter[1:] < -1.02).all()
+    assert (partner.values[1:] < -1.02).all()
     gone, at = ending(map, "tau_R", cycle, (-4, 0), "down")
     assert at.kind == "cycle at infinity"
     assert at.parameter == pytest.approx(float(infinite), abs=1e-12)
-    assert len(gone.parameter) < 100
+    assert len(gone.values) < 100
 
 
 def test_a_doubling_of_affine_pieces_is_degenerate():
     """At tau_R = -1 - delta_R a segment of states has period two; the cycle LR begins where it meets the border."""
     map = BorderCollision(tau_L=1.4, delta_L=0.5, tau_R=-1.2, delta_R=0.4)
-    branches = cascade(
-        Along(map, "tau_R"), nsmaps.periodic_orbit(map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", doublings=3, step=0.1
+    branches = period_doubling_cascade(
+        map, "tau_R", nsmaps.periodic_orbit(map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", n_doublings=3, step=0.1
     )
     assert [sorted(branch.words[0]) for branch in branches] == [["R"], ["R", "R"], ["L", "R"]]
     assert branches[0].events[0].detail.startswith("degenerate: the pieces are affine")
-    assert np.abs(branches[1].parameter + 1.4).max() < 1e-12
+    assert np.abs(branches[1].values + 1.4).max() < 1e-12
     assert branches[1].events[-1].border == ""
-    assert branches[2].parameter[-1] == -1.6
+    assert branches[2].values[-1] == -1.6
 
 
 def test_square_roots_have_an_infinite_slope_at_the_border():
@@ -142,7 +142,9 @@ def test_square_roots_have_an_infinite_slope_at_the_border():
     cycle = nsmaps.periodic_orbit(plane, nsmaps.orbit(plane, [0.1, 0.0], 300).final, 3)
     _, event = ending(plane, "rho", cycle, (0.005, 0.5), "up")
     assert event.parameter == pytest.approx(0.169720659347409857371, abs=1e-15)
-    whole = cascade(Along(map, "mu"), nsmaps.periodic_orbit(map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), doublings=1, step=0.1)
+    whole = period_doubling_cascade(
+        map, "mu", nsmaps.periodic_orbit(map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), n_doublings=1, step=0.1
+    )
     assert [str(branch.words[0, 0]) for branch in whole] == ["L", "R"]
     assert whole[1].events[0].parameter == pytest.approx(0.75, abs=1e-12)  # 1/(2 sqrt(x)) = 1 at x = 1/4
     low = nsmaps.periodic_orbit(map.at(mu=0.07), [0.0596], 3)
@@ -183,7 +185,7 @@ class Hidden(nsmaps.ReturnMap):
 def test_a_jump_to_another_state_of_the_cycle_is_one():
     """In narrow windows states are so close that the jump leads next to another one; a return is not left out."""
     map, cycle = gap(0.0118, 7)
-    branch = continue_branch(lambda mu: Hidden(map.at(mu=mu)), cycle, 0.0118, (-0.1, 1.1), step=0.1)
+    branch = continue_branch(lambda mu: Hidden(map.at(mu=mu)), "mu", cycle, 0.0118, (-0.1, 1.1), step=0.1)
     assert branch.events[-1].border == GAP
     assert branch.events[-1].parameter == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there
 
@@ -191,7 +193,7 @@ def test_a_jump_to_another_state_of_the_cycle_is_one():
 def test_events_on_the_way_to_infinity_are_met():
     """The fixed point R is at infinity where delta_R = tau_R - 1, and on the way a pair of multipliers passes the unit circle."""
     map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=1.1)
-    branch = continue_branch(Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1)
+    branch = continue_branch(map, "delta_R", nsmaps.periodic_orbit(map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1)
     found = [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in branch.events]
     assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]
 
@@ -203,5 +205,5 @@ def test_a_small_cycle_at_an_infinite_slope_is_not_at_a_gap() -> None:
     root = np.sqrt(half**2 + mu * (1 - a**7) / (1 - a)) - half
     system = SquareRoot(a=a, mu=mu)
     cycle = nsmaps.periodic_orbit(system, [root**2], 7)
-    branch = nsmaps.continue_branch(nsmaps.Along(system, "mu"), cycle, mu, (0.9 * mu, 1.2 * mu), "up", step=0.5)
+    branch = nsmaps.continue_branch(system, "mu", cycle, mu, (0.9 * mu, 1.2 * mu), "up", step=0.5)
     assert branch.events[-1].border == "non-smooth fold"

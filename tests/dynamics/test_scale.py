@@ -79,14 +79,14 @@ def test_a_branch_begins_where_a_coordinate_is_zero(length: float, time: float, 
     system = Resonator(w=1.0 + 1e-12, length=length, time=time, origin=origin)
     orbit = nsmaps.periodic_orbit(system, system.state())
     units = np.array([length, length / time])
-    branch = nsmaps.continue_branch(nsmaps.Along(system, "w"), orbit, system.w, (0.5, 1.4), "down", step=0.05)
+    branch = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), "down", step=0.05)
     assert branch.ended == "the range ends at 0.5"
-    assert 8 < len(branch.parameter) < 25
-    exact = np.array([system.at(w=w).state() for w in branch.parameter.tolist()])
+    assert 8 < len(branch.values) < 25
+    exact = np.array([system.at(w=w).state() for w in branch.values.tolist()])
     assert np.abs((branch.points[:, 0] - exact) / units).max() < 1e-9 + 4e-15 * abs(origin) / length
-    assert np.abs(branch.multipliers) == pytest.approx(np.exp(-Z * 2 * pi / branch.parameter)[:, None] * np.ones(2), rel=1e-6)
+    assert np.abs(branch.multipliers) == pytest.approx(np.exp(-Z * 2 * pi / branch.values)[:, None] * np.ones(2), rel=1e-6)
     assert exp(-Z * 2 * pi) == pytest.approx(abs(branch.multipliers[0, 0]), rel=1e-6)
-    some = nsmaps.continue_branch(nsmaps.Along(system, "w"), orbit, system.w, (0.5, 1.4), "down", max_points=5)
+    some = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), "down", max_points=5)
     assert some.ended.startswith("5 orbits, before the range was covered: followed to 0.")
 
 
@@ -182,11 +182,11 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
     def along(a: float, b: float = 0.3) -> Henon:
         return map.at(a=a, b=b)
 
-    branch = nsmaps.continue_branch(along, on_it, 0.3, (0.1, 1.0), step=0.05)
+    branch = nsmaps.continue_branch(along, "p", on_it, 0.3, (0.1, 1.0), step=0.05)
     (event,) = branch.events
     assert (event.kind, event.parameter) == ("period doubling", pytest.approx(0.75 * 0.7**2, abs=1e-10))
-    assert len(branch.parameter) < 30
-    doubled = nsmaps.doubled_branch(along, event, (0.1, 0.6), step=0.05)
+    assert len(branch.values) < 30
+    doubled = nsmaps.switch_branch(along, "p", event, (0.1, 0.6), step=0.05)
     assert doubled.ended == "the range ends at 0.6"
     curve = nsmaps.bifurcation_curve(along, event, 0.3, ((0.1, 1.0), (0.2, 0.4)), step=0.1)
     assert curve.parameters[:, 0] == pytest.approx(0.75 * (1 - curve.parameters[:, 1]) ** 2, abs=1e-9)

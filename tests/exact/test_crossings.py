@@ -117,7 +117,7 @@ def test_the_first_contact_of_a_motion_without_any():
         return Strobe(w=w, **others)
 
     orbit = nsmaps.periodic_orbit(at(0.79), [0.0, 0.9])
-    branch = nsmaps.continue_branch(at, orbit, 0.79, (0.78, 0.82))
+    branch = nsmaps.continue_branch(at, "p", orbit, 0.79, (0.78, 0.82))
     (found,) = branch.events
     assert (found.kind, found.detail) == ("grazing", "a clearance is zero")
     assert found.parameter == pytest.approx(value, rel=1e-12)

@@ -107,7 +107,7 @@ def test_a_doubling_where_40_digits_have_it(name, share):
 
     low, high = value * (1 - share), value * (1 + share)
     orbit = nsmaps.periodic_orbit(at(low), numbers(event["point"]))
-    branch = nsmaps.continue_branch(at, orbit, low, (low, high))
+    branch = nsmaps.continue_branch(at, "p", orbit, low, (low, high))
     (found,) = [each for each in branch.events if each.kind == "period doubling"]
     assert found.parameter == pytest.approx(value, rel=1e-11)
 
@@ -125,7 +125,7 @@ def test_a_graze_and_a_loss_of_symmetry_where_40_digits_have_them(name, kind, sh
 
     low, high = value * (1 - share), value * (1 + share)
     settled = nsmaps.orbit(at(low), numbers(event["point"]), 400).final
-    branch = nsmaps.continue_branch(at, nsmaps.periodic_orbit(at(low), settled), low, (low, high))
+    branch = nsmaps.continue_branch(at, "p", nsmaps.periodic_orbit(at(low), settled), low, (low, high))
     (found,) = branch.events
     assert found.kind == kind
     assert found.parameter == pytest.approx(value, rel=1e-11)

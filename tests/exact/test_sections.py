@@ -544,9 +544,9 @@ def test_newton_steps_and_sweeps_stay_on_the_surface(side):
     orbit = nsmaps.periodic_orbit(wheel, [0.3, 1.6])
     assert orbit.converged
     assert orbit.states[0] == pytest.approx(steady(0.39), rel=1e-13)
-    branch = nsmaps.continue_branch(lambda a: wheel.at(a=a), orbit, 0.39, (0.35, 0.42))
-    assert branch.parameter[-1] == pytest.approx(0.42)
-    assert branch.points[:, 0] == pytest.approx(np.array([steady(a) for a in branch.parameter]), rel=1e-10)
+    branch = nsmaps.continue_branch(wheel, "a", orbit, 0.39, (0.35, 0.42))
+    assert branch.values[-1] == pytest.approx(0.42)
+    assert branch.points[:, 0] == pytest.approx(np.array([steady(a) for a in branch.values]), rel=1e-10)
     swept = nsmaps.bifurcation_diagram(wheel, "a", [0.35, 0.37, 0.39], [0.3, 1.6], n_returns=2, transient=60, direction="up")
     assert swept.states[:, 0, -1] == pytest.approx(np.array([steady(a) for a in (0.35, 0.37, 0.39)]), rel=1e-12)
 

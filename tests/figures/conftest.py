@@ -210,7 +210,7 @@ def _fixed(d: float) -> CompositeMap:
 
 def _stability() -> dict[str, Any]:
     """A branch in d, motions at three values of d by two of r, and a curve between them."""
-    one = continue_branch(_fixed, periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2))
+    one = continue_branch(_fixed, "d", periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2))
     along, across = np.array([0.0, 0.1, 0.2]), np.array([0.4, 0.6])
     period, labels = np.array([[2, 1, 1], [2, 2, 1]]), np.array([["1:1/2T", "1:1/T", "1:1/T"], ["1:1/2T", "1:1/2T", "1:1/T"]])
     made = StabilityDiagram(along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))

@@ -4,27 +4,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import START, study_of
 from nsmaps_border_collision import BorderCollision
 
 import nsmaps
 from nsmaps.dynamics.continuation.branch import Branch
-from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
+from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.branches import branches, sheets
 
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     system = pair(0.35)
-    one = continue_branch(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
     (event,) = one.events
-    two = doubled_branch(lambda d: system.at(d=d), event, (0.28, 0.36))
-    branches([one, two], ax, 1, "d")
+    two = switch_branch(system, "d", event, (0.28, 0.36))
+    branches([one, two], ax, 1)
     drawn = [(line.get_linestyle(), np.asarray(line.get_xdata()), np.asarray(line.get_ydata())) for line in ax.lines]
     solid, dashed = drawn[0], drawn[1]
     assert (solid[0], dashed[0]) == ("-", "--")
     stable = one.stable.astype(bool)
-    assert np.array_equal(solid[1][np.isfinite(solid[2])], one.parameter[stable])
+    assert np.array_equal(solid[1][np.isfinite(solid[2])], one.values[stable])
     assert np.array_equal(solid[2][stable], one.points[stable, 0, 1])
     assert np.array_equal(dashed[2][~stable], one.points[~stable, 0, 1])
     assert np.isfinite(dashed[2]).sum() == (~stable).sum() + 1  # on to where it becomes stable
@@ -35,36 +34,34 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     names = {text.get_text(): text for text in ax.texts}
     assert set(names) == {"1:1/T", "1:1/2T"}
     for branch, name in ((one, "1:1/T"), (two, "1:1/2T")):
-        line = next(line for line in ax.lines if np.array_equal(line.get_xdata(), branch.parameter))
+        line = next(line for line in ax.lines if np.array_equal(line.get_xdata(), branch.values))
         assert names[name].get_color() == line.get_color()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
 
 
 def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
-    (sheet,) = sheets(result)
+    (sheet,) = sheets(result.branches["one"])
     figure = sheet.figure()
     (branch,) = result.branches["one"]
     assert (sheet.name, len(figure.axes)) == ("branches", 2)
     assert [len(figure.legends), *(ax.get_legend() for ax in figure.axes)] == [1, None, None]
     for i, ax in enumerate(figure.axes):
         solid = next(line for line in ax.lines if line.get_linestyle() == "-")
-        assert np.array_equal(solid.get_xdata(), branch.parameter)
+        assert np.array_equal(solid.get_xdata(), branch.values)
         assert np.array_equal(solid.get_ydata(), branch.points[:, 0, i])
     assert [ax.get_ylabel() for ax in figure.axes] == ["$v_{k}$ (dimensionless)", r"$\phi_{k}$ (rad)"]
 
 
 def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(result):
     (branch,) = result.branches["one"]
-    sections = [{"name": name, "parameter": name, "from": 0.1, "to": 1, "start": START} for name in "drM"]
-    made = {"d": (branch,), "r": (branch,), "M": (Branch.empty(branch.orbits[0], "no orbit at 1"),)}
-    several = replace(result.with_parts({"branches": made}), study=study_of(branches=sections))
+    several = [replace(branch, parameter=name) for name in "dr"] + [Branch.empty(branch.orbits[0], "M", "no orbit at 1")]
     assert [sheet.name for sheet in sheets(several)] == ["branches-d", "branches-r"]
 
 
 def test_lines_are_the_finer_the_longer_the_period(pair, ax):
     system = pair(0.35)
-    one = continue_branch(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
-    two = doubled_branch(lambda d: system.at(d=d), one.events[0], (0.28, 0.36))
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
+    two = switch_branch(system, "d", one.events[0], (0.28, 0.36))
     branches([one, two], ax)
     width = {line.get_color(): line.get_linewidth() for line in ax.lines if line.get_linestyle() == "-"}
     assert list(width.values()) == sorted(width.values(), reverse=True)
@@ -75,9 +72,9 @@ def test_an_unstable_branch_of_two_orbits_is_drawn(pair, ax):
     """A start at the end of its range leaves two orbits one way."""
     system = pair(0.35)
     saddle = nsmaps.periodic_orbit(system, [0.34, 2.87])
-    up = continue_branch(lambda r: system.at(r=r), saddle, 0.5, (0.1, 0.5))
-    assert (len(up.parameter), set(up.stable)) == (2, {False})
-    branches([up], ax, 0, "r")
+    up = continue_branch(system, "r", saddle, 0.5, (0.1, 0.5))
+    assert (len(up.values), set(up.stable)) == (2, {False})
+    branches(up, ax)
     assert np.isfinite(np.asarray(ax.lines[1].get_ydata(), float)).sum() == 2
 
 
@@ -89,12 +86,12 @@ def test_nothing_to_draw_is_an_error(ax):
 def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
     """One orbit of a branch without a derivative, as on a graze: neither solid nor dashed."""
     system = pair(0.35)
-    one = continue_branch(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.34, 0.36), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.34, 0.36), "down")
     derivative = one.returns.derivative.copy()
     derivative[1] = np.nan
     unknown = replace(one, returns=replace(one.returns, derivative=derivative), events=())
     assert unknown.stable[:3].tolist() == [True, None, True]
-    branches([unknown], ax, 1, "d")
+    branches([unknown], ax, 1)
     drawn = {line.get_linestyle(): np.isfinite(np.asarray(line.get_ydata())) for line in ax.lines}
     assert drawn["-"].tolist() == [stable is True for stable in unknown.stable]
     assert np.flatnonzero(drawn[":"]).tolist() == [0, 1, 2]
@@ -107,8 +104,8 @@ def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
 def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, ax):
     """Of the cascade to period 16 the short branches have no room for a name."""
     system = pair(0.35)
-    found = nsmaps.cascade(lambda d: system.at(d=d), nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.26, 0.36), "down", 4)
-    branches(found, ax, 0, "d")
+    found = nsmaps.period_doubling_cascade(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.26, 0.36), "down", 4)
+    branches(found, ax)
     ax.figure.canvas.draw()
     boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
     assert "1:1/T" in boxes
@@ -123,8 +120,8 @@ def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, 
 
 def test_a_cycle_at_infinity_is_an_asymptote(ax):
     map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
-    branch = continue_branch(nsmaps.Along(map, "delta_R"), nsmaps.periodic_orbit(map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
-    branches([branch], ax, 0, "delta_R")
+    branch = continue_branch(map, "delta_R", nsmaps.periodic_orbit(map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
+    branches([branch], ax)
     dotted = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
     assert pytest.approx([0.7, 0.7]) in [list(x) for x in dotted if len(x) == 2]
     assert "cycle at infinity" in [text.get_text() for text in ax.get_legend().get_texts()]

@@ -24,14 +24,14 @@ def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restituti
     Path("part.yaml").write_text(json.dumps(study))
     made = run("part.yaml")
     up, down, *doubled = made.branches["1:1"]
-    assert (up.parameter[-1], down.parameter[-1]) == (0.4, 0.2)
+    assert (up.values[-1], down.values[-1]) == (0.4, 0.2)
     assert [branch.period for branch in doubled] == [2, 4, 8, 16]
     at = np.array([branch.of_kind("period doubling")[0].parameter for branch in (down, *doubled)])
     assert abs(at[0] - FIRST) < 1e-12
     ratios = np.diff(at)[:-1] / np.diff(at)[1:]
     assert abs(ratios[-1] - 4.669201609) < 0.1
     assert abs(ratios[-1] - 4.669201609) < abs(ratios[-2] - 4.669201609)
-    assert np.array_equal(down.stable, down.parameter > FIRST)
+    assert np.array_equal(down.stable, down.values > FIRST)
     curve = made.curves["period doubling of 1:1"]
     d, r = curve.parameters[np.argsort(curve.parameters[:, 1])].T
     assert abs(np.interp(0.5, r, d) - FIRST) < 1e-10  # where the curve begins

@@ -177,7 +177,13 @@ def test_known_numbers_of_the_pages(system, start, multiplier, events):
     parameter, bounds = ("f", (0.2, 0.7)) if isinstance(system, DuffingStop) else ("w", (0.5, 1.5))
     for direction, (kind, value) in events.items():
         branch = continue_branch(
-            lambda x: system.at(**{parameter: x}), orbit, getattr(system, parameter), bounds, direction=direction, until=(kind,)
+            lambda x: system.at(**{parameter: x}),
+            "x",
+            orbit,
+            getattr(system, parameter),
+            bounds,
+            direction=direction,
+            until=(kind,),
         )
         assert [event.kind for event in branch.events][:1] == [kind]
         assert branch.events[0].parameter == pytest.approx(value, abs=1e-7)
@@ -215,7 +221,7 @@ def test_orbits_branches_exponents_and_basins(name, parameter, bounds):
     assert np.prod(orbit.multipliers).real == pytest.approx(contraction, rel=1e-10)
     exponents = lyapunov(system, final, 500, transient=0).exponents
     assert exponents.max() == pytest.approx(np.log(np.abs(orbit.multipliers).max()) / q, abs=1e-2)
-    branch = continue_branch(lambda value: system.at(**{parameter: value}), orbit, getattr(system, parameter), bounds)
+    branch = continue_branch(lambda value: system.at(**{parameter: value}), "value", orbit, getattr(system, parameter), bounds)
     assert len(branch.points) > 5
     found = bifurcation_diagram(
         lambda value: system.at(**{parameter: value}), "value", np.linspace(*bounds, 5), [0.8, 1.0], transient=200, n_returns=20

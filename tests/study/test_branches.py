@@ -85,11 +85,11 @@ def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was(computed: C
     again = read_result(folder)
     assert again.study == made.study
     for one, other in zip(made.branches["one"], again.branches["one"], strict=True):
-        for name in ("parameter", "arclength", "points", "words", "multipliers", "labels", "stable"):
+        for name in ("values", "arclength", "points", "words", "multipliers", "labels", "stable"):
             assert np.array_equal(getattr(one, name), getattr(other, name)), name
         assert (one.ended, one.period, one.tolerance) == (other.ended, other.period, other.tolerance)
         assert np.array_equal(one.returns.derivative, other.returns.derivative)
-        assert len(one.orbits) == len(other.orbits) == len(one.parameter)
+        assert len(one.orbits) == len(other.orbits) == len(one.values)
         for event, kept in zip(one.events, other.events, strict=True):
             assert (event.kind, event.parameter, event.precision, event.detail) == (
                 kept.kind,
@@ -105,7 +105,7 @@ def test_a_branch_is_what_the_functions_give(computed: Computed) -> None:
     made, system = result.branches["one"], result.system
     map_of, within = Along(system, "a"), (0.5, 1.8)
     orbit = periodic_orbit(system, [2 * pi / 1.5, 0.51])
-    first = [continue_branch(map_of, orbit, 1.2, within, way) for way in ("up", "down")]
+    first = [continue_branch(map_of, "p", orbit, 1.2, within, way) for way in ("up", "down")]
     expected = [*first, *(branch for one in first for branch in doublings_of(map_of, one, within, 1))]
     assert len(made) == len(expected)
     for one, other in zip(made, expected, strict=True):
@@ -177,7 +177,7 @@ def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
     assert made.finished
     assert len(made.branches["one"][0].orbits) > 5
     for name in ("nowhere", "twice", "too fast"):
-        assert all(len(branch.parameter) == 0 for branch in made.branches[name])
+        assert all(len(branch.values) == 0 for branch in made.branches[name])
     texts = {verdict.name.split(":")[0]: verdict.text for verdict in made.verdicts if "followed" in verdict.name}
     assert texts["branch nowhere"] == "no: no orbit at 1.2: Newton's method does not converge"
     assert texts["branch twice"] == "no: no orbit of period 2 at 1.2: Newton's method converges to one of period 1"
@@ -366,7 +366,7 @@ def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(branch, "continue_branch", lambda *given, **how: replace(follow(*given, **how), ended="closed"))
     made = ran(BALL.replace("doublings: 2", "direction: both"))
     (one,) = made.branches["one"]
-    assert one.parameter[-1] == 1.8
+    assert one.values[-1] == 1.8
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
 
 

@@ -162,8 +162,8 @@ figures: [observables, bifurcation]
     a = found.bifurcation["exact"].values
     assert found.observables["bifurcation"].per_return.value[:, 0, 0] == pytest.approx(1 / (0.7 + a), abs=1e-10)
     for means, branch in zip(found.branch_observables["fixed"], found.branches["fixed"], strict=True):
-        assert len(branch.parameter) > 3
-        assert means.per_return.derivative[:, 0] == pytest.approx(-1 / (0.7 + branch.parameter) ** 2, rel=1e-9)
+        assert len(branch.values) > 3
+        assert means.per_return.derivative[:, 0] == pytest.approx(-1 / (0.7 + branch.values) ** 2, rel=1e-9)
         assert means.per_return.value[:, 1] == pytest.approx(1.0)
     at = (0.81 - 0.3) / 0.9  #: where -0.9 is a multiplier: m^2 + a m = b
     assert found.optimum.parameters["a"] == pytest.approx(at, abs=1e-6)

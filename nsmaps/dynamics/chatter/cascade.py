@@ -16,7 +16,7 @@ import numpy as np
 
 from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
-from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, Event
+from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, BifurcationPoint
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import map_or_reason
@@ -66,7 +66,12 @@ def chatter_scaling(r: float) -> ChatterScaling:
 
 @shows
 def chatter_cascade(
-    map_of: Callable[[float], CompleteChatter], event: Event, bounds: tuple[float, float], orbits: int, step: float = 0.1
+    map_of: Callable[[float], CompleteChatter],
+    parameter: str,
+    event: BifurcationPoint,
+    bounds: tuple[float, float],
+    n_orbits: int,
+    step: float = 0.1,
 ) -> tuple[IncompleteChatter, ...]:
     """The attracting orbits with incomplete chatter near the border orbit, those with the fewest impacts first.
 
@@ -76,17 +81,18 @@ def chatter_cascade(
 
     Args:
         map_of: the map at a value of the parameter, such as `lambda gamma: nsmaps.CompleteChatter(system).at(Gamma=gamma)`.
+        parameter: its name.
         event: an `end of complete chatter` of a branch of that map.
         bounds: least and greatest value of the parameter.
-        orbits: greatest number of orbits.
+        n_orbits: greatest number of orbits.
         step: longest step of the branches, in arclength, whose unit is four times the distance at which an orbit was found.
 
     Raises:
-        NsmapsError: another kind of event, or `orbits` below one.
+        NsmapsError: another kind of event, or `n_orbits` below one.
     """
-    check_class(event, Event, "a cascade begins at the end of a branch")
-    if event.kind != CHATTER_ENDS or orbits < 1:
-        raise NsmapsError(f"{orbits} orbits at a {event.kind}; expected: one or more at an {CHATTER_ENDS}")
+    check_class(event, BifurcationPoint, "a cascade begins at the end of a branch")
+    if event.kind != CHATTER_ENDS or n_orbits < 1:
+        raise NsmapsError(f"{n_orbits} orbits at a {event.kind}; expected: one or more at an {CHATTER_ENDS}")
     border, found = event.parameter, dict[int, IncompleteChatter]()
     single = lambda value: map_of(value).system  # noqa: E731
     for value, orbit in _attractors(single, event, _way(map_of, event, bounds)):
@@ -94,14 +100,14 @@ def chatter_cascade(
         if number not in found:
             ends = sorted((border, border + SPREAD * (value - border)))
             how: Any = {"step": step, "until": tuple(TESTS)}
-            down, up = (continue_branch(single, orbit, value, (ends[0], ends[1]), way, **how) for way in DIRECTIONS)
+            down, up = (continue_branch(single, parameter, orbit, value, (ends[0], ends[1]), way, **how) for way in DIRECTIONS)
             found[number] = IncompleteChatter(number, *((down, up) if value > border else (up, down)))
-        if len(found) == orbits:
+        if len(found) == n_orbits:
             break
     return tuple(found[number] for number in sorted(found))
 
 
-def _way(map_of: Callable[[float], CompleteChatter], event: Event, bounds: tuple[float, float]) -> float:
+def _way(map_of: Callable[[float], CompleteChatter], event: BifurcationPoint, bounds: tuple[float, float]) -> float:
     """The end of the range, less the border, on whose side chatter is not complete."""
     low, high = bounds
     map, _ = map_or_reason(map_of, event.parameter + 1e-6 * (high - low))
@@ -112,7 +118,9 @@ def _way(map_of: Callable[[float], CompleteChatter], event: Event, bounds: tuple
     return high - event.parameter
 
 
-def _attractors(system_of: Callable[[float], FlowSystem], event: Event, way: float) -> Iterator[tuple[float, PeriodicOrbit]]:
+def _attractors(
+    system_of: Callable[[float], FlowSystem], event: BifurcationPoint, way: float
+) -> Iterator[tuple[float, PeriodicOrbit]]:
     """The attracting orbits of single impacts that take the border orbit's time, at distances that shrink."""
     whole, share, count = float(event.orbit.returns.time.sum()), 1.0, 64
     while share > LEAST:

@@ -17,7 +17,7 @@ from nsmaps.dynamics.continuation.events import (
     DOMAIN,
     GRAZING,
     HOMOCLINIC,
-    Event,
+    BifurcationPoint,
     between,
 )
 from nsmaps.dynamics.continuation.pieces import Met, border_met
@@ -67,13 +67,13 @@ def end_of(grown: GrowingBranch, along: Floats) -> str:
     return f"lost at {last.value:.9g}: {grown.curve.outcomes(last.orbit.states, last.value + SMALLEST * unit * along[-1])}"
 
 
-def _leaves_its_pieces(grown: GrowingBranch, along: Floats) -> Event | None:
+def _leaves_its_pieces(grown: GrowingBranch, along: Floats) -> BifurcationPoint | None:
     """The border of a piece given by a formula next to the last point; a cycle there of finite slopes ends the branch."""
     met = border_met(grown.curve, grown.points[-1], along)
     return None if met is None else _at_border(grown, met, along)
 
 
-def border_ahead(grown: GrowingBranch, along: Floats, reach: float, kinds: Collection[str]) -> list[Event]:
+def border_ahead(grown: GrowingBranch, along: Floats, reach: float, kinds: Collection[str]) -> list[BifurcationPoint]:
     """The events up to a border of a piece given by a formula within an arclength, at which a branch ends; none without one."""
     last, met = grown.points[-1], border_met(grown.curve, grown.points[-1], along, reach)
     if met is None:
@@ -84,23 +84,23 @@ def border_ahead(grown: GrowingBranch, along: Floats, reach: float, kinds: Colle
     return [*before, _at_border(grown, met, along)]
 
 
-def _at_border(grown: GrowingBranch, met: Met, along: Floats) -> Event:
+def _at_border(grown: GrowingBranch, met: Met, along: Floats) -> BifurcationPoint:
     """The event at a border; a cycle there of finite slopes is added to the branch."""
     last, point = grown.points[-1], met.point if met.side == 0 else grown.points[-1]
     border, detail = met.at.outcome(grown.curve, met.point.value, met.point.orbit.states)
     if met.side == 0:
         grown.add(point, max(float(along @ grown.curve.difference(point.y, last.y)), 0.0))
-    return Event(BORDER, met.point.value, met.precision, point.orbit, detail, border, at=met.at)
+    return BifurcationPoint(BORDER, met.point.value, met.precision, point.orbit, detail, border, at=met.at)
 
 
-def _domain_ends(grown: GrowingBranch, beyond: float) -> Event | None:
+def _domain_ends(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """The end of the valid domain next to the last point."""
     last, unit = grown.points[-1], grown.curve.unit
     reason = grown.curve.missing(last.value + 10 * SMALLEST * unit * beyond)
-    return Event(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason) if reason else None
+    return BifurcationPoint(DOMAIN, last.value, SMALLEST * unit, last.orbit, reason) if reason else None
 
 
-def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
+def _grazes(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """A graze next to the last point, where a margin that falls from point to point is zero."""
     last, unit = grown.points[-1], grown.curve.unit
     points = grown.points[: -POINTS - 1 : -1]
@@ -112,11 +112,11 @@ def _grazes(grown: GrowingBranch, beyond: float) -> Event | None:
         value, precision = at_zero(found[rows].tolist(), np.array([points[k].value for k in rows]))
         if precision <= WORST * unit:
             border = border_type(grown.curve, border_beside(grown.curve, last, graze=True), last, value, beyond, graze=True)
-            return Event(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
+            return BifurcationPoint(GRAZING, value, precision + SMALLEST * unit, last.orbit, f"{margin} is zero", border)
     return None
 
 
-def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
+def _never_returns(grown: GrowingBranch, _: float) -> BifurcationPoint | None:
     """A homoclinic bifurcation next to the last point: the time of the orbit grows with the logarithm of the distance.
 
     The precision is that of the last step; the time of the orbits before it, as they are spaced, must grow by the same amount a
@@ -131,7 +131,7 @@ def _never_returns(grown: GrowingBranch, _: float) -> Event | None:
     rates = np.diff(times[rows]) / -np.diff(np.log(off[rows]))
     if not (rates > 0).all() or not rates.min() > ALIKE * rates.max():
         return None
-    return Event(HOMOCLINIC, last.value, 10 * SMALLEST * unit, last.orbit, "the time of the orbit grows without bound")
+    return BifurcationPoint(HOMOCLINIC, last.value, 10 * SMALLEST * unit, last.orbit, "the time of the orbit grows without bound")
 
 
 def _summation_changes(grown: GrowingBranch) -> bool:
@@ -146,7 +146,7 @@ def _summation_changes(grown: GrowingBranch) -> bool:
     return any((CHATTER in one) != (CHATTER in own) for words in tried for one, own in zip(words, returns.words, strict=True))
 
 
-def _has_no_image(grown: GrowingBranch, beyond: float) -> Event | None:
+def _has_no_image(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """The place next to the last point beyond which motions from the orbit have no image, as where a mode begins at its end."""
     last, unit = grown.points[-1], grown.curve.unit
     value = last.value + 10 * SMALLEST * unit * beyond
@@ -154,10 +154,10 @@ def _has_no_image(grown: GrowingBranch, beyond: float) -> Event | None:
     if map is None or map.first_return(last.orbit.states).valid.all():
         return None
     detail = f"beyond it there is no image: {grown.curve.outcomes(last.orbit.states, value)}"
-    return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail)
+    return BifurcationPoint(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail)
 
 
-def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
+def _stays_in_contact(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """The place next to the last point from which on a body that rests, and is released in each period, is so no longer."""
     curve, last = grown.curve, grown.points[-1]
     if not any(map(has_rest, last.orbit.words)):
@@ -172,7 +172,9 @@ def _stays_in_contact(grown: GrowingBranch, beyond: float) -> Event | None:
         if rests(far)[0]:
             low, high, _ = bisect_change(rests, near, far, np.array([False]), np.array([True]))
             precision = float(np.abs(high - low)[0]) + RELEASE * abs(float(high[0]))
-            return Event(DETACHMENT, float(high[0]), precision, last.orbit, "the force at the contact no longer falls to zero")
+            return BifurcationPoint(
+                DETACHMENT, float(high[0]), precision, last.orbit, "the force at the contact no longer falls to zero"
+            )
     return None
 
 
@@ -191,7 +193,7 @@ def rests_for_good(map: ReturnMap | None, states: Floats) -> bool:
     return False
 
 
-def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
+def _meets_a_border(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """A border next to the last point, where the map is not smooth, or jumps."""
     last, unit = grown.points[-1], grown.curve.unit
     found = border_beside(grown.curve, last, graze=False)
@@ -199,10 +201,10 @@ def _meets_a_border(grown: GrowingBranch, beyond: float) -> Event | None:
         found = passed
     border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
     detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
-    return Event(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
+    return BifurcationPoint(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
 
 
-def _chatter_ends(grown: GrowingBranch, beyond: float) -> Event | None:
+def _chatter_ends(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """The end of complete chatter next to the last point, where the impacts accumulate at the release, by bisection.
 
     Near the release flights of many impacts are so low that rounding of the displacement counts. The precision is the distance
@@ -224,7 +226,7 @@ def _chatter_ends(grown: GrowingBranch, beyond: float) -> Event | None:
             resolved = next((value for value in values if _rest_time(grown, value) > FAR * shortest), values[-1])
             near = bisect_change(longer(FAR * shortest), np.array([resolved]), end, yes, no)[0]
             precision = float(np.abs(end - near)[0]) + 4 * float(np.spacing(abs(end[0])))
-            return Event(CHATTER_ENDS, float(end[0]), precision, last.orbit, "the rest before the release is zero")
+            return BifurcationPoint(CHATTER_ENDS, float(end[0]), precision, last.orbit, "the rest before the release is zero")
     return None
 
 

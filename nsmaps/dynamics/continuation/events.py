@@ -1,7 +1,7 @@
 """Events along the curve of a periodic orbit: a multiplier crosses the unit circle, or the orbit ceases to exist."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from nsmaps.dynamics.continuation.crossing import crossing_within
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.results import NONE, Result, array
 
 DOUBLING, FOLD, BRANCH_POINT, TORUS = "period doubling", "fold", "branch point", "Neimark-Sacker"
 HALVING = "period halving"
@@ -29,8 +30,8 @@ AFFINE = "degenerate: the pieces are affine, and a segment of states has twice t
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Event:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BifurcationPoint(Result):
     """A bifurcation or another event of a periodic orbit at a value of the parameter.
 
     A `period doubling`, `fold` (the branch turns back in the parameter), `branch point` (two branches cross),
@@ -43,13 +44,19 @@ class Event:
     """
 
     kind: str
-    parameter: float
+    parameter: float  #: its value
     precision: float  #: precision of the parameter, as estimated from the last steps towards it
     orbit: PeriodicOrbit  #: the orbit there; for a grazing, a border or the end of the domain, the last one before it
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
     border: str = ""  #: `persistence` or `non-smooth fold`, perhaps `with doubling`, or `end at a gap`; "" where unknown
-    towards: Floats | None = None  #: at a branch point, how states and parameter change along the branch, shape (q n + 1,)
+    towards: Floats | None = field(
+        default=None, metadata=array("unknown", "at a branch point, how states and parameter change along the branch", NONE)
+    )
     at: AtBorder | None = None  #: at a border of pieces given by formulas, which states are there, and the pieces beyond it
+
+    def __str__(self) -> str:
+        """The kind and the value with its precision."""
+        return f"{self.kind} at {self.parameter:.12g} +- {self.precision:.1g}"
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -96,12 +103,12 @@ Test = Callable[[OrbitPoint, Floats], float]
 TESTS: dict[str, Test] = {DOUBLING: _doubling, FOLD: _fold, BRANCH_POINT: _one, TORUS: _torus}
 
 
-def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -> list[Event]:
+def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -> list[BifurcationPoint]:
     """The events of these kinds within a step along a curve, in order.
 
     A doubled cycle that ends on the original one is reported whether or not it is among the kinds.
     """
-    found: list[tuple[float, Event]] = []
+    found: list[tuple[float, BifurcationPoint]] = []
     tests = [(kind, test) for kind, test in TESTS.items() if kind in (FOLD, *kinds)]
     ends = {kind: (test(step.start, step.direction), test(step.end, step.turned)) for kind, test in tests}
     passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
@@ -125,7 +132,7 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
         s, point, precision = known or (step.length, step.end, abs(step.end.value - step.start.value))
         if kind != TORUS or np.abs(point.orbit.multipliers.imag).max() > 0:  # otherwise two real ones whose product is one
             detail = _degenerate(curve, point, kind) if known else "not located: somewhere in the step before this orbit"
-            event = Event(kind, point.value, precision, point.orbit, detail)
+            event = BifurcationPoint(kind, point.value, precision, point.orbit, detail)
             if turns:
                 event = replace(event, kind=BRANCH_POINT, detail=TURNS)
             if event.kind == BRANCH_POINT:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -12,13 +12,25 @@ from nsmaps.dynamics.continuation.border import GAP, PERSISTENCE
 from nsmaps.dynamics.continuation.branch import Branch, GrowingBranch
 from nsmaps.dynamics.continuation.crossing import other_tangent
 from nsmaps.dynamics.continuation.ends import border_ahead, end_of
-from nsmaps.dynamics.continuation.events import AT_INFINITY, BORDER, BRANCH_POINT, DOUBLING, HALVING, TESTS, TORUS, Event, between
+from nsmaps.dynamics.continuation.events import (
+    AT_INFINITY,
+    BORDER,
+    BRANCH_POINT,
+    DOUBLING,
+    HALVING,
+    TESTS,
+    TORUS,
+    BifurcationPoint,
+    between,
+)
 from nsmaps.dynamics.continuation.infinity import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.continuation.shrinking import SMALLEST
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
+from nsmaps.dynamics.returnmap import map_along
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
@@ -39,7 +51,8 @@ class _Extent:
 
 @shows
 def continue_branch(
-    map_of: Callable[[float], ReturnMap],
+    system: System | Callable[[float], ReturnMap],
+    parameter: str,
     orbit: PeriodicOrbit,
     value: float,
     bounds: tuple[float, float],
@@ -57,7 +70,8 @@ def continue_branch(
     of `until`, where it closes, or is lost. Two events of one kind within a step are missed; a smaller `step` finds them.
 
     Args:
-        map_of: the return map at a value of the parameter; a ValueError means that there is none.
+        system: a system, or the return map as a function of the parameter's value; a ValueError means that there is none.
+        parameter: its name.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
         bounds: least and greatest value of the parameter; their difference is the unit of its arclength, in which
@@ -65,7 +79,7 @@ def continue_branch(
         direction: towards larger ("up") or smaller ("down") values at first.
         step: longest step, in arclength.
         max_points: greatest number of orbits.
-        until: kinds of events at which the branch ends, see `Event`.
+        until: kinds of events at which the branch ends, see `BifurcationPoint`.
         tolerance: largest residual of an orbit, as a share of the same scale.
         kinds: kinds of events that are located. The event at which a branch ends is always reported.
 
@@ -73,61 +87,23 @@ def continue_branch(
         NsmapsError: invalid arguments. An orbit that does not converge gives a branch without orbits.
     """
     extent = _extent(bounds, value, step, max_points, until, kinds)
-    curve = curve_from(map_of, orbit, value, bounds, tolerance)
+    curve = curve_from(map_along(system, parameter), orbit, value, bounds, tolerance, parameter)
     upward = np.zeros(orbit.states.size + 1)
     upward[-1] = 1.0 if direction == "up" else -1.0
     start = correct(curve, curve.y(orbit.states, value), upward)
     if why := _family(curve, orbit, value):
-        return Branch.empty(orbit, f"no branch from the orbit at {value:.9g}: {why}")
+        return Branch.empty(orbit, parameter, f"no branch from the orbit at {value:.9g}: {why}")
     if start is None:
         why = curve.missing(value) or f"Newton's method does not converge{_lost(curve, orbit, value)}"
-        return Branch.empty(orbit, f"no orbit at {value:.9g}: {why}")
+        return Branch.empty(orbit, parameter, f"no orbit at {value:.9g}: {why}")
     return _follow(curve, start, tangent(start, upward), extent, fresh=False)
 
 
 @shows
-def doubled_branch(
-    map_of: Callable[[float], ReturnMap],
-    event: Event,
-    bounds: tuple[float, float],
-    step: float = 0.02,
-    max_points: int = 2000,
-    until: Collection[str] = (),
-    tolerance: float = 1e-10,
-    kinds: Collection[str] = tuple(TESTS),
-) -> Branch:
-    """The branch of cycles of twice the period that begins at a period doubling; other arguments as `continue_branch`.
-
-    It leaves in the direction (u, -u) of the eigenvector of the multiplier -1, at a fixed parameter; at a border with doubling
-    of pieces given by formulas it makes the returns of one side and then of the other.
-
-    Raises:
-        NsmapsError: no branch of twice the period is known to begin at the event, or other arguments are invalid.
-    """
-    check_class(event, Event, "a branch of twice the period begins at an event of another branch")
-    if not event.doubles:
-        raise NsmapsError(f"the event is a {event.kind}; expected: a {DOUBLING}, or a border collision of formulas with doubling")
-    extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
-    if event.kind != DOUBLING:
-        return _beyond(map_of, event, bounds, tolerance, extent, 0, 1)
-    orbit = event.orbit
-    values, vectors = np.linalg.eig(orbit.derivative)
-    u = [vectors[:, np.argmin(np.abs(values + 1))].real]
-    assert orbit.returns.derivative is not None
-    for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
-        u.append(derivative @ u[-1])
-    curve = replace(curve_from(map_of, orbit, event.parameter, bounds, tolerance), period=2 * len(orbit.states))
-    along = np.append(np.ravel(u / curve.scale), 0.0)
-    along /= np.linalg.norm(along)
-    start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), event.parameter))
-    assert start is not None
-    return _follow(curve, start, along, extent, fresh=True)
-
-
-@shows
-def switched_branch(
-    map_of: Callable[[float], ReturnMap],
-    event: Event,
+def switch_branch(
+    system: System | Callable[[float], ReturnMap],
+    parameter: str,
+    point: BifurcationPoint,
     bounds: tuple[float, float],
     side: Literal[1, -1] = 1,
     step: float = 0.02,
@@ -135,62 +111,81 @@ def switched_branch(
     until: Collection[str] = (),
     tolerance: float = 1e-10,
     kinds: Collection[str] = tuple(TESTS),
+    *,
+    doubled: bool = False,
 ) -> Branch:
-    """The other branch at a branch point, such as that of the asymmetric orbits at a pitchfork, in one of its two directions.
+    """The other branch at a bifurcation point of a branch; other arguments as `continue_branch`.
 
-    At a `border collision` of pieces given by formulas it is the branch of the orbits with the pieces beyond the border, which
-    begins at a millionth of the scale from it: on the other side of the parameter at a `persistence`, on the same one at a fold.
+    At a `period doubling` it is that of twice the period, which leaves in the direction (u, -u) of the eigenvector of the
+    multiplier -1, at a fixed parameter. At a `branch point`, such as a pitchfork, it is the other one, in one of its two
+    directions. At a `border collision` of pieces given by formulas it is the branch of the orbits with the pieces beyond the
+    border, which begins at a millionth of the scale from it: on the other side of the parameter at a `persistence`, on the same
+    one at a fold; with `doubled` the branch of the cycles that make the returns of one side and then of the other.
 
     Args:
-        side: 1 or -1, the direction. Both halves of a pitchfork are on the same side of the parameter, and mirror images.
+        side: 1 or -1, the direction at a branch point. Both halves of a pitchfork are on the same side of the parameter, and
+            mirror images.
 
     Raises:
-        NsmapsError: the event is neither a branch point that was located nor such a border, no second branch is found there, or
-            other arguments, which are as of `continue_branch`, are invalid.
+        NsmapsError: no other branch is known to begin at the point, none is found there, or other arguments are invalid.
     """
-    check_class(event, Event, "a branch that crosses another one begins at an event of that one")
-    extent = _extent(bounds, event.parameter, step, max_points, until, kinds)
-    if event.at is not None:
-        return _beyond(map_of, event, bounds, tolerance, extent, 1)
-    if event.kind != BRANCH_POINT or event.towards is None:
-        raise NsmapsError(f"the event is a {event.kind}; expected: a {BRANCH_POINT}, or a {BORDER} of pieces given by formulas")
-    curve = curve_from(map_of, event.orbit, event.parameter, bounds, tolerance)
-    start, own = curve.evaluate(curve.y(event.orbit.states, event.parameter)), curve.scaled(event.towards)
+    check_class(point, BifurcationPoint, "another branch begins at an event of a branch")
+    extent = _extent(bounds, point.parameter, step, max_points, until, kinds)
+    curve = curve_from(map_along(system, parameter), point.orbit, point.parameter, bounds, tolerance, parameter)
+    if doubled and not point.doubles:
+        raise NsmapsError(f"the event is a {point.kind}; expected: a {DOUBLING}, or a border collision of formulas with doubling")
+    if point.kind == DOUBLING:
+        return _doubled(curve, point, extent)
+    if point.at is not None:
+        return _beyond(curve, point, extent, *((0, 1) if doubled else (1,)))
+    if point.kind != BRANCH_POINT or point.towards is None:
+        text = f"a {DOUBLING}, a {BRANCH_POINT}, or a {BORDER} of pieces given by formulas"
+        raise NsmapsError(f"the event is a {point.kind}; expected: {text}")
+    start, own = curve.evaluate(curve.y(point.orbit.states, point.parameter)), curve.scaled(point.towards)
     along = None if start is None else other_tangent(curve, start, own / np.linalg.norm(own))
     if start is None or along is None:
-        raise NsmapsError(f"no second branch is found at {event.parameter:.9g}; expected: a {BRANCH_POINT} that was located")
+        raise NsmapsError(f"no second branch is found at {point.parameter:.9g}; expected: a {BRANCH_POINT} that was located")
     return _follow(curve, start, side * along, extent, fresh=True)
 
 
-def _beyond(
-    map_of: Callable[[float], ReturnMap],
-    event: Event,
-    bounds: tuple[float, float],
-    tolerance: float,
-    extent: _Extent,
-    *sides: int,
-) -> Branch:
+def _doubled(curve: OrbitCurve, point: BifurcationPoint, extent: _Extent) -> Branch:
+    """The branch of cycles of twice the period that begins at a period doubling."""
+    orbit = point.orbit
+    values, vectors = np.linalg.eig(orbit.derivative)
+    u = [vectors[:, np.argmin(np.abs(values + 1))].real]
+    assert orbit.returns.derivative is not None
+    for derivative in [*orbit.returns.derivative, *orbit.returns.derivative][:-1]:
+        u.append(derivative @ u[-1])
+    curve = replace(curve, period=2 * len(orbit.states))
+    along = np.append(np.ravel(u / curve.scale), 0.0)
+    along /= np.linalg.norm(along)
+    start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), point.parameter))
+    assert start is not None
+    return _follow(curve, start, along, extent, fresh=True)
+
+
+def _beyond(curve: OrbitCurve, point: BifurcationPoint, extent: _Extent, *sides: int) -> Branch:
     """The branch that begins at a border, with the pieces of its sides one after the other."""
-    assert event.at is not None
-    curve = curve_from(map_of, event.orbit, event.parameter, bounds, tolerance)
+    assert point.at is not None
     curve = replace(curve, period=len(sides) * curve.period)
-    start = event.at.beyond(curve, event.parameter, event.orbit.states, *sides) if event.border != GAP else None
+    start = point.at.beyond(curve, point.parameter, point.orbit.states, *sides) if point.border != GAP else None
     if start is None:
         raise NsmapsError(
-            f"no branch begins at {event.parameter:.9g} ({event.detail}); expected: a border at which the map is continuous"
+            f"no branch begins at {point.parameter:.9g} ({point.detail}); expected: a border at which the map is continuous"
         )
-    border = curve.y(np.tile(event.orbit.states, (len(sides), 1)), event.parameter)
+    border = curve.y(np.tile(point.orbit.states, (len(sides), 1)), point.parameter)
     return _follow(curve, start, tangent(start, curve.difference(start.y, border)), extent, fresh=False)
 
 
 @shows
-def cascade(
-    map_of: Callable[[float], ReturnMap],
+def period_doubling_cascade(
+    system: System | Callable[[float], ReturnMap],
+    parameter: str,
     orbit: PeriodicOrbit,
     value: float,
     bounds: tuple[float, float],
     direction: Literal["up", "down"] = "up",
-    doublings: int = 4,
+    n_doublings: int = 4,
     step: float = 0.02,
 ) -> tuple[Branch, ...]:
     """The branches from an orbit to its first period doubling, from there to the next, and so on.
@@ -200,8 +195,8 @@ def cascade(
     border too. Steps decrease with the period.
     Arguments and errors as `continue_branch`.
     """
-    first = continue_branch(map_of, orbit, value, bounds, direction, step, until=(DOUBLING,))
-    return first, *doublings_of(map_of, first, bounds, doublings - 1, step)
+    first = continue_branch(system, parameter, orbit, value, bounds, direction, step, until=(DOUBLING,))
+    return first, *doublings_of(map_along(system, parameter), first, bounds, n_doublings - 1, step)
 
 
 def doublings_of(
@@ -214,19 +209,20 @@ def doublings_of(
 ) -> tuple[Branch, ...]:
     """At most `max_doublings` branches of doubled cycles: from the first period doubling of a branch to the next, and so on.
 
-    `step` is that of the given branch, and decreases with the period; other arguments as `doubled_branch`.
+    `step` is that of the given branch, and decreases with the period; other arguments as `switch_branch`.
     """
     branches, doublings, passed = [branch], 0, 0
+    how: Any = {"step": step, "until": (DOUBLING,), "kinds": kinds}
     while max_doublings >= 0:
         event, last = branches[-1].doubling, branches[-1].events[-1:]
         if event is not None and doublings == max_doublings:
             break
         if event is not None:
-            step, doublings = step / 2, doublings + 1
-            branches.append(doubled_branch(map_of, event, bounds, step, until=(DOUBLING,), kinds=kinds))
+            how["step"], doublings = how["step"] / 2, doublings + 1
+            branches.append(switch_branch(map_of, branch.parameter, event, bounds, doubled=True, **how))
         elif passed < PASSED and last and last[0].at is not None and last[0].border in (PERSISTENCE, ""):
             passed += 1
-            branches.append(switched_branch(map_of, last[0], bounds, step=step, until=(DOUBLING,), kinds=kinds))
+            branches.append(switch_branch(map_of, branch.parameter, last[0], bounds, **how))
         else:
             break
     return tuple(branches[1:])
@@ -246,7 +242,7 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
         if not ended and step.last:
             ended = f"the range ends at {step.end.value:g}"
         elif not ended and (far := infinity_met(curve, step.end, float(np.sign(step.turned[-1])), BEFORE)):
-            grown.events.append(Event(AT_INFINITY, *far, step.end.orbit, "a multiplier tends to 1"))
+            grown.events.append(BifurcationPoint(AT_INFINITY, *far, step.end.orbit, "a multiplier tends to 1"))
             ended = AT_INFINITY
         elif not ended and len(grown.points) > 3 and passes(curve, step, start, along, BEND):
             ended = CLOSED

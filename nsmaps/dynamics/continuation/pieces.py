@@ -6,7 +6,7 @@ below -1 on either side decide: M. di Bernardo, M. I. Feigin, S. J. Hogan, M. E.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from nsmaps.exact.piecewise.prolonged import Prolonged
 from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.piecewise import PiecewiseMap
+from nsmaps.results import Result, array
 
 CLOSE = 1e-3  #: distance of a state from a border, in scales of the coordinates, within which one is sought
 BEYOND = 1e-7  #: a border, in these: states that show which piece is there
@@ -31,8 +32,8 @@ STRAIGHT = 0.98  #: least cosine between the directions at a point and at a bord
 STEPS, STALLED, ROUNDING = 20, 1e-9, 1e-15  #: of Newton's method: most, and the length from which on they are rounding
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AtBorder:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class AtBorder(Result):
     """States of a cycle at borders of their pieces, and the pieces of all q states on the cycle's side and on the other one."""
 
     states: tuple[int, ...]  #: numbers of these states
@@ -40,7 +41,7 @@ class AtBorder:
     signs: tuple[int, ...]  #: of these functions on the cycle's side
     own: tuple[int, ...]  #: numbers of the q pieces on the cycle's side
     other: tuple[int, ...]  #: and on the other side; -1 for none
-    lowest: Floats  #: shape (2, q, n), from which turns of angles begin on either side
+    lowest: Floats = field(metadata=array("side point coordinate", "from which turns of angles begin on either side"))
     free: tuple[int, ...]  #: numbers of states that may lie beyond borders
 
     def prolonged(self, map: ReturnMap, *sides: int) -> Prolonged:

@@ -4,8 +4,8 @@ A point is (x_1, ..., x_q, value) in units in which the range of the parameter a
 shares of the extent of the motion on the first orbit. On the curve each x_k is mapped to x_{k+1}, and x_q to x_1.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
+from nsmaps.results import units_of
 
 NOTHING = 1e-15  #: share of the scale of a coordinate, below which it is zero: no speed is negative by rounding
 ROUNDING = 1e-15  #: share of the parameter's range within which a value counts as an end of the range
@@ -52,6 +53,8 @@ class OrbitCurve(WithCoordinates):
     speeds: Floats | None = None  #: of `speeds_of`, the units of margins; None of maps that have none
     least_time: float = 0.0  #: time that a motion must take, as of `PeriodicOrbit`
     resting: tuple[int, ...] = ()  #: numbers of the states whose image does not depend on them, as a body comes to rest
+    parameter: str = ""  #: its name
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
 
     @property
     def unit(self) -> float:
@@ -171,7 +174,12 @@ class OrbitCurve(WithCoordinates):
 
 
 def curve_from(
-    map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, bounds: tuple[float, float], tolerance: float
+    map_of: Callable[[float], ReturnMap],
+    orbit: PeriodicOrbit,
+    value: float,
+    bounds: tuple[float, float],
+    tolerance: float,
+    parameter: str = "",
 ) -> OrbitCurve:
     """The curve of orbits near one at a value of the parameter, in units of its motion."""
     map, _ = map_or_reason(map_of, value)
@@ -182,7 +190,10 @@ def curve_from(
     slopes = np.abs(orbit.returns.slopes) * scale / scale[:, None]
     constant = slopes.max(axis=(1, 2)) <= NOTHING
     resting = tuple(k for k, word in enumerate(orbit.words) if constant[k] and has_rest(word))
-    return OrbitCurve(map_of, len(orbit.states), *bounds, tolerance, coordinates, scale, speeds, orbit.least_time, resting)
+    low, high, units = *bounds, units_of(map)
+    return OrbitCurve(
+        map_of, len(orbit.states), low, high, tolerance, coordinates, scale, speeds, orbit.least_time, resting, parameter, units
+    )
 
 
 def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: float, unit: float) -> Floats:

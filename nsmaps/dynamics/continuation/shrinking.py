@@ -7,7 +7,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.zeros import extrapolated
 from nsmaps.dynamics.continuation.branch import GrowingBranch
-from nsmaps.dynamics.continuation.events import BORDER, HOPF, Event
+from nsmaps.dynamics.continuation.events import BORDER, HOPF, BifurcationPoint
 from nsmaps.dynamics.continuation.problem import OrbitPoint
 from nsmaps.dynamics.scale import extents_of
 
@@ -18,7 +18,7 @@ WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it 
 ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 
 
-def vanishes(grown: GrowingBranch, _: float) -> Event | None:
+def vanishes(grown: GrowingBranch, _: float) -> BifurcationPoint | None:
     """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
     last, unit = grown.points[-1], grown.curve.unit
     points = grown.points[: -POINTS - 1 : -1]
@@ -29,10 +29,10 @@ def vanishes(grown: GrowingBranch, _: float) -> Event | None:
     value, precision = at_zero(times[rows].tolist(), np.array([points[k].value for k in rows]))
     if not precision <= WORST * unit:
         return None
-    return Event(BORDER, value, precision + SMALLEST * unit, last.orbit, "the time of the orbit falls to zero")
+    return BifurcationPoint(BORDER, value, precision + SMALLEST * unit, last.orbit, "the time of the orbit falls to zero")
 
 
-def becomes_equilibrium(grown: GrowingBranch, _: float) -> Event | None:
+def becomes_equilibrium(grown: GrowingBranch, _: float) -> BifurcationPoint | None:
     """The Hopf bifurcation next to the last point: the square of the extent is linear in the parameter, and falls to zero.
 
     Events of orbits that are so small are left out: rounding makes them. See Kuznetsov 2004, section 3.4.
@@ -52,7 +52,7 @@ def becomes_equilibrium(grown: GrowingBranch, _: float) -> Event | None:
         return None
     small = float(np.abs(values[~large] - value).max())
     grown.events[:] = [event for event in grown.events if abs(event.parameter - value) > small]
-    return Event(HOPF, value, precision + SMALLEST * unit, last.orbit, "the orbit shrinks to an equilibrium")
+    return BifurcationPoint(HOPF, value, precision + SMALLEST * unit, last.orbit, "the orbit shrinks to an equilibrium")
 
 
 def _extent(grown: GrowingBranch, point: OrbitPoint) -> float:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, brief
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
-from nsmaps.dynamics.continuation.events import DETACHMENT, Event
+from nsmaps.dynamics.continuation.events import DETACHMENT, BifurcationPoint
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import curve_from
 from nsmaps.dynamics.curves.contact import CLOSED, ContactCurve
@@ -61,7 +61,7 @@ class BifurcationCurve:
 @shows
 def bifurcation_curve(
     map_of: Callable[[float, float], ReturnMap],
-    event: Event,
+    event: BifurcationPoint,
     second: float,
     bounds: tuple[Bounds, Bounds],
     step: float = 0.02,
@@ -93,7 +93,7 @@ def bifurcation_curve(
     Raises:
         NsmapsError: another kind of event, invalid bounds, or no orbit that meets the condition near the event.
     """
-    check_class(event, Event, "a curve in two parameters begins at an event of a branch")
+    check_class(event, BifurcationPoint, "a curve in two parameters begins at an event of a branch")
     _check(event, second, bounds, step, max_points)
     curve = _curve(map_of, event, second, bounds, tolerance)
     if curve.kind == DETACHMENT:
@@ -109,7 +109,7 @@ def bifurcation_curve(
     return _result(curve, start, *ways)
 
 
-def _detachments(curve: CriticalCurve, event: Event, second: float, step: float, max_points: int) -> BifurcationCurve:
+def _detachments(curve: CriticalCurve, event: BifurcationPoint, second: float, step: float, max_points: int) -> BifurcationCurve:
     """The curve of a detachment, with the orbits beside it that are released, NaN where none is found."""
     boundary, start = ContactCurve(curve, event.orbit, step, max_points), np.array([event.parameter, second])
     (before, begun), (after, ended) = (boundary.way(start, sense) for sense in (-1.0, 1.0))
@@ -128,7 +128,7 @@ def _upward(y: Floats) -> Floats:
     return np.asarray(np.eye(1, len(y), len(y) - 1)[0])
 
 
-def _beside(curve: CriticalCurve, event: Event, second: float) -> Floats | None:
+def _beside(curve: CriticalCurve, event: BifurcationPoint, second: float) -> Floats | None:
     """An orbit beside a graze or a border that does not meet it, by little, as unknowns of a branch, or None."""
     branch, own = curve.in_first(second), event.orbit.returns.codes
     for side in (1.0, -1.0):
@@ -223,7 +223,7 @@ def _parameters(curve: CriticalCurve, point: CriticalPoint) -> tuple[float, floa
 
 def _curve(
     map_of: Callable[[float, float], ReturnMap],
-    event: Event,
+    event: BifurcationPoint,
     second: float,
     bounds: tuple[Bounds, Bounds],
     tolerance: float,
@@ -271,7 +271,7 @@ def _sides(map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...]:
     return (replace(side, derivative=derivative),) if np.abs(derivative).max() > JUMP else (side,)
 
 
-def _check(event: Event, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
+def _check(event: BifurcationPoint, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
     for value, (low, high) in zip((event.parameter, second), bounds, strict=True):
         if not (low <= value <= high and low < high):
             raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")

@@ -9,8 +9,8 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.branch import Branch
-from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, Event
-from nsmaps.dynamics.continuation.follow import continue_branch, doubled_branch
+from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, BifurcationPoint
+from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
@@ -39,7 +39,7 @@ class End:
     """Where a cycle ceases to exist or to be stable."""
 
     border: Border
-    event: Event | None = None  #: of its branch, where it is one at which stability is lost
+    event: BifurcationPoint | None = None  #: of its branch, where it is one at which stability is lost
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,12 +135,12 @@ class CycleSearch:
                 return halved
             event = next((event for event in branch.events if event.kind in (HALVING, *TESTS)), None)
             held = int(np.argmin([*(branch.stable == True), False]))  # noqa: E712
-            if event is not None and held >= len(branch.parameter) - 1:
+            if event is not None and held >= len(branch.values) - 1:
                 return End(self._border(event), event)
-            if held and branch.parameter[held - 1] == far:
+            if held and branch.values[held - 1] == far:
                 at = Located(far, branch.orbits[-1])
                 continue
-            last = Located(float(branch.parameter[held - 1]), branch.orbits[held - 1]) if held else at
+            last = Located(float(branch.values[held - 1]), branch.orbits[held - 1]) if held else at
             found = self._walk(last, limit, spacing)
             if isinstance(found, Located):
                 return None
@@ -149,14 +149,14 @@ class CycleSearch:
             return End(self._border(known) if known and sharp else found)
         return None
 
-    def _border(self, event: Event) -> Border:
+    def _border(self, event: BifurcationPoint) -> Border:
         """An event as a border, to no less than rounding."""
         rounding = ROUNDING * (self.unit + abs(event.parameter))
         return Border(event.parameter, max(event.precision, rounding), event.kind)
 
     def _halved(self, at: Located, branch: Branch, spacing: float) -> End | None:
         """Where a cycle takes half its period, if a step of its branch leads to this: at the doubling of the cycle of half."""
-        for value, cycle in zip(branch.parameter.tolist(), branch.orbits, strict=True):
+        for value, cycle in zip(branch.values.tolist(), branch.orbits, strict=True):
             if len(cycle.states) % 2 == 0 and self._part(cycle) == len(cycle.states) // 2:
                 half = self.at(value, cycle.states[: len(cycle.states) // 2])
                 found = self.end(Located(value, half), at.value, spacing) if half is not None else None
@@ -167,7 +167,7 @@ class CycleSearch:
     def _branch(self, at: Located, far: float) -> Branch:
         cycle = PeriodicOrbit(at.cycle.returns, at.cycle.tolerance, self.scale)
         direction: Literal["up", "down"] = "up" if far > at.value else "down"
-        return continue_branch(self.map_of, cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS))
+        return continue_branch(self.map_of, "", cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS))
 
     def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
         """The end of a cycle by Newton's method at one value after another, with steps that are halved where it fails."""
@@ -221,7 +221,7 @@ class CycleSearch:
         moved = cycle.returns.coordinates.difference(path.states[:-1].reshape(LEFT, q, -1), cycle.states)
         return LABEL if (np.abs(moved) / self.scale).max() > APART else LOST
 
-    def onset(self, event: Event, far: float, before: list[float]) -> Border | None:
+    def onset(self, event: BifurcationPoint, far: float, before: list[float]) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
         It is the end of a doubled cycle where another event ends it, and None where no stable cycle is born.
@@ -232,8 +232,8 @@ class CycleSearch:
         """
         values, given = [*before, event.parameter], len(before) + 1
         while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
-            branch = doubled_branch(self.map_of, event, _bounds(values[-1], far), STEP, LONGEST, tuple(TESTS))
-            if len(branch.parameter) < 2 or not any(branch.stable[1:]):
+            branch = switch_branch(self.map_of, "", event, _bounds(values[-1], far), 1, STEP, LONGEST, tuple(TESTS), doubled=True)
+            if len(branch.values) < 2 or not any(branch.stable[1:]):
                 return None if len(values) == given else _accumulation(values)
             end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))
             if end is None or end.kind != DOUBLING:

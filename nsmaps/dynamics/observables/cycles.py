@@ -226,8 +226,8 @@ def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observa
     Raises:
         NsmapsError: as of `observe`; the branch has no orbit.
     """
-    rows, unit = [], max(float(np.ptp(branch.parameter)), 1e-3 * float(np.abs(branch.parameter).max(initial=1e-3)))
-    for value, orbit in zip(branch.parameter.tolist(), branch.orbits, strict=True):
+    rows, unit = [], max(float(np.ptp(branch.values)), 1e-3 * float(np.abs(branch.values).max(initial=1e-3)))
+    for value, orbit in zip(branch.values.tolist(), branch.orbits, strict=True):
         rows.append(observe_orbit(map_of(value), orbit, observables, parameter_rates(map_of, value, unit)))
     if not rows:
         raise NsmapsError(f"the branch has no orbits: {branch.ended}")

@@ -184,7 +184,7 @@ def _edge(
     map_of: Callable[[float], ReturnMap], cycle: PeriodicOrbit, value: float, bounds: tuple[float, float], way: str
 ) -> Border:
     """The border of a step in a direction of the parameter: the first event of its cycle's branch."""
-    branch = continue_branch(map_of, cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
+    branch = continue_branch(map_of, "", cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
     if branch.events:
         event = branch.events[-1]
         return Border(

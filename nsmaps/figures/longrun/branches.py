@@ -2,23 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import AT_INFINITY
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import BRANCHES
 from nsmaps.figures.lines import cut, neighbours
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress
-
-if TYPE_CHECKING:
-    from nsmaps.dynamics.continuation.branch import Branch
-    from nsmaps.study.result import StudyResult
 
 _COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY, RED, BLACK)
 _LOOKS = {True: ("-", "stable"), False: ((0, (3, 1.6)), "unstable"), None: (":", "of unknown stability")}  #: line, legend
@@ -44,22 +40,28 @@ _MARKERS = {
 }
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet a parameter, a panel a coordinate; none of a parameter in which no start led to an orbit."""
-    found = BRANCHES.of(result, "branches")
+Found = Branch | Sequence[Branch]
+
+
+def sheets(found: Found) -> tuple[Sheet, ...]:
+    """One sheet a parameter, a panel a coordinate; none of a parameter of which no branch has orbits."""
     along: dict[str, list[Branch]] = {}
-    for each in result.study.branches:
-        along.setdefault(each.parameter, []).extend(branch for branch in found[each.name] if len(branch.parameter))
+    for branch in _all(found):
+        along.setdefault(branch.parameter, []).extend([branch] if len(branch.values) else [])
     sheets = []
     for parameter, own in along.items():
-        count = len(own[0].returns.coordinates) if own else 0
-        panels = tuple(partial(branches, own, coordinate=i, parameter=parameter) for i in range(count))
+        count = len(own[0].coordinates) if own else 0
+        panels = tuple(partial(branches, own, coordinate=i) for i in range(count))
         name = "branches" if len(along) == 1 else f"branches-{parameter}"
         sheets += [Sheet(name, panels, min(count, 2), 0.9, legend=True)] if own else []
     return tuple(sheets)
 
 
-def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter: str = "") -> Axes:
+def _all(found: Found) -> Sequence[Branch]:
+    return [found] if isinstance(found, Branch) else found
+
+
+def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
     """One coordinate of all states of cycles over the parameter: a colour a motion, lines dashed where it is unstable.
 
     Lines and marks are finer for longer periods. The name of a motion stands beside its lines where there is room, else it is in
@@ -68,7 +70,7 @@ def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter
     Raises:
         NsmapsError: there is no branch with orbits.
     """
-    shown = [branch for branch in found if len(branch.parameter)]
+    shown = [branch for branch in _all(found) if len(branch.values)]
     if not shown:
         raise NsmapsError("there is no branch with orbits; expected: at least one")
     motions = list(dict.fromkeys(str(branch.labels[-1]) for branch in shown))
@@ -83,13 +85,13 @@ def branches(found: "Sequence[Branch]", ax: Axes, coordinate: int = 0, parameter
         look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
         ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
     ax.margins(0.03, 0.09)
-    dress(ax, (parameter, ""), (shown[0].returns.coordinates[coordinate], "k"))
+    dress(ax, (shown[0].parameter, ""), (shown[0].coordinates[coordinate], "k"))
     left = _name_lines(ax, shown, coordinate, colours)
     ax.legend(handles=_handles(shown, {motion: colours[motion] for motion in left}))
     return ax
 
 
-def _handles(shown: "Sequence[Branch]", colours: Mapping[str, str]) -> list[Line2D]:
+def _handles(shown: Sequence[Branch], colours: Mapping[str, str]) -> list[Line2D]:
     """The entries of the legend: motions without a name beside their lines, kinds of events, and kinds of lines."""
     kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
     present = {stable for branch in shown for stable in branch.stable}
@@ -100,7 +102,7 @@ def _handles(shown: "Sequence[Branch]", colours: Mapping[str, str]) -> list[Line
     return [*motions, *lines, *(Line2D([], [], label=kind, **own) for kind, own in looks.items())]
 
 
-def _name_lines(ax: Axes, shown: "Sequence[Branch]", coordinate: int, colours: Mapping[str, str]) -> list[str]:
+def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Mapping[str, str]) -> list[str]:
     """Write the name of each motion beside a line of its own, as far as possible from other lines; those without room."""
     point = ax.figure.dpi / 72
     of = {name: [branch for branch in shown if branch.labels[-1] == name] for name in colours}
@@ -125,10 +127,10 @@ def _name_lines(ax: Axes, shown: "Sequence[Branch]", coordinate: int, colours: M
     return left
 
 
-def _on_page(ax: Axes, branch: "Branch", coordinate: int, all: bool = False) -> list[Floats]:
+def _on_page(ax: Axes, branch: Branch, coordinate: int, all: bool = False) -> list[Floats]:
     """Points on each line of a branch, in pixels from the corner of the panel, shape (m, 2): of stable orbits, or of all."""
     kept = [all or stable is True for stable in branch.stable]
-    paths = [np.column_stack([branch.parameter, path])[kept] for path in branch.points[..., coordinate].T]
+    paths = [np.column_stack([branch.values, path])[kept] for path in branch.points[..., coordinate].T]
     return [_dense(ax.transData.transform(path)) - ax.bbox.min for path in paths if len(path)]
 
 
@@ -153,7 +155,7 @@ def _dense(path: Floats) -> Floats:
     return np.concatenate([(path[:-1, None] + share * np.diff(path, axis=0)[:, None]).reshape(-1, 2), path[-1:]])
 
 
-def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
+def _lines(branch: Branch, ax: Axes, coordinate: int, colour: str) -> None:
     """A line for each state of the cycle, solid where it is stable, dashed where it is not, dotted where that is unknown."""
     for path in branch.points[..., coordinate].T:
         for stable, (dashes, _) in _LOOKS.items():
@@ -161,7 +163,7 @@ def _lines(branch: "Branch", ax: Axes, coordinate: int, colour: str) -> None:
             chosen = own if stable else neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
-            ax.plot(branch.parameter, line, ls=dashes, color=colour, lw=_WEIGHT[stable] * _fineness(branch.period))
+            ax.plot(branch.values, line, ls=dashes, color=colour, lw=_WEIGHT[stable] * _fineness(branch.period))
 
 
 def _fineness(period: int) -> float:

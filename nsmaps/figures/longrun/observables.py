@@ -48,10 +48,10 @@ def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: in
             ax.errorbar(values, y, 2 * np.nan_to_num(error), fmt=".", ms=2.5, mew=0, elinewidth=0.6, color=BLUE)
         ax.plot([], [], ".", color=BLUE, label="attractors")
     for section in [each for each in study.branches if each.name in found and each.parameter == parameter]:
-        branches = [branch for branch in result.branches[section.name] if len(branch.parameter)]
+        branches = [branch for branch in result.branches[section.name] if len(branch.values)]
         for part, branch in zip(found[section.name], branches, strict=True):
             observable, slope = part.observables[number], part.per_period if forced else part.per_return
-            _lines(ax, branch.parameter, slope.value[:, number], np.array([stable is True for stable in branch.stable]))
+            _lines(ax, branch.values, slope.value[:, number], np.array([stable is True for stable in branch.stable]))
     ax.set_xlabel(label(parameter))
     if observable is not None:
         per = "" if observable.per or observable.largest else f" per {'period' if forced else 'return'}"

@@ -25,7 +25,6 @@ SHARED = {  #: classes of several sections, by module
     "coordinates": ("Coordinates",),
     "cells.grid": ("Cells",),
     "dynamics.orbit": ("Orbit",),
-    "dynamics.periodic": ("PeriodicOrbit",),
 }
 #: the module of every class that a file may name; files contain the name alone
 HOME = {

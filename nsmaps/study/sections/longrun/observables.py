@@ -97,7 +97,7 @@ class ObservablesSection(Analysis):
                 means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, self.returns)
             for section in study.branches:
                 map_of, parts = mapped(section, Along(system, section.parameter)), result.branches.get(section.name, ())
-                branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.parameter))
+                branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.values))
             if result.basins is not None:
                 means["basins"] = observe_attractors(system, result.basins.attractors, chosen, self.returns)
         return {"observables": means, "branch_observables": branches}

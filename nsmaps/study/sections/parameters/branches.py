@@ -20,7 +20,7 @@ from nsmaps.study.sections.base import Entries, Table, Verdict
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
-    from nsmaps.dynamics.continuation.events import Event
+    from nsmaps.dynamics.continuation.events import BifurcationPoint
     from nsmaps.dynamics.periodic import PeriodicOrbit
     from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -77,11 +77,6 @@ class Branches(Entries[BranchSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "branches": {},  #: by name: one per direction, then doubled cycles
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.continuation.events": ("Event",),
-        "dynamics.continuation.branch": ("Branch",),
-        "dynamics.continuation.pieces": ("AtBorder",),
-    }
 
     def check(self, study: "Study") -> None:
         study.once("branches", [branch.name for branch in self])
@@ -124,7 +119,7 @@ class Branches(Entries[BranchSection]):
             first = [branch for branch in entry if branch.period == section.period]
             holds = all(branch.ended.startswith(REACHED) for branch in first)
             ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
-            text = f"{yes(holds)}: {ends if len(first[0].parameter) else first[0].ended}"
+            text = f"{yes(holds)}: {ends if len(first[0].values) else first[0].ended}"
             name = f"branch {section.name}"
             yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
             if section.doublings:
@@ -183,8 +178,8 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
     branches: list[Branch] = []
     for way in section.ways:
-        branches.append(continue_branch(map_of, orbit, value, direction=way, **about))
-        if not len(branches[0].parameter):
+        branches.append(continue_branch(map_of, section.parameter, orbit, value, direction=way, **about))
+        if not len(branches[0].values):
             return (branches[0],)
         if branches[0].ended == CLOSED:  # the other direction has the same orbits
             break
@@ -193,7 +188,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     least = int(periods(*twice, plan.system.coordinates, REPEATS * first.scale))
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
-        return (Branch.empty(orbit, reason),)
+        return (Branch.empty(orbit, section.parameter, reason),)
     doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
     return tuple(branch for some in (branches, *doubled) for branch in some)
 
@@ -202,13 +197,13 @@ def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
     """The ends of each branch of an entry with their reasons, and the events on all of them."""
     parts, events = [], []
     for branch in entry:
-        low, high = branch.parameter[[0, -1]].tolist() if len(branch.parameter) else (None, None)
-        parts.append({"period": branch.period, "orbits": len(branch.parameter), "from": low, "to": high, "ended": branch.ended})
+        low, high = branch.values[[0, -1]].tolist() if len(branch.values) else (None, None)
+        parts.append({"period": branch.period, "orbits": len(branch.values), "from": low, "to": high, "ended": branch.ended})
         events += [_event(event) for event in branch.events]
     return {"parts": parts, "events": events}
 
 
-def _event(event: "Event") -> dict[str, Any]:
+def _event(event: "BifurcationPoint") -> dict[str, Any]:
     about = {name: getattr(event, name) for name in ("kind", "parameter", "precision", "detail")}
     return {"label": event.orbit.label, "value": known(event.parameter, event.precision)} | about
 
@@ -221,7 +216,7 @@ def _end(branch: "Branch") -> str:
     return ", ".join(filter(None, (f"{last.kind} at {last.parameter:.9g}", _about(last))))
 
 
-def _about(event: "Event") -> str:
+def _about(event: "BifurcationPoint") -> str:
     """What is known of an event beyond its kind."""
     return ", ".join(filter(None, (event.detail, event.border)))
 
@@ -236,6 +231,6 @@ def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[
     return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
 
 
-def _row(name: str, parameter: str, event: "Event") -> tuple[str, ...]:
+def _row(name: str, parameter: str, event: "BifurcationPoint") -> tuple[str, ...]:
     value = f"{parameter} = {known(event.parameter, event.precision)}"
     return name, event.orbit.label, event.kind, value, f"{event.precision:.1g}", _about(event)
