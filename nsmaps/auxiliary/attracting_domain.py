@@ -1,5 +1,6 @@
 """Attracting domains by the worst-case and the generic iteration of the auxiliary maps, section 6.2, steps 1 to 3."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -17,7 +18,7 @@ from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import Progress, Work, beat, working
-from nsmaps.results import Result, array, array_property
+from nsmaps.results import Result, array, array_property, units_of
 
 if TYPE_CHECKING:
     pass
@@ -46,6 +47,12 @@ class AttractingDomain(WithCoordinates, Result):
     cycles: tuple[
         TwoCycle, ...
     ]  #: p and q of each coordinate as roots of the second iterate; empty if no box is forward invariant
+    units: Mapping[str, str] = field(default_factory=dict)
+    picture: ClassVar[str] = "nsmaps.figures.domains.envelopes"
+
+    def __repr__(self) -> str:
+        sides = " x ".join(f"{side:.4g}" for side in self.sizes[-1])
+        return f"AttractingDomain({self.claim}; {len(self.updates)} updates, sides {sides}; {self.reason})"
 
     @property
     def box(self) -> Floats:
@@ -134,6 +141,7 @@ def attracting_domain(
         converged=invariant and moved <= (tolerance if len(done) == updates else REST),
         status=maps.status,
         reason=reason if invariant else _why_not(map, reason, start, error),
+        units=units_of(map),
         **_limits(done[-1], maps, _accuracy(maps, start, done[-1]), invariant),
     )
 

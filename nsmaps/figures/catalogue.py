@@ -237,6 +237,7 @@ _ROWS = (
         "the box is forward invariant, the interval of the first step is green. The title has the width of the box to which the "
         "update leads.",
         (data.ENVELOPED,),
+        of_parts=True,
         by_domain=True,
     ),
     Row(
@@ -246,6 +247,7 @@ _ROWS = (
         "steps from the box (dotted). If the box is forward invariant, they converge to the yellow interval from p to q, the "
         "next box. The thin line is a generic cobweb, which is omitted if it converges to no cycle.",
         (data.ENVELOPED,),
+        of_parts=True,
         by_domain=True,
     ),
     Row(
@@ -254,6 +256,7 @@ _ROWS = (
         "The width of the box after each update of the auxiliary maps, for each domain that is forward invariant; the title "
         "names those that are not.",
         (data.DOMAINS,),
+        of_parts=True,
     ),
     Row(
         "domains.second_iterate",
@@ -261,7 +264,8 @@ _ROWS = (
         "Second iterates of the auxiliary maps at some updates N: the lower map of the upper map (thick), which has p, and the "
         "upper map of the lower map (thin), which has q, or the worst case of both. If the box is forward invariant, p and q "
         "bound the coordinate.",
-        (data.SECOND_ITERATE, data.DOMAINS),
+        (data.SECOND_ITERATE, data.BOUNDED),
+        of_parts=True,
     ),
     Row(
         "domains.auxiliary_map",

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.need import Need
@@ -158,10 +158,24 @@ def _enveloped(result: "StudyResult") -> "Mapping[str, AttractingDomain]":
     return found
 
 
-def held(domains: "Mapping[str, AttractingDomain]") -> "dict[str, AttractingDomain]":
+def invariant_or_first(domains: "Mapping[str, AttractingDomain]") -> "dict[str, AttractingDomain]":
     """The domains whose boxes are forward invariant; where none is, the first alone."""
-    kept = {name: domain for name, domain in domains.items() if domain.forward_invariant}
-    return kept or dict([*domains.items()][:1])
+    invariant = {name: domain for name, domain in domains.items() if domain.forward_invariant}
+    return invariant or dict([*domains.items()][:1])
+
+
+class Bounded(NamedTuple):
+    """Updates of a domain, between whose bounds a second iterate is taken."""
+
+    name: str  #: of the domain
+    domain: "AttractingDomain"
+    updates: Sequence[int] = ()  #: numbers of those that are shown, the second and the last if empty
+
+
+def _bounded(result: "StudyResult") -> "Bounded | None":
+    """The domain between whose bounds the study takes the second iterate, with the updates that it names."""
+    asked = result.study.second_iterate
+    return None if asked is None else Bounded(asked.domain, result.domains[asked.domain], asked.updates)
 
 
 def _has_values(domain: "AttractingDomain") -> bool:
@@ -274,6 +288,7 @@ NOISE: "Need[NoiseResult]" = Need("orbits under noise", ("noise",), lambda resul
 DOMAINS: "Need[Mapping[str, AttractingDomain]]" = Need("attracting domains", ("domains",), lambda result: result.domains)
 ENVELOPED: "Need[Mapping[str, AttractingDomain]]" = Need("auxiliary maps", ("domains",), _enveloped)
 SECOND_ITERATE: "Need[SecondIterate]" = Need("a second-iterate map", ("second_iterate",), lambda result: result.second_iterate)
+BOUNDED: "Need[Bounded]" = Need("an attracting domain", ("domains",), _bounded)
 AUXILIARY_MAP: "Need[AuxiliaryOrbit]" = Need("the full auxiliary map", ("auxiliary_map",), lambda result: result.auxiliary_map)
 MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
 EXIT_TIMES: "Need[ExitTimes]" = Need("exit times", ("exit_times",), lambda result: result.exit_times, planar=True)

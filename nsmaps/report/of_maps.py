@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import held
+from nsmaps.figures.data import invariant_or_first
 from nsmaps.report.phrases import MOST, at, listed, part_of
 from nsmaps.study.conclusions.headline import cycle_of
 from nsmaps.study.conclusions.texts import intervals, point, range_text
@@ -98,7 +98,7 @@ def _end(result: StudyResult, end: "LimitSet | None") -> str:
 
 def domain(result: StudyResult, part: str) -> str:
     """The start box and the last box of a domain, and whether they bound."""
-    domain = result.domains.get(name := part_of(result.domains if part else held(result.domains), part))
+    domain = result.domains.get(name := part_of(result.domains if part else invariant_or_first(result.domains), part))
     if domain is None:
         return ""
     start = intervals(domain.coordinates, domain.boxes[0], inward=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from nsmaps.figures.catalogue import CATALOGUE, drawable, named_by
-from nsmaps.figures.data import held
+from nsmaps.figures.data import invariant_or_first
 from nsmaps.report.captions import caption
 from nsmaps.report.html import folded, tag
 from nsmaps.report.phrases import part_of
@@ -83,7 +83,7 @@ def _bounds(result: StudyResult, picture: Picture) -> bool:
 
 def _has_more(result: StudyResult, name: str, whole: list[Picture]) -> bool:
     """Whether a figure of domains is shown of some of those that it is drawn for."""
-    return CATALOGUE[name].by_domain and sum(picture.name == name for picture in whole) < len(held(result.domains))
+    return CATALOGUE[name].by_domain and sum(picture.name == name for picture in whole) < len(invariant_or_first(result.domains))
 
 
 def _figure(result: StudyResult, picture: Picture) -> Element:

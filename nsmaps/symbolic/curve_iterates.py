@@ -37,6 +37,7 @@ class SecondIterate(Result):
     """The second iterate of one coordinate as a polynomial in it, the others held at their extremes alternately."""
 
     from_files: ClassVar[bool] = False
+    picture: ClassVar[str] = "nsmaps.figures.domains.second_iterate"
 
     variable: Any  #: sympy symbol of the coordinate
     expr: Any  #: sympy polynomial in the variable

@@ -5,19 +5,20 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, study_of, through
+from figures.conftest import COORDINATES, through
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.cobweb import cobweb
 from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
+from nsmaps.figures.data import Bounded
 from nsmaps.figures.domains.auxiliary import auxiliary, first_interval
 from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.envelopes import envelopes
-from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
 from nsmaps.figures.domains.second_iterate import second_iterate
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.style import PIECES, REST
@@ -66,7 +67,7 @@ def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orb
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
 def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
-    envelopes(result, ax, coordinate, update=1)
+    envelopes(result.domains["fitted"], ax, coordinate, update=1)
     step = result.domains["fitted"].updates[1]
     lines = by_label(ax)
     assert np.array_equal(lines["upper map"].get_ydata(), step.envelopes[index].upper)
@@ -78,7 +79,7 @@ def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
 
 
 def test_worst_case_steps_reach_every_bound(result, ax):
-    envelopes(result, ax, "v", update=0)
+    envelopes(result.domains["fitted"], ax, "v", update=0)
     reached = by_label(ax)["worst case"].get_ydata()
     assert result.domains["fitted"].updates[0].worst[1:, 0].size
     for bound in result.domains["fitted"].updates[0].worst[1:, 0].ravel():
@@ -86,7 +87,7 @@ def test_worst_case_steps_reach_every_bound(result, ax):
 
 
 def test_families_lie_between_the_maps_that_bound_them(result, ax):
-    auxiliary(result, ax, "v")
+    auxiliary(result.domains["fitted"], ax, "v")
     envelope = result.domains["fitted"].updates[0].envelopes[0]
     lines = by_label(ax)
     assert np.array_equal(lines["upper map"].get_ydata(), envelope.upper)
@@ -99,12 +100,12 @@ def test_families_lie_between_the_maps_that_bound_them(result, ax):
 
 
 def test_the_worst_case_of_a_family_begins_with_its_first_interval(result, ax):
-    first_interval(result, ax, "phi")
+    first_interval(result.domains["fitted"], ax, "phi")
     assert ax.get_title().startswith("update 1: to 0.")
     (span,) = ax.patches
     assert np.allclose([span.get_x(), span.get_x() + span.get_width()], result.domains["fitted"].updates[0].worst[1, 1])
     assert "lower map" in by_label(ax)
-    assert [(sheet.name, len(sheet.panels), sheet.title) for sheet in auxiliary_sheets(result)] == [
+    assert [(sheet.name, len(sheet.panels), sheet.title) for sheet in auxiliary_sheets(result.domains)] == [
         ("auxiliary", 4, "fitted map R1: bounded")
     ]
 
@@ -115,7 +116,7 @@ def test_the_worst_case_of_a_family_begins_with_its_first_interval(result, ax):
 )
 def test_the_extremes_over_the_box_have_the_names_of_the_paper(result, ax, coordinate, points):
     """v' = 0.95 - 0.15 phi - 0.2 v and phi' = 0.5 - 0.3 phi + 0.05 v over [0.6, 0.95] x [0.1, 0.8], by hand."""
-    first_interval(result, ax, coordinate)
+    first_interval(result.domains["fitted"], ax, coordinate)
     named = {text.get_text().strip("$"): text.xy for text in ax.texts}
     assert set(named) == set(points)
     for name, place in points.items():
@@ -129,7 +130,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     step = result.domains["fitted"].updates[0]
     wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
     domain = replace(result.domains["fitted"], updates=(wild,))
-    envelopes(result.with_parts({"domains": {"fitted": domain}}), ax, "v")
+    envelopes(domain, ax, "v")
     assert "generic" not in by_label(ax)
     assert "its last 10 %" not in by_label(ax)
 
@@ -138,8 +139,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     """A hump x' = 0.8 - 3 (x - 0.35)^2: the worst case fixes p = xi_L(q) and q = 0.8, the plain composite does not fix q."""
     hump = {(0,): Fraction("0.4325"), (1,): Fraction("2.1"), (2,): Fraction(-3)}
     domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
-    study = study_of(second_iterate={"domain": "hump"})
-    second_iterate(replace(result.with_parts({"domains": {"hump": domain}}), study=study), ax, "x")
+    second_iterate(result.second_iterate, ax, Bounded("hump", domain), "x")
     p, q = domain.updates[-1].worst[-1, 0]
     for name, fixed in (("$N = 2$", p), ("_upper of lower map 2", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
@@ -147,7 +147,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
 
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
-    envelopes(result, ax, "v", domain="loose")
+    envelopes(result.domains["loose"], ax, "v")
     assert ax.get_title() == "update 1: leads out"
     assert not ax.patches
     assert "generic" not in by_label(ax)
@@ -155,18 +155,18 @@ def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
 
 def test_envelopes_of_an_update_that_was_not_made(result, ax):
     with pytest.raises(NsmapsError, match="no update at position 9; the domain has 5"):
-        envelopes(result, ax, update=9)
+        envelopes(result.domains["fitted"], ax, update=9)
 
 
 def test_domain_size_is_logarithmic_over_decades_only(result, ax):
     sizes = np.concatenate([domain.sizes[:, 0] for domain in result.domains.values()])
-    domain_size(result, ax, "v")
+    domain_size(result.domains, ax, "v")
     assert (ax.get_yscale() == "log") == (sizes.max() > 30 * sizes.min())
 
 
 @pytest.mark.parametrize(("updates", "polynomial"), [((2,), False), ((2, 5), True), ((), True)])
 def test_second_iterate_meets_the_diagonal_at_p_and_q_at_every_update_shown(result, ax, updates, polynomial):
-    second_iterate(result, ax, "v", updates)
+    second_iterate(result.second_iterate, ax, Bounded("fitted", result.domains["fitted"], updates), "v")
     lines = by_label(ax)
     for number in updates or (2, 5):
         p, q = result.domains["fitted"].updates[number - 1].worst[-1, 0]
@@ -178,7 +178,7 @@ def test_second_iterate_meets_the_diagonal_at_p_and_q_at_every_update_shown(resu
 
 
 def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
-    second_iterate(result, ax, "phi")
+    second_iterate(result.second_iterate, ax, Bounded("fitted", result.domains["fitted"]), "phi")
     assert not any(name.startswith("polynomial") for name in by_label(ax))
 
 
@@ -223,7 +223,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
 
 def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
     exact = replace(result.domains["fitted"], status="enclosed")
-    envelopes(result.with_parts({"domains": {"exact": exact}}), ax, "v", update=0)
+    envelopes(exact, ax, "v", update=0)
     lines, envelope = by_label(ax), exact.updates[0].envelopes[0]
     assert np.array_equal(lines["lower map, samples"].get_ydata(), envelope.lower)
     assert np.array_equal(lines["upper map, samples"].get_ydata(), envelope.upper)
@@ -232,13 +232,13 @@ def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
 
 @pytest.mark.parametrize("draw", [envelopes, auxiliary])
 def test_the_picture_is_as_wide_as_the_box(result, ax, draw):
-    draw(result, ax, "v", domain="loose")
+    draw(result.domains["loose"], ax, "v")
     assert ax.get_xlim() == pytest.approx((0.9 - 0.005, 0.95 + 0.005))
     assert ax.get_ylim()[1] - ax.get_ylim()[0] > 0.05
 
 
 def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_curves_be_seen(result, ax):
-    envelopes(result, ax, "v", update=1)
+    envelopes(result.domains["fitted"], ax, "v", update=1)
     (span,) = ax.patches
     width = np.ptp(result.domains["fitted"].updates[1].worst[-1, 0])
     assert ax.get_title() == f"update 2: to {width:.3g}"
@@ -246,11 +246,10 @@ def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_c
 
 
 def test_where_the_second_iterate_has_no_fixed_point_the_panel_says_so(result, ax):
-    second_iterate(result, ax, "v", (1,))
+    second_iterate(result.second_iterate, ax, Bounded("fitted", result.domains["fitted"], (1,)), "v")
     assert not ax.texts
-    study = study_of(second_iterate={"domain": "loose"})
     ax.clear()
-    second_iterate(replace(result, study=study), ax, "v", (1,))
+    second_iterate(result.second_iterate, ax, Bounded("loose", result.domains["loose"], (1,)), "v")
     assert [text.get_text() for text in ax.texts] == ["no fixed point in the box"]
 
 
@@ -267,8 +266,8 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     assert not shown or named["end"].get_xydata().tolist() == [[end, end]]
 
 
-@pytest.mark.parametrize("sheets", [envelope_sheets, auxiliary_sheets])
-def test_a_domain_without_values_is_an_error_that_says_why(result, sheets):
+@pytest.mark.parametrize("name", ["envelopes", "auxiliary"])
+def test_a_domain_without_values_is_an_error_that_says_why(result, name):
     loose = result.domains["loose"]
     first = loose.updates[0]
     none = tuple(
@@ -276,8 +275,8 @@ def test_a_domain_without_values_is_an_error_that_says_why(result, sheets):
     )
     empty = replace(loose, updates=(replace(first, envelopes=none),), reason="update 1: some states of the box have no image")
     with pytest.raises(NsmapsError, match=r"no auxiliary map has a value .domain 'empty': update 1: some states"):
-        sheets(result.with_parts({"domains": {"empty": empty}}))
-    assert len(sheets(result.with_parts({"domains": {"empty": empty, "loose": loose}}))) == 1
+        CATALOGUE[name].sheets(result.with_parts({"domains": {"empty": empty}}))
+    assert len(CATALOGUE[name].sheets(result.with_parts({"domains": {"empty": empty, "loose": loose}}))) == 1
 
 
 @pytest.mark.parametrize("draw", [envelopes, auxiliary])
@@ -286,5 +285,5 @@ def test_a_worst_case_without_an_end_is_drawn_as_far_as_it_goes(result, ax, draw
     worst = loose.updates[0].worst.copy()
     worst[1] = -np.inf, np.inf
     endless = replace(loose, updates=(replace(loose.updates[0], worst=worst),))
-    draw(result.with_parts({"domains": {"endless": endless}}), ax)
+    draw(endless, ax)
     assert np.isfinite([*ax.get_xlim(), *ax.get_ylim()]).all()

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from matplotlib import rc_context
 
-from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.data import Bounded
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.domain_size import sheets as size_sheets
 from nsmaps.figures.domains.envelopes import envelopes, shown
 from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
 from nsmaps.figures.domains.second_iterate import second_iterate
-from nsmaps.figures.domains.second_iterate import sheets as second_sheets
 from nsmaps.figures.style import STYLE
 
 
@@ -27,26 +27,26 @@ def test_envelopes_show_the_first_second_and_last_update_of_domains_that_hold(re
     assert shown(replace(fitted, updates=fitted.updates[:1] + 2 * fitted.updates[-1:])) == [0, 2], "of two alike the last"
     assert shown(replace(fitted, updates=3 * fitted.updates[:1])) == [0]
     assert shown(result.domains["loose"]) == [0]
-    assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result)] == [("envelopes", 6)]
-    (alone,) = envelope_sheets(result.with_parts({"domains": {"loose": result.domains["loose"]}}))
+    assert [(sheet.name, len(sheet.panels)) for sheet in envelope_sheets(result.domains)] == [("envelopes", 6)]
+    (alone,) = envelope_sheets({"loose": result.domains["loose"]})
     assert (alone.name, len(alone.panels), alone.title) == ("envelopes", 2, "loose: exact map, sampled, no bound")
 
 
 def test_domain_size_has_a_line_a_domain_that_holds_and_names_the_others_in_the_title(result, ax):
-    domain_size(result, ax, "phi")
+    domain_size(result.domains, ax, "phi")
     lines = by_label(ax)
     assert list(lines) == ["fitted map R1: bounded"]
     (line,) = lines.values()
     assert np.array_equal(line.get_ydata(), result.domains["fitted"].sizes[:, 1])
     assert np.array_equal(line.get_xdata(), np.arange(6))
     assert ax.get_ylabel() == r"width in $\phi$ (rad)"
-    assert size_sheets(result)[0].title == "Not forward invariant: loose."
+    assert size_sheets(result.domains)[0].title == "Not forward invariant: loose."
 
 
 def test_domains_of_one_kind_have_one_colour_and_differ_in_dashes(result, ax):
     fitted = result.domains["fitted"]
     exact = replace(fitted, status="enclosed", of="exact map")
-    domain_size(result.with_parts({"domains": {"fitted": fitted, "one": exact, "two": exact}}), ax, "v")
+    domain_size({"fitted": fitted, "one": exact, "two": exact}, ax, "v")
     looks = {name: (line.get_color(), line.get_linestyle()) for name, line in by_label(ax).items()}
     first, one, two = looks.values()
     assert list(looks) == ["fitted map R1: bounded", "one: exact map, enclosed", "two: exact map, enclosed"]
@@ -55,20 +55,20 @@ def test_domains_of_one_kind_have_one_colour_and_differ_in_dashes(result, ax):
 
 
 def test_sizes_have_one_legend_and_a_box_that_leads_out_at_once_is_hollow(result, ax):
-    (sheet,) = size_sheets(result)
+    (sheet,) = size_sheets(result.domains)
     with rc_context(STYLE):
         figure = sheet.figure()
     assert [panel.get_legend() for panel in figure.axes] == [None, None]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted map R1: bounded"]
-    domain_size(result.with_parts({"domains": {"loose": result.domains["loose"]}}), ax, "v")
+    domain_size({"loose": result.domains["loose"]}, ax, "v")
     line = by_label(ax)["loose: exact map, sampled, no bound, not forward invariant"]
     assert len(line.get_xdata()) == len(result.domains["loose"].sizes) == 1
     assert (line.get_markerfacecolor(), line.get_linestyle()) == ("white", "None")
 
 
-@pytest.mark.parametrize("sheets", [auxiliary_sheets, envelope_sheets, size_sheets, second_sheets])
-def test_a_legend_has_what_is_drawn_and_nothing_else(result, sheets):
-    for sheet in sheets(result):
+@pytest.mark.parametrize("name", ["auxiliary", "envelopes", "domain_size", "second_iterate"])
+def test_a_legend_has_what_is_drawn_and_nothing_else(result, name):
+    for sheet in CATALOGUE[name].sheets(result):
         with rc_context(STYLE):
             figure = sheet.figure()
         told = {text.get_text() for text in figure.legends[0].get_texts()}
@@ -77,8 +77,12 @@ def test_a_legend_has_what_is_drawn_and_nothing_else(result, sheets):
 
 
 def test_the_cycle_lies_on_top_of_everything(result, ax):
-    for draw in (envelopes, second_iterate):
-        draw(result, ax, "v")
+    fitted = result.domains["fitted"]
+    for draw in (
+        lambda: envelopes(fitted, ax, "v"),
+        lambda: second_iterate(result.second_iterate, ax, Bounded("fitted", fitted), "v"),
+    ):
+        draw()
         others = [each.get_zorder() for each in (*ax.lines, *ax.collections) if each.get_label() != "$p$, $q$"]
         assert by_label(ax)["$p$, $q$"].get_zorder() > max(others)
         ax.clear()
@@ -86,6 +90,6 @@ def test_the_cycle_lies_on_top_of_everything(result, ax):
 
 def test_a_polynomial_that_departs_from_the_box_is_told(result, ax):
     steep = replace(result.second_iterate, alpha=(-5.0, 7.0))
-    second_iterate(result.with_parts({"second_iterate": steep}), ax, "v")
+    second_iterate(steep, ax, Bounded("fitted", result.domains["fitted"]), "v")
     (name,) = [name for name in by_label(ax) if name.startswith("polynomial")]
     assert re.fullmatch(r"polynomial, degree 1, \d+ % of it beyond the box", name)

@@ -1,39 +1,36 @@
 """The size of the attracting domain against the update: fig. cobweb12d35_updates, Auximapsd30_updates, Auximapsd26."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from nsmaps.figures.data import DOMAINS, held, position
-from nsmaps.figures.domains.looks import failed, heading, look_of
+from nsmaps.figures.data import invariant_or_first, position
+from nsmaps.figures.domains.looks import Domains, by_name, failed, heading, look_of
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import symbol, with_unit
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
 _DASHES = ("-", "--", "-.", ":")  #: of domains of one kind
 _MARGIN = 0.06
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(domains: Domains) -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate, and in its title the domains that are not forward invariant."""
-    named = DOMAINS.of(result, "domain_size")
+    named = by_name(domains)
     coordinates = next(iter(named.values())).coordinates
-    panels = tuple(partial(domain_size, result, coordinate=name) for name in coordinates)
+    panels = tuple(partial(domain_size, named, coordinate=name) for name in coordinates)
     return (Sheet("domain_size", panels, min(len(panels), 2), 0.8, title=failed(named), legend=True),)
 
 
-def domain_size(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
+def domain_size(domains: Domains, ax: Axes, coordinate: str = "") -> Axes:
     """The width of every forward invariant domain in one coordinate after each update; the box it started from is update 0.
 
     Where no domain is forward invariant, it is that of the first, whose last width, a hollow mark, bounds nothing.
     """
-    named = held(DOMAINS.of(result, "domain_size"))
+    named = invariant_or_first(by_name(domains))
     first = next(iter(named.values()))
     i = position(first.coordinates, coordinate or first.coordinates[0])
     everything = np.concatenate([domain.sizes[:, i] for domain in named.values()])

@@ -1,41 +1,36 @@
 """Upper and lower maps of each coordinate and the cobwebs between them: fig. cobweb12d35, Auximapsd30, Auximapsd26."""
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
+from nsmaps.auxiliary.attracting_domain import AttractingDomain
+from nsmaps.auxiliary.worst_case import Update
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import ENVELOPED, held, position
-from nsmaps.figures.domains.looks import heading
+from nsmaps.figures.data import invariant_or_first, position
+from nsmaps.figures.domains.looks import Domains, by_name, heading
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, dress, tint
-
-if TYPE_CHECKING:
-    from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.auxiliary.worst_case import Update
-    from nsmaps.study.result import StudyResult
-
 
 _MOVED = 0.01  #: of a box's width, below which its picture is the same
 _MARGIN = 0.1  #: of what is drawn, around it
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(domains: Domains) -> tuple[Sheet, ...]:
     """A sheet a domain that is forward invariant, the first's named `envelopes`: first, second and last update as rows."""
-    drawn = []
-    for k, (name, domain) in enumerate(held(ENVELOPED.of(result, "envelopes")).items()):
+    made = []
+    for k, (name, domain) in enumerate(invariant_or_first(by_name(domains)).items()):
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
-        panels = tuple(partial(envelopes, result, coordinate=c, update=u, domain=name) for u, c in pairs)
+        panels = tuple(partial(envelopes, domain, coordinate=c, update=u) for u, c in pairs)
         file, columns = file_of("envelopes", name if k else ""), min(len(domain.coordinates), 2)
-        drawn.append(Sheet(file, panels, columns, 0.74, title=heading(name, domain), legend=True))
-    return tuple(drawn)
+        made.append(Sheet(file, panels, columns, 0.74, title=heading(name, domain), legend=True))
+    return tuple(made)
 
 
-def shown(domain: "AttractingDomain") -> list[int]:
+def shown(domain: AttractingDomain) -> list[int]:
     """The positions of the first, the second and the last update; of two whose boxes are alike, the first or else the last."""
 
     def alike(one: int, other: int) -> bool:
@@ -47,19 +42,17 @@ def shown(domain: "AttractingDomain") -> list[int]:
     return [0, *(k for k in later if k == last or not alike(k, last))]
 
 
-def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int = -1, domain: str = "") -> Axes:
+def envelopes(domain: AttractingDomain, ax: Axes, coordinate: str = "", update: int = -1) -> Axes:
     """The upper and lower map of one coordinate at one update, by position (eq. auxv, auxphi).
 
     Dotted: the worst-case steps from the update's box (eq. WCScobweb-v, -phi); thin: the generic cobweb, its last tenth
     red, if it converges; pale yellow, with stars at its ends p and q: the interval to which the worst case shrinks, if the
     box is forward invariant.
     """
-    named = ENVELOPED.of(result, "envelopes")
-    chosen = named[domain or next(iter(held(named)))]
-    i = position(chosen.coordinates, coordinate or chosen.coordinates[0])
-    step = _update(chosen, update)
+    i = position(domain.coordinates, coordinate or domain.coordinates[0])
+    step = _update(domain, update)
     envelope, worst = step.envelopes[i], step.worst[:, i]
-    name = chosen.coordinates[i]
+    name = domain.coordinates[i]
     if step.forward_invariant:
         ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.8), ec=OLIVE, lw=0.6, ls="--", zorder=0, label="next box")
         generic = step.generic[:, i]
@@ -69,16 +62,16 @@ def envelopes(result: "StudyResult", ax: Axes, coordinate: str = "", update: int
         cycle(ax, worst[-1])
     lower, upper = envelope.lower, envelope.upper
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
-    ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding("U", chosen))
-    ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding("L", chosen))
-    ax.plot(*worst_steps(step, i), color="black", lw=0.8, ls=":", zorder=5, label=worst_case(chosen))
+    ax.plot(envelope.x, upper, color=BLUE, lw=1.3, zorder=3, label=bounding("U", domain))
+    ax.plot(envelope.x, lower, color=ORANGE, lw=1.3, zorder=3, label=bounding("L", domain))
+    ax.plot(*worst_steps(step, i), color="black", lw=0.8, ls=":", zorder=5, label=worst_case(domain))
     frame(ax, envelope.x, np.concatenate([lower, upper, worst.ravel()]))
     ax.set_title(headline(step, i))
     ax.legend()
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def headline(step: "Update", index: int) -> str:
+def headline(step: Update, index: int) -> str:
     """The number of an update, and how wide the box is that it leads to, if its own is forward invariant."""
     if not step.forward_invariant:
         return f"update {step.number}: leads out"
@@ -90,19 +83,19 @@ def cycle(ax: Axes, ends: Floats) -> None:
     ax.plot(ends, ends, "*", color="black", mec="white", mew=0.5, ms=8, zorder=9, label="$p$, $q$")
 
 
-def _update(domain: "AttractingDomain", number: int) -> "Update":
+def _update(domain: AttractingDomain, number: int) -> Update:
     """The update at this position, from the end if negative."""
     if not -len(domain.updates) <= number < len(domain.updates):
         raise NsmapsError(f"there is no update at position {number}; the domain has {len(domain.updates)} updates")
     return domain.updates[number]
 
 
-def worst_case(domain: "AttractingDomain") -> str:
+def worst_case(domain: AttractingDomain) -> str:
     """What the legend calls the worst case: of a map that encloses images it is itself enclosed, and passes the samples."""
     return "worst case, enclosed" if domain.status == "enclosed" else "worst case"
 
 
-def worst_steps(step: "Update", index: int) -> tuple[Floats, Floats]:
+def worst_steps(step: Update, index: int) -> tuple[Floats, Floats]:
     """The staircase of one coordinate's intervals: from where a curve is extreme up to its extreme, across to the diagonal."""
     x: list[float] = []
     y: list[float] = []
@@ -122,7 +115,7 @@ def frame(ax: Axes, x: Floats, values: Floats) -> None:
     diagonal(ax, *ax.get_xlim())
 
 
-def bounding(letter: str, domain: "AttractingDomain") -> str:
+def bounding(letter: str, domain: AttractingDomain) -> str:
     """The upper map, of the letter U, or the lower one, and that it is of samples where the worst case is enclosed."""
     name = "upper map" if letter == "U" else "lower map"
     return name + (", samples" if domain.status == "enclosed" else "")

@@ -3,48 +3,55 @@
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import cycle
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from sympy import sympify
 
 from nsmaps.arrays import Floats
+from nsmaps.auxiliary.attracting_domain import AttractingDomain
+from nsmaps.auxiliary.worst_case import Update
+from nsmaps.errors import NsmapsError
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import DOMAINS, SECOND_ITERATE, position, section
+from nsmaps.figures.data import Bounded, position
 from nsmaps.figures.domains.envelopes import frame
 from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED, dress
+from nsmaps.symbolic.curve_iterates import SecondIterate
 
-if TYPE_CHECKING:
-    from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.auxiliary.worst_case import Update
-    from nsmaps.study.result import StudyResult
+_POINTS = 401  #: of a curve
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet with a panel a coordinate."""
-    name, domain = _domain(result)
-    panels = tuple(partial(second_iterate, result, coordinate=c) for c in domain.coordinates)
-    return (Sheet("second_iterate", panels, min(len(panels), 2), 0.84, title=heading(name, domain), legend=True),)
+def sheets(polynomial: SecondIterate, bounded: Bounded | None = None) -> tuple[Sheet, ...]:
+    """One sheet with a panel a coordinate of the domain; the polynomial alone where no domain is given."""
+    if bounded is None:
+        return (Sheet("second_iterate", (partial(second_iterate, polynomial),), 1, 0.75, legend=True, share=0.65),)
+    names, title = bounded.domain.coordinates, heading(bounded.name, bounded.domain)
+    panels = tuple(partial(second_iterate, polynomial, bounded=bounded, coordinate=name) for name in names)
+    return (Sheet("second_iterate", panels, min(len(panels), 2), 0.84, title=title, legend=True),)
 
 
-def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", updates: Sequence[int] = ()) -> Axes:
+def second_iterate(polynomial: SecondIterate, ax: Axes, bounded: Bounded | None = None, coordinate: str = "") -> Axes:
     """One coordinate two steps on, at updates of the auxiliary maps by number, each over its box (eq. auxv2nd, auxphi2nd).
 
-    They are those that the study names, else the second and the last; in place of one that was not made the last. The lower
+    Without a domain it is the polynomial alone, over its own, with its fixed points.
+
+    In place of an update that was not made the last. The lower
     map of the upper one has the fixed point p; the upper of the lower one, thin, has q. Where part 1 of the Statement does not
     apply it is the worst case of each over the interval that begins or ends at the value (eq. WCSsecond-v, -phi). Where the
     maps of the last update are closed forms, the polynomial of the study is dashed, over all of the widest box. A last box that
     is small is enlarged.
     """
-    domain = _domain(result)[1]
+    if bounded is None:
+        return _alone(polynomial, ax)
+    domain = bounded.domain
     i = position(domain.coordinates, coordinate or domain.coordinates[0])
-    named = updates or section(result.study.second_iterate, "second_iterate").updates or (2, len(domain.updates))
+    named = bounded.updates or (2, len(domain.updates))
     steps = list(dict.fromkeys(domain.updates[min(number, len(domain.updates)) - 1] for number in named))
     colours = dict(zip((step.number for step in steps), cycle((BLUE, RED, GREEN, MAGENTA)), strict=False))
-    values = _draw(ax, result, i, steps, colours)
+    values = _draw(ax, polynomial, domain, i, steps, colours)
     x = max((step.envelopes[i].x for step in steps), key=np.ptp)
     bottom, top = window(x[0], x[-1], np.concatenate([x, values]), 1.0)
     frame(ax, x, np.array([bottom, top]))
@@ -56,13 +63,31 @@ def second_iterate(result: "StudyResult", ax: Axes, coordinate: str = "", update
     inner = inset(ax, small, taken[np.isfinite(taken).all(axis=1)], above=True) if len(small) else None
     if inner is not None:
         limits = inner.get_xlim(), inner.get_ylim()
-        _draw(inner, result, i, [last], colours)
+        _draw(inner, polynomial, domain, i, [last], colours)
         diagonal(inner, *ax.get_xlim())
         inner.set(xlim=limits[0], ylim=limits[1])
     return ax
 
 
-def _draw(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]", colours: Mapping[int, str]) -> Floats:
+def _alone(polynomial: SecondIterate, ax: Axes) -> Axes:
+    """The polynomial over its own domain, with the diagonal and the fixed points there."""
+    name = str(polynomial.variable)
+    if name not in polynomial.domain or not all(coefficient.is_number for coefficient in map(sympify, polynomial.alpha)):
+        raise NsmapsError(f"a second iterate with symbols, or without a domain of {name!r}; expected: numbers, by `at`")
+    low, high = polynomial.domain[name]
+    x = np.linspace(low, high, _POINTS)
+    values = np.polynomial.polynomial.polyval(x, np.array(polynomial.alpha, float))
+    ax.plot(x, values, color=BLUE, lw=1.5, label=f"polynomial, degree {len(polynomial.alpha) - 1}")
+    points = [point for point in polynomial.fixed_points() if low <= point <= high]
+    ax.plot(points, points, "*", color=BLUE, mec="black", mew=0.4, ms=7, zorder=8, label="fixed points")
+    diagonal(ax, low, high)
+    ax.legend()
+    return dress(ax, (name, "k"), (name, "k+2"))
+
+
+def _draw(
+    ax: Axes, polynomial: SecondIterate, domain: AttractingDomain, i: int, steps: Sequence[Update], colours: Mapping[int, str]
+) -> Floats:
     """The second iterates of one coordinate at some updates, with their fixed points; the values of the curves."""
     drawn, meets, any_worst = [np.empty(0)], False, False
     for step in steps:
@@ -82,7 +107,7 @@ def _draw(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]", co
             ends, last = step.worst[-1, i], step is steps[-1]
             text = "$p$, $q$" if last else "_"
             ax.plot(ends, ends, "*", color=colour, mec="black", mew=0.4, ms=7, zorder=8 + last, label=text)
-    _polynomial(ax, result, i, steps)
+    _polynomial(ax, polynomial, domain, i, steps)
     ax.plot([], [], color="0.4", lw=0.6, label="upper of lower map")
     if any_worst:
         ax.plot([], [], color="0.4", lw=1.5, ls=(0, (5, 1)), label="worst case (part 2)")
@@ -91,9 +116,8 @@ def _draw(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]", co
     return np.concatenate(drawn)
 
 
-def _polynomial(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update]") -> None:
+def _polynomial(ax: Axes, polynomial: SecondIterate, domain: AttractingDomain, i: int, steps: Sequence[Update]) -> None:
     """The polynomial of the study, of its coordinate, if it is of the last update that is shown."""
-    polynomial, domain = SECOND_ITERATE.of(result, "second_iterate"), _domain(result)[1]
     last, closed = steps[-1], steps[-1].envelopes[i].kind == "closed form"
     if str(polynomial.variable) != domain.coordinates[i] or last is not domain.updates[-1] or not closed:
         return
@@ -106,12 +130,6 @@ def _polynomial(ax: Axes, result: "StudyResult", i: int, steps: "Sequence[Update
     far = np.ptp(widest)
     values[(values < widest[0] - far) | (values > widest[-1] + far)] = np.nan
     ax.plot(x, values, color="black", lw=0.8, ls=(0, (3, 2)), zorder=4, label=f"polynomial, degree {len(alpha) - 1}{out}")
-
-
-def _domain(result: "StudyResult") -> tuple[str, "AttractingDomain"]:
-    """The domain between whose bounds the study takes the second iterate, with its name."""
-    name = section(result.study.second_iterate, "second_iterate").domain
-    return name, DOMAINS.of(result, "second_iterate")[name]
 
 
 def _meets(x: Floats, curve: Floats) -> bool:
