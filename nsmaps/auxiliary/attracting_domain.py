@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import inf
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import Progress, Work, beat, working
 from nsmaps.results import Result, array, array_property, units_of
-
-if TYPE_CHECKING:
-    pass
 
 MOST = 4.0  # times the sides of the start box, to which it may grow
 GENERIC = 1e-6  # of the last box, by which generic and worst-case iteration may differ

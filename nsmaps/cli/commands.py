@@ -2,7 +2,7 @@
 
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -11,9 +11,6 @@ from nsmaps.cli.options import Folder, InstalledOnly, of_run
 from nsmaps.cli.terminal import examples, reported_errors, say, summary
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.languages import LANGUAGES
-
-if TYPE_CHECKING:
-    pass
 
 
 def add_to(app: typer.Typer) -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,6 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
 from nsmaps.results import NONE, Result, Storable, array
-
-if TYPE_CHECKING:
-    pass
 
 
 class Axis(BaseModel, Storable):
