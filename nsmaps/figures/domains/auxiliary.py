@@ -24,13 +24,13 @@ _APART = 12  #: the marks of a curve
 
 def sheets(domains: Domains) -> tuple[Sheet, ...]:
     """A sheet a domain that is forward invariant, the first's named `auxiliary`: families above first intervals."""
-    made = []
+    pages = []
     for k, (name, domain) in enumerate(invariant_or_first(by_name(domains)).items()):
         names = domain.coordinates
         panels = tuple(partial(of, domain, coordinate=c) for of in (auxiliary, first_interval) for c in names)
         file = file_of("auxiliary", name if k else "")
-        made.append(Sheet(file, panels, min(len(names), 2), 0.76, title=heading(name, domain), legend=True))
-    return tuple(made)
+        pages.append(Sheet(file, panels, min(len(names), 2), 0.76, title=heading(name, domain), legend=True))
+    return tuple(pages)
 
 
 def auxiliary(domain: AttractingDomain, ax: Axes, coordinate: str = "", update: int = 0) -> Axes:

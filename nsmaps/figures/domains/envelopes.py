@@ -21,13 +21,13 @@ _MARGIN = 0.1  #: of what is drawn, around it
 
 def sheets(domains: Domains) -> tuple[Sheet, ...]:
     """A sheet a domain that is forward invariant, the first's named `envelopes`: first, second and last update as rows."""
-    made = []
+    pages = []
     for k, (name, domain) in enumerate(invariant_or_first(by_name(domains)).items()):
         pairs = [(update, coordinate) for update in shown(domain) for coordinate in domain.coordinates]
         panels = tuple(partial(envelopes, domain, coordinate=c, update=u) for u, c in pairs)
         file, columns = file_of("envelopes", name if k else ""), min(len(domain.coordinates), 2)
-        made.append(Sheet(file, panels, columns, 0.74, title=heading(name, domain), legend=True))
-    return tuple(made)
+        pages.append(Sheet(file, panels, columns, 0.74, title=heading(name, domain), legend=True))
+    return tuple(pages)
 
 
 def shown(domain: AttractingDomain) -> list[int]:
