@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.continued import GlobalContinuation as GlobalContinuation
     from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
     from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
-    from nsmaps.dynamics.charts.chart import Chart as Chart
-    from nsmaps.dynamics.charts.chart import chart as chart
+    from nsmaps.dynamics.charts.chart import ParameterPlane as ParameterPlane
+    from nsmaps.dynamics.charts.chart import parameter_plane as parameter_plane
     from nsmaps.dynamics.chatter.cascade import ChatterScaling as ChatterScaling
     from nsmaps.dynamics.chatter.cascade import IncompleteChatter as IncompleteChatter
     from nsmaps.dynamics.chatter.cascade import chatter_cascade as chatter_cascade
@@ -198,7 +198,7 @@ _PUBLIC = {
     "dynamics.rotation.staircase": ("Plateau", "Staircase", "staircase"),
     "dynamics.search": ("periodic_orbits", "periodic_orbits_by_word"),
     "dynamics.diagrams.stability": ("StabilityDiagram", "stability_diagram"),
-    "dynamics.charts.chart": ("Chart", "chart"),
+    "dynamics.charts.chart": ("ParameterPlane", "parameter_plane"),
     "dynamics.continuation.branch": ("Branch",),
     "errors": ("NsmapsError",),
     "exact.surfaces.family": ("ReturnFamily", "WordFamily"),
@@ -247,7 +247,6 @@ _PUBLIC = {
     "study.study": ("Study",),
 }
 _HOME = {name: f"nsmaps.{module}" for module, names in _PUBLIC.items() for name in names}
-_FORMER = {"event_curve": "bifurcation_curve, from an event of a branch", "EventCurve": "BifurcationCurve"}
 __all__ = sorted([*_HOME, "__version__", "show_versions"])
 
 
@@ -258,8 +257,6 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         from nsmaps.errors import near_match
 
-        if name in _FORMER:
-            raise AttributeError(f"module 'nsmaps' has no attribute {name!r} any more; expected: {_FORMER[name]}")
         raise AttributeError(f"module 'nsmaps' has no attribute {name!r}{near_match(name, __all__)}")
     return getattr(import_module(_HOME[name]), name)
 

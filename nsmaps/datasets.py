@@ -17,7 +17,6 @@ Row = tuple[str, Any, str, str]  #: dimensions with blanks between them, the arr
 EACH, NONE, TURNS, TIME = "see unit", "1", "turns", "time unit of the system"
 AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by class and field; those of others are numbered
     "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
-    "EventCurve": dict.fromkeys(("values", "across", "precision"), "value"),
     "ImpactDiagram": {"values": "value", "wall": "value impact", "speed": "value impact"},
     "MorseCover": {
         **dict.fromkeys(("numbers", "component", "stays"), "cell"),
@@ -26,11 +25,6 @@ AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by cl
     },
     "OrbitPair": {"start": "coordinate"},
     "Residence": {"time": "mode", "switches": "mode next_mode"},
-    "StabilityDiagram": {
-        "along": "along_value",
-        "across": "across_value",
-        **dict.fromkeys(("period", "labels", "outcome"), "across_value along_value"),
-    },
     "ExitTimes": dict.fromkeys(("region", "left", "arrived"), "cell"),
     "Trap": {"numbers": "cell"},
 }

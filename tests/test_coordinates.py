@@ -99,7 +99,9 @@ SWEPT = {
     "bifurcation": lambda of, state: nsmaps.bifurcation_diagram(of, "p", [0.34, 0.35], state, n_returns=3, transient=2).states,
     "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
     "stability_diagram": lambda of, state: (
-        nsmaps.stability_diagram(lambda d, r: of(d).at(r=r), [0.34, 0.35], [0.5], state, 2, 9).period
+        nsmaps.stability_diagram(
+            lambda d, r: of(d).at(r=r), {"d": [0.34, 0.35], "r": [0.5]}, state, max_period=2, transient=9
+        ).period
     ),
     "impact_diagram": lambda of, state: (
         impact_diagram(of, [0.34, 0.35], state, nsmaps.Noise(sigma=0, tau=1), "up", returns=2, discard=2).speed

@@ -104,8 +104,14 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), "up", 1
     ),
     "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
-    "chart": lambda s: nsmaps.chart(
-        s, {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]}, STARTS[s], 4, 9, 2, observables=["work"]
+    "chart": lambda s: nsmaps.parameter_plane(
+        s,
+        {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]},
+        STARTS[s],
+        n_returns=4,
+        transient=9,
+        max_period=2,
+        observables=["work"],
     ),
     "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
     "match_attractors": lambda s: nsmaps.match_attractors([swept(s)]),
@@ -152,7 +158,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
     "return_batch": lambda s: nsmaps.return_batch(s, [STARTS[s]], 2),
     "second_iterate": lambda s: nsmaps.second_iterate(s, 0.1, 0.2),
-    "stability_diagram": lambda s: nsmaps.stability_diagram(plane(s), values(s), [getattr(s, SECOND[s])], STARTS[s], 2, 9),
+    "stability_diagram": lambda s: nsmaps.stability_diagram(
+        plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
+    ),
     "strip_map": lambda s: nsmaps.strip_map(s, box(s), 1e-2),
     "trap": lambda s: nsmaps.trap(s, nsmaps.morse_sets(s, box(s), 0, 2)),
     "two_cycles": lambda s: nsmaps.two_cycles(s),

@@ -30,10 +30,12 @@ def plane(pixels: int) -> dict[str, np.ndarray]:
     return {"d": np.linspace(0.2, 0.4, pixels), "r": np.linspace(0.3, 0.7, pixels)}
 
 
-def chart(pixels: int, returns: int, jobs: nsmaps.Jobs | None = None) -> nsmaps.Chart:
+def chart(pixels: int, returns: int, jobs: nsmaps.Jobs | None = None) -> nsmaps.ParameterPlane:
     """Ours, with words, motions, exponents and outcomes."""
     kept = 2 * PERIODS
-    return nsmaps.chart(SYSTEM, plane(pixels), START, kept, returns - kept, PERIODS, jobs=jobs or nsmaps.Jobs())
+    return nsmaps.parameter_plane(
+        SYSTEM, plane(pixels), START, n_returns=kept, transient=returns - kept, max_period=PERIODS, jobs=jobs or nsmaps.Jobs()
+    )
 
 
 @njit
@@ -90,7 +92,7 @@ def beside_the_map(pixels: int, returns: int) -> None:
             bare(p, SIZE, *START, returns)
 
     before = seconds(loop, time.process_time)
-    made: list[nsmaps.Chart] = []
+    made: list[nsmaps.ParameterPlane] = []
     ours = seconds(lambda: made.append(chart(pixels, returns)), time.process_time)
     theirs = (before + seconds(loop, time.process_time)) / 2 * pixels**2 / SAMPLE
     done = made[0]

@@ -171,7 +171,8 @@ _ROWS = (
         "The plane of two parameters coloured by the motion that attracts, with bifurcation curves.",
         "The motion to which one orbit converges at each point of two parameters, and bifurcation curves of branches. "
         "Another initial state may converge to another motion.",
-        (data.STABILITY,),
+        (data.STABILITY, data.CURVES),
+        of_parts=True,
     ),
     Row(
         "longrun.chart",
@@ -179,7 +180,8 @@ _ROWS = (
         "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was found, "
         "and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed those whose "
         "parameters the system refuses.",
-        (data.CHART,),
+        (data.CHART, data.CHART_CURVES, data.OPTIMUM),
+        of_parts=True,
     ),
     Row(
         "longrun.lyapunov",

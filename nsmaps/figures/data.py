@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
-    from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
@@ -268,7 +268,10 @@ BRANCHES: "Need[Sequence[Branch]]" = Need(
     "branches of periodic orbits", ("branches",), lambda result: [each for some in result.branches.values() for each in some]
 )
 STABILITY: "Need[StabilityDiagram]" = Need("a stability diagram", ("stability",), lambda result: result.stability)
-CHART: "Need[Chart]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
+CURVES: "Need[Any]" = Need("curves", (), lambda result: result.curves, optional=True)
+CHART: "Need[ParameterPlane]" = Need("a chart of two parameters", ("chart",), lambda result: result.chart)
+CHART_CURVES: "Need[Any]" = Need("curves", (), lambda result: result.chart_curves, optional=True)
+OPTIMUM: "Need[Any]" = Need("an optimum", (), lambda result: result.optimum, optional=True)
 LYAPUNOV: "Need[LyapunovSweep]" = Need("Lyapunov exponents", ("lyapunov",), lambda result: result.lyapunov)
 BASINS: "Need[Basins | Mapping[str, Basins]]" = Need("basins over a grid", ("basins",), _basins)
 SAME_ATTRACTOR: "Need[Ints]" = Need("attractors of both maps", (), lambda result: result.same_attractor, optional=True)

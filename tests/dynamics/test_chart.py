@@ -38,7 +38,7 @@ def same(one: Any, other: Any, names: tuple[str, ...] = ARRAYS) -> bool:
 @pytest.fixture(scope="module")
 def made() -> Any:
     """A chart of 8 x 8 pixels and two starts."""
-    return nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500)
+    return nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500)
 
 
 def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_doubling() -> None:
@@ -47,7 +47,15 @@ def test_fixed_points_of_the_bouncing_ball_attract_between_their_fold_and_their_
     Here s^2 = a^2 - (pi (1 - e)/(1 + e))^2.
     """
     drives, es = np.linspace(0.9, 2.5, 9), np.linspace(0.41, 0.61, 5)
-    found = nsmaps.chart(BouncingBall(a=1.2, r=0.5), {"a": drives, "r": es}, [4.0, 1.0], 64, 3000, 16, observables=["loss"])
+    found = nsmaps.parameter_plane(
+        BouncingBall(a=1.2, r=0.5),
+        {"a": drives, "r": es},
+        [4.0, 1.0],
+        n_returns=64,
+        transient=3000,
+        max_period=16,
+        observables=["loss"],
+    )
     for i, e in enumerate(es):
         fold = pi * (1 - e) / (1 + e)
         s = np.emath.sqrt(drives**2 - fold**2)
@@ -88,15 +96,15 @@ def test_the_exponent_of_chaos_is_that_of_a_long_orbit(made: Any) -> None:
 
 def test_what_repeats_to_the_last_bit_is_not_computed_and_has_the_same_numbers(made: Any, monkeypatch: Any) -> None:
     monkeypatch.setattr(tails, "_repeating", lambda states: states[:0])
-    whole = nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500)
-    assert whole.returns == 64 * 2 * 1800
-    assert made.returns < 0.7 * whole.returns
+    whole = nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500)
+    assert whole.n_returns == 64 * 2 * 1800
+    assert made.n_returns < 0.7 * whole.n_returns
     assert same(made, whole)
 
 
 @pytest.mark.parametrize("way", ["up", "down", "both"])
 def test_rows_that_are_followed_are_bifurcation_diagrams(way: Any) -> None:
-    found = nsmaps.chart(PAIR, PLANE, STARTS, 64, 500, direction=way)
+    found = nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=64, transient=500, direction=way)
     for i in (0, 7):
         row = PAIR.at(r=PLANE["r"][i])
         sweep = nsmaps.bifurcation_diagram(
@@ -109,7 +117,7 @@ def test_rows_that_are_followed_are_bifurcation_diagrams(way: Any) -> None:
 def test_two_motions_coexist_where_two_starts_find_them() -> None:
     attractors = nsmaps.basins(BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (40, 2)), max_returns=300).attractors
     starts = [attractors[0].states[0], attractors[1].states[0], attractors[0].states[0] + 1e-3]
-    found = nsmaps.chart(BISTABLE, {"d": [0.2265, 0.34], "r": [0.25, 0.26]}, starts, 64, 2000)
+    found = nsmaps.parameter_plane(BISTABLE, {"d": [0.2265, 0.34], "r": [0.25, 0.26]}, starts, n_returns=64, transient=2000)
     assert found.counts[0, 0] == 2
     assert found.attractor[0, 0].tolist() == [0, 1, 0]
     assert found.labels[0, 0, :2].tolist() == [attractors[0].label, attractors[1].label]
@@ -140,22 +148,26 @@ class Edge(nsmaps.ImpactSystem):
 
 
 def test_refused_parameters_are_counted_and_never_an_error() -> None:
-    found = nsmaps.chart(PAIR, {"d": [-0.1, 0.3, 0.35], "r": [0.5, 1.5]}, [0.8, 0.4], 64, 300)
+    found = nsmaps.parameter_plane(PAIR, {"d": [-0.1, 0.3, 0.35], "r": [0.5, 1.5]}, [0.8, 0.4], n_returns=64, transient=300)
     assert found.refused.tolist() == [[True, False, False], [True] * 3]
     assert "greater than 0" in found.reason
     assert (found.outcome[found.refused] == Outcome.invalid).all()
     assert (found.period[found.refused] == -1).all()
     assert np.isnan(found.exponent[found.refused]).all()
-    fails = nsmaps.chart(Edge(a=1.2, p=1.0, r=0.5), {"p": [0.0, 1.0], "a": [1.0, 1.2]}, [4.0, 1.0], 64, 100)
+    fails = nsmaps.parameter_plane(
+        Edge(a=1.2, p=1.0, r=0.5), {"p": [0.0, 1.0], "a": [1.0, 1.2]}, [4.0, 1.0], n_returns=64, transient=100
+    )
     assert fails.refused.tolist() == [[True, False], [True, False]]
     with pytest.raises(NsmapsError, match=r"no map at any of 4 pixels: .*greater than 0"):
-        nsmaps.chart(PAIR, {"d": [-0.2, -0.1], "r": [0.5, 0.6]}, [0.8, 0.4], 64, 300)
+        nsmaps.parameter_plane(PAIR, {"d": [-0.2, -0.1], "r": [0.5, 0.6]}, [0.8, 0.4], n_returns=64, transient=300)
 
 
 def test_means_are_those_of_long_orbits() -> None:
     """Of cycles over a period, of chaos over the returns of the chart, of orbits that end none."""
     plane = {"d": [0.26, 0.35], "r": [0.5, 1.5]}
-    found = nsmaps.chart(PAIR, plane, [[0.8, 0.4], [np.nan, 0]], 2000, 1000, observables=["loss", "impacts"])
+    found = nsmaps.parameter_plane(
+        PAIR, plane, [[0.8, 0.4], [np.nan, 0]], n_returns=2000, transient=1000, observables=["loss", "impacts"]
+    )
     assert found.observables == ("loss", "impacts")
     for j, d in enumerate(plane["d"]):
         long = nsmaps.observe(PAIR.at(d=d, r=0.5), found.state[0, j, 0], 50_000, ["loss", "impacts"])
@@ -167,7 +179,9 @@ def test_means_are_those_of_long_orbits() -> None:
 
 
 def test_an_orbit_that_ends_says_how() -> None:
-    found = nsmaps.chart(PAIR, {"d": [0.3, 0.35], "r": [0.5, 0.6]}, [[0.8, 0.4], [np.nan, 0.0]], 64, 100)
+    found = nsmaps.parameter_plane(
+        PAIR, {"d": [0.3, 0.35], "r": [0.5, 0.6]}, [[0.8, 0.4], [np.nan, 0.0]], n_returns=64, transient=100
+    )
     assert (found.outcome[..., 1] == Outcome.invalid).all()
     assert (found.motion[..., 1] == -1).all()
     assert (found.counts == 1).all()
@@ -183,7 +197,7 @@ def _killed(folder: Path) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     module.PART = 1800 * 10
-    nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500, jobs=nsmaps.Jobs(checkpoint=folder, progress=kill))
+    nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500, jobs=nsmaps.Jobs(checkpoint=folder, progress=kill))
 
 
 def test_a_chart_that_was_killed_goes_on_with_the_same_bytes(made: Any, tmp_path: Path, monkeypatch: Any) -> None:
@@ -195,7 +209,9 @@ def test_a_chart_that_was_killed_goes_on_with_the_same_bytes(made: Any, tmp_path
     assert len(kept) == 2
     (tmp_path / "part-000002.npz").write_bytes(next(iter(kept)).read_bytes()[:100])  # cut off, as by a full disk
     monkeypatch.setattr(module, "PART", 1800 * 10)
-    assert same(nsmaps.chart(PAIR, PLANE, STARTS, 300, 1500, jobs=nsmaps.Jobs(checkpoint=tmp_path)), made)
+    assert same(
+        nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500, jobs=nsmaps.Jobs(checkpoint=tmp_path)), made
+    )
     assert {file: file.stat().st_mtime_ns for file in kept} == kept, "they were read"
     assert len(list(tmp_path.glob("part-*.npz"))) == 13
 
@@ -238,7 +254,9 @@ def test_random_pixels_find_what_lies_between_those_of_the_coarse_grid() -> None
 
 def test_a_refined_chart_is_the_whole_one_where_it_was_computed_and_has_no_numbers_elsewhere() -> None:
     plane = {"d": np.linspace(0.27, 0.36, 33), "r": np.linspace(0.45, 0.55, 33)}
-    whole, some = (nsmaps.chart(PAIR, plane, STARTS[0], 64, 1000, refine=refine) for refine in (None, 8))
+    whole, some = (
+        nsmaps.parameter_plane(PAIR, plane, STARTS[0], n_returns=64, transient=1000, refine=refine) for refine in (None, 8)
+    )
     assert some.computed.mean() < 0.6
     assert (whole.computed.all(), whole.probes, whole.most_differing) == (True, 0, 0.0)
     assert some.state[some.computed].tobytes() == whole.state[some.computed].tobytes()
@@ -258,9 +276,9 @@ def test_an_interrupted_chart_keeps_the_pixels_that_were_computed() -> None:
 
     plane = {"d": np.linspace(0.3, 0.36, 4), "r": np.linspace(0.45, 0.55, 4)}
     with pytest.raises(nsmaps.Interrupted) as stopped:
-        nsmaps.chart(PAIR, plane, STARTS, 64, 200, jobs=nsmaps.Jobs(part=2, progress=stop))
+        nsmaps.parameter_plane(PAIR, plane, STARTS, n_returns=64, transient=200, jobs=nsmaps.Jobs(part=2, progress=stop))
     assert str(stopped.value) == "stopped with 4 of 8 parts; `result` of this exception holds what was finished"
-    whole, part = nsmaps.chart(PAIR, plane, STARTS, 64, 200), stopped.value.result
+    whole, part = nsmaps.parameter_plane(PAIR, plane, STARTS, n_returns=64, transient=200), stopped.value.result
     assert part.computed.ravel().tolist() == [True] * 8 + [False] * 8
     assert part.state[part.computed].tobytes() == whole.state[part.computed].tobytes()
     assert part.labels[:2].tolist() == whole.labels[:2].tolist()
@@ -287,7 +305,7 @@ def test_a_chart_is_a_dataset(made: Any) -> None:
     assert data["period"].sel(d=PLANE["d"][3], r=PLANE["r"][2]).values.tolist() == made.period[2, 3].tolist()
 
 
-CALL = partial(nsmaps.chart, PAIR, starts=[0.8, 0.4])
+CALL = partial(nsmaps.parameter_plane, PAIR, starts=[0.8, 0.4])
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "one parameter": ({"plane": {"d": [0.3, 0.31]}}, "the plane is of d; expected: two different parameters of d, r, g_bar"),
     "none": ({"plane": {}}, "the plane is of no parameter"),
@@ -317,4 +335,4 @@ def test_wrong_calls_are_errors(name: str) -> None:
 
 def test_starts_of_other_coordinates_are_errors() -> None:
     with pytest.raises(StateError, match="'phi' is missing"):
-        nsmaps.chart(PAIR, PLANE, {"v": 0.8})
+        nsmaps.parameter_plane(PAIR, PLANE, {"v": 0.8})

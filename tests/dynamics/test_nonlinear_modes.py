@@ -59,7 +59,7 @@ def test_impacts_of_a_wheel_that_rocks_accumulate():
 
 def test_a_chart_has_rolling_where_the_closed_form_has_it():
     plane = {"gamma": np.linspace(0.02, 0.2, 7), "alpha": np.linspace(0.25, 0.45, 5)}
-    found = nsmaps.chart(WHEEL, plane, [1.5], 64, 100)
+    found = nsmaps.parameter_plane(WHEEL, plane, [1.5], n_returns=64, transient=100)
     expected = [
         [np.greater(*rolling(WHEEL.at(gamma=gamma, alpha=alpha))) for gamma in plane["gamma"]] for alpha in plane["alpha"]
     ]

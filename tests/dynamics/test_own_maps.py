@@ -133,7 +133,7 @@ def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
     "call",
     [
         lambda map: nsmaps.observe(map, [0.1, 0.1], 5, "impacts"),
-        lambda map: nsmaps.chart(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
+        lambda map: nsmaps.parameter_plane(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
         lambda map: nsmaps.noisy_orbits(map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
         lambda map: nsmaps.optimize(map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
     ],
@@ -151,7 +151,7 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
         lambda map: nsmaps.lyapunov(map, [0.1], 50),
         lambda map: nsmaps.return_batch(map, [[0.1]]),
         lambda map: nsmaps.bifurcation_diagram(lambda a: map, "a", [0.1, 0.2], [0.1]),
-        lambda map: nsmaps.chart(map, {"a": [0.1], "b": [0.2]}, [0.1]),
+        lambda map: nsmaps.parameter_plane(map, {"a": [0.1], "b": [0.2]}, [0.1]),
         lambda map: nsmaps.basins(map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
         lambda map: nsmaps.attracting_domain(map, [[0, 1]]),
         lambda map: nsmaps.IteratedMap(map, 2),
@@ -166,13 +166,13 @@ def test_a_chart_needs_parameters():
     square = nsmaps.PolyMap.of_monomials(("x",), {"x": {(2,): 1.0}}, [[0, 1]])
     whole = nsmaps.CompositeMap(nsmaps.Coordinates(("x",)), (), (nsmaps.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),))
     with pytest.raises(NsmapsError, match=r"a chart of a CompositeMap; expected: .* its parameters.*stability_diagram"):
-        nsmaps.chart(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
+        nsmaps.parameter_plane(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
     with pytest.raises(NsmapsError, match=r"a chart of the class Lozi; expected: an object of it, with its parameters"):
-        nsmaps.chart(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
+        nsmaps.parameter_plane(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
-        nsmaps.chart(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
+        nsmaps.parameter_plane(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"the plane is of no parameter; expected: two .* of a Bare, which has none"):
-        nsmaps.chart(Bare(), {}, [0.3])
+        nsmaps.parameter_plane(Bare(), {}, [0.3])
 
 
 def test_an_edited_map_is_another_one(tmp_path):
@@ -218,7 +218,7 @@ class Shifted(System):
 
 
 def test_a_map_with_parameters_has_a_chart():
-    chart = nsmaps.chart(Shifted(), {"a": [2.5, 3.2, 3.5, 4.0], "b": [-0.05, 0.0]}, [0.3], 500, 500)
+    chart = nsmaps.parameter_plane(Shifted(), {"a": [2.5, 3.2, 3.5, 4.0], "b": [-0.05, 0.0]}, [0.3], n_returns=500, transient=500)
     assert [chart.motions[k].label for k in chart.motion[1, :, 0]] == ["period 1", "period 2", "period 4", "C"]
     assert chart.exponent[1, :2, 0] == pytest.approx([np.log(0.5), np.log(0.16) / 2], abs=1e-9)  # 2 - a; 4 + 2 a - a^2
     assert chart.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)

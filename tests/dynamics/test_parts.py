@@ -36,13 +36,22 @@ NOISE = nsmaps.Noise(sigma=0.03, tau=0.5)
 DIAGRAM = partial(nsmaps.bifurcation_diagram, PAIR, "d", VALUES, STARTS, n_returns=20, transient=100)
 SWEEPS: dict[str, Callable[..., Any]] = {
     **{f"bifurcation {way}": partial(DIAGRAM, direction=way) for way in (None, "up", "down", "both")},
-    "stability": partial(stability_diagram, nsmaps.Along(PAIR, "d", "r"), [0.26, 0.3, 0.35], [0.4, 1.5, 0.6], [0.8, 0.4], 8, 100),
+    "stability": partial(
+        stability_diagram, PAIR, {"d": [0.26, 0.3, 0.35], "r": [0.4, 1.5, 0.6]}, [0.8, 0.4], max_period=8, transient=100
+    ),
     "lyapunov": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
     "lyapunov up": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
-    **{f"chart {way}": partial(nsmaps.chart, PAIR, PLANE, STARTS[:2], 20, 100, 8, way) for way in (None, "up", "both")},
-    "chart refined": partial(nsmaps.chart, PAIR, PLANE, STARTS[:1], 20, 100, 8, refine=4, observables=["loss"]),
+    **{
+        f"chart {way}": partial(
+            nsmaps.parameter_plane, PAIR, PLANE, STARTS[:2], n_returns=20, transient=100, max_period=8, direction=way
+        )
+        for way in (None, "up", "both")
+    },
+    "chart refined": partial(
+        nsmaps.parameter_plane, PAIR, PLANE, STARTS[:1], n_returns=20, transient=100, max_period=8, refine=4, observables=["loss"]
+    ),
     "impacts": partial(impact_diagram, ALONG, [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
 }
 

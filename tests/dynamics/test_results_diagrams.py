@@ -12,6 +12,7 @@ import nsmaps
 
 pytest.importorskip("xarray")
 START = [0.8, 0.4]
+PLANE = {"d": [0.3, 0.32, 0.34], "r": [0.5, 0.6]}
 
 
 @cache
@@ -27,6 +28,11 @@ RESULTS: dict[str, tuple[Callable[[], Any], tuple[str, ...]]] = {
             pair(), "d", [0.34, 0.35, 0.36, 0.37], START, n_returns=6, transient=200, borders=True
         ),
         ("d",),
+    ),
+    "stability": (lambda: nsmaps.stability_diagram(pair(), PLANE, START, max_period=4, transient=200), ("d", "r")),
+    "plane": (
+        lambda: nsmaps.parameter_plane(pair(), PLANE, START, n_returns=64, transient=200, observables=["loss"]),
+        ("d", "r"),
     ),
 }
 
@@ -52,4 +58,4 @@ def test_a_result_draws_itself_with_the_names_of_its_axes(name: str) -> None:
 
 def values_of(result: Any) -> tuple[Any, ...]:
     """The values of the parameters of a result."""
-    return (result.values,)
+    return (result.along, result.across) if hasattr(result, "along") else (result.values,)

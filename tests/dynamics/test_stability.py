@@ -11,7 +11,7 @@ from nsmaps.exact.outcome import Outcome
 
 def test_rows_are_bifurcation_diagrams(pair):
     along, across = [0.26, 0.30, 0.35], [0.5, 0.6]
-    made = stability_diagram(lambda d, r: pair(d, r), along, across, [0.8, 0.4], max_period=8)
+    made = stability_diagram(lambda d, r: pair(d, r), {"d": along, "r": across}, [0.8, 0.4], max_period=8)
     for k, r in enumerate(across):
         row = nsmaps.bifurcation_diagram(
             lambda d, r=r: pair(d, r), "d", along, [0.8, 0.4], n_returns=16, transient=1000, direction="down"
@@ -27,7 +27,7 @@ def test_points_without_a_map_are_data(pair):
         return pair(0.3).at(d=d, r=r)
 
     seen = []
-    made = stability_diagram(of, [0.35, -0.1], [0.5, 1.5], [0.8, 0.4], jobs=nsmaps.Jobs(progress=seen.append))
+    made = stability_diagram(of, {"d": [0.35, -0.1], "r": [0.5, 1.5]}, [0.8, 0.4], jobs=nsmaps.Jobs(progress=seen.append))
     assert made.period.tolist() == [[1, -1], [-1, -1]]
     assert made.labels.tolist() == [["1:1/T", ""], ["", ""]]
     assert made.outcome.tolist() == [[Outcome.returned, Outcome.invalid], [Outcome.invalid] * 2]
@@ -35,16 +35,16 @@ def test_points_without_a_map_are_data(pair):
     assert "less than or equal to 1" in made.reasons[1]
     assert seen == [0.5, 1]
     with pytest.raises(NsmapsError, match="none of 1 rows has a map"):
-        stability_diagram(of, [0.35], [1.5], [0.8, 0.4])
+        stability_diagram(of, {"d": [0.35], "r": [1.5]}, [0.8, 0.4])
 
 
 def test_sweeps_of_no_points_are_errors_and_a_curve_of_none_is_empty(pair):
     with pytest.raises(NsmapsError, match="none of 0 rows has a map: no value across"):
-        stability_diagram(pair, [0.3], [], [0.8, 0.4])
+        stability_diagram(pair, {"d": [0.3], "r": []}, [0.8, 0.4])
     with pytest.raises(NsmapsError, match=r"none of 1 rows has a map: the values have shape \(0,\)"):
-        stability_diagram(pair, [], [0.5], [0.8, 0.4])
+        stability_diagram(pair, {"d": [], "r": [0.5]}, [0.8, 0.4])
     with pytest.raises(NsmapsError, match=r"the values across have shape \(1, 1\)"):
-        stability_diagram(pair, [0.3], [[0.5]], [0.8, 0.4])
+        stability_diagram(pair, {"d": [0.3], "r": [[0.5]]}, [0.8, 0.4])
 
 
 def test_the_curve_parts_the_diagram(pair):
@@ -54,10 +54,5 @@ def test_the_curve_parts_the_diagram(pair):
     made = nsmaps.bifurcation_curve(pair, branch.events[-1], 0.5, ((0.25, 0.36), (0.45, 0.6)), step=0.2)
     assert np.ptp(made.parameters[:, 1]) == pytest.approx(0.15)
     for d, r in made.parameters[:: max(len(made.parameters) // 3, 1)]:
-        sides = stability_diagram(pair, [d + 2e-3, d - 2e-3], [r], [0.8, 0.31], discard=20_000)
+        sides = stability_diagram(pair, {"d": [d + 2e-3, d - 2e-3], "r": [r]}, [0.8, 0.31], transient=20_000)
         assert sides.period.tolist() == [[1, 2]]
-
-
-def test_the_former_function_of_curves_names_the_one_of_today():
-    with pytest.raises(AttributeError, match="no attribute 'event_curve' any more; expected: bifurcation_curve"):
-        nsmaps.event_curve  # noqa: B018

@@ -213,7 +213,7 @@ def _stability() -> dict[str, Any]:
     one = continue_branch(_fixed, "d", periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2))
     along, across = np.array([0.0, 0.1, 0.2]), np.array([0.4, 0.6])
     period, labels = np.array([[2, 1, 1], [2, 2, 1]]), np.array([["1:1/2T", "1:1/T", "1:1/T"], ["1:1/2T", "1:1/2T", "1:1/T"]])
-    made = StabilityDiagram(along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
+    made = StabilityDiagram(("d", "r"), along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
     line = np.array([[0.05, 0.4], [0.15, 0.6]])
     curve = BifurcationCurve("period doubling", line, np.zeros((2, 1, 2)), ("BTB",), -np.ones((2, 2), complex), (), ("", ""))
     return {"branches": {"one": (one,)}, "stability": made, "curves": {"period doubling of one": curve}}

@@ -8,11 +8,12 @@ import pytest
 from matplotlib.colors import to_hex
 
 import nsmaps
-from nsmaps.dynamics.charts.chart import Chart
+from nsmaps.dynamics.charts.chart import ParameterPlane
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mean, sheets
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mean
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
@@ -24,7 +25,7 @@ ATTRACTOR = np.array([[[0, 0], [0, 1], [0, 0]], [[0, 0], [0, 0], [-1, -1]]], np.
 
 def made(motion=MOTION, refused=REFUSED):
     shape = motion.shape
-    return Chart(
+    return ParameterPlane(
         coordinates=("v", nsmaps.Angle("phi")),
         parameters=("d", "r"),
         along=np.array([0.1, 0.2, 0.3]),
@@ -40,7 +41,7 @@ def made(motion=MOTION, refused=REFUSED):
         refused=refused,
         computed=np.ones(shape, bool),
         reason="r is 2",
-        returns=100,
+        n_returns=100,
     )
 
 
@@ -123,7 +124,7 @@ def test_means_are_shown_by_name(ax):
 
 def test_the_sheet_of_a_stored_run_has_its_curve():
     result = nsmaps.read_result(STORED)
-    (sheet,) = sheets(result)
+    (sheet,) = CATALOGUE["chart"].sheets(result)
     figure = sheet.figure()
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "period doubling of 1:1" in texts

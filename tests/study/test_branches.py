@@ -202,7 +202,7 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
 def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form(swept: Swept) -> None:
     made, folder, _ = swept
     along, across = np.linspace(1.1, 1.7, 4), np.linspace(0.46, 0.54, 5)
-    direct = stability_diagram(Along(made.system, "a", "r"), along, across, [4.19, 0.5], 16, 200)
+    direct = stability_diagram(made.system, {"a": along, "r": across}, [4.19, 0.5], max_period=16, transient=200)
     for each in (made, read_result(folder)):
         assert each.stability is not None
         assert np.array_equal(each.stability.period, direct.period)

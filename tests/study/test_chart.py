@@ -24,7 +24,9 @@ def result():
 
 def test_it_is_the_chart_of_the_function(result):
     plane = {"d": np.linspace(0.24, 0.36, 5), "r": np.linspace(0.45, 1.05, 4)}
-    direct = nsmaps.chart(result.system, plane, [[0.8, 0.4], [0.2, 3.0]], 40, 200, 16, observables=OBSERVABLES)
+    direct = nsmaps.parameter_plane(
+        result.system, plane, [[0.8, 0.4], [0.2, 3.0]], n_returns=40, transient=200, max_period=16, observables=OBSERVABLES
+    )
     assert direct.motions == result.chart.motions
     for name in ARRAYS:
         assert getattr(direct, name).tobytes() == getattr(result.chart, name).tobytes()
@@ -39,14 +41,14 @@ def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
     numbers = section.numbers(result)["chart"]
     shares = {name: (result.chart.labels == name).any(axis=2).mean() for name in numbers["shares"]}
     assert numbers["shares"] == pytest.approx(shares)
-    assert (numbers["refused"], numbers["computed"], numbers["returns"]) == (5, 20, result.chart.returns)
+    assert (numbers["refused"], numbers["computed"], numbers["returns"]) == (5, 20, result.chart.n_returns)
     assert numbers["observables"]["fastest"] == [np.nanmin(result.chart.means[..., 1]), np.nanmax(result.chart.means[..., 1])]
     (verdict,) = [each for each in result.verdicts if each.name == "chart: a map at every value"]
     assert verdict.text == "no: none at 5 of 20 pixels; VIPair: r is 1.05; expected: less than or equal to 1"
     (table,) = section.tables(result)
     assert table.rows[0] == ("1:1/T", f"{100 * shares['1:1/T']:.3g} %")
     assert "the system refuses the parameters of 5 pixels" in caption(result, "chart")
-    assert section.describe(result.study.chart, result.study) == "5 values of d x 4 values of r; 9,600 returns"
+    assert result.study.chart.describe(result.study) == "5 values of d x 4 values of r; 9,600 returns"
 
 
 def test_a_study_that_stopped_goes_on_with_the_same_numbers(result, tmp_path, monkeypatch):

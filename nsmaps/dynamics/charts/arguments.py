@@ -31,7 +31,7 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
 
 def check_plane(system: System, axes: Mapping[str, Floats]) -> None:
     """Refuse anything but two different parameters of the system."""
-    known = System.require(system, "a chart").parameter_names()
+    known = System.require(system, "a plane of parameters").parameter_names()
     if len(axes) != 2:
         given = ", ".join(axes) or "no parameter"
         names = ", ".join(known) or f"a {type(system).__name__}, which has none"

@@ -1,13 +1,13 @@
-"""Charts: the attractors of a system over the plane of two of its parameters."""
+"""The attractors of a system over the plane of two of its parameters."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
 from nsmaps.dynamics.charts.motions import Motion, Motions
@@ -22,59 +22,68 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
-
-if TYPE_CHECKING:
-    from xarray import Dataset
-
+from nsmaps.results import NONE, RETURNS, Result, array, array_property, units_of
 
 PART = 2_000_000  #: returns of a part by default: about a second
 MISSING = {"motion": -1, "attractor": -1, "outcome": Outcome.invalid, "refused": False}  #: of pixels that are not computed
 REFUSED = -1000  #: in place of a period, where there is no map
+ORBITS = "across along start"  #: axes of an array of orbits
 TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused")  #: arrays of a pixel
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Chart(WithCoordinates):
+class ParameterPlane(WithCoordinates, Result):
     """The attractors over W values of one parameter by V of another, each reached by S orbits of n coordinates."""
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.longrun.chart"
 
     coordinates: Coordinates
     parameters: tuple[str, str]  #: names of the one along and of the one across
-    along: Floats  #: shape (V,)
-    across: Floats  #: shape (W,)
+    along: Floats = field(metadata=array("along", "values of the first parameter", name="first"))
+    across: Floats = field(metadata=array("across", "values of the second parameter", name="second"))
     motions: tuple[Motion, ...]  #: every motion that occurs, once
-    motion: NDArray[np.int32]  #: shape (W, V, S), index of the motion of each orbit; -1 where it ended
-    attractor: NDArray[np.int8]  #: shape (W, V, S), a number of the attractor among those of its pixel; -1 where it ended
-    exponent: Floats  #: shape (W, V, S), largest Lyapunov exponent per return; NaN where unknown
-    outcome: NDArray[np.int8]  #: shape (W, V, S), values of `Outcome`, of the last return; `invalid` without a map
-    state: Floats  #: shape (W, V, S, n), the last of each orbit; NaN where it ended
+    motion: NDArray[np.int32] = field(metadata=array(ORBITS, "number of the motion of each orbit; -1 where it ended", NONE))
+    attractor: NDArray[np.int8] = field(metadata=array(ORBITS, "number of the attractor at its pixel; -1 where it ended", NONE))
+    exponent: Floats = field(metadata=array(ORBITS, "largest Lyapunov exponent; NaN where unknown", "per return"))
+    outcome: NDArray[np.int8] = field(metadata=array(ORBITS, f"of the last return: {OUTCOMES}", NONE))
+    state: Floats = field(metadata=array(f"{ORBITS} coordinate", "last state of each orbit; NaN where it ended"))
     observables: tuple[str, ...]  #: names of K observables
-    means: Floats  #: shape (W, V, S, K), their means per period of the forcing, without forcing per return; NaN where it ended
-    refused: Bools  #: shape (W, V), where there is no map
-    computed: Bools  #: shape (W, V); elsewhere motion, attractor, outcome are those of a computed pixel, and numbers are NaN
+    means: Floats = field(metadata=array(f"{ORBITS} observable", "means per period of the forcing, without forcing per return"))
+    refused: Bools = field(metadata=array("across along", "where there is no map", NONE))
+    computed: Bools = field(metadata=array("across along", "where numbers are not those of a neighbouring pixel", NONE))
     reason: str  #: the first reason why there is no map; "" if there is one everywhere
-    returns: int  #: number of returns computed; others are repetitions
+    n_returns: int  #: number of returns computed; others are repetitions
     probes: int = 0  #: number of pixels that were to be filled, drawn at random and computed as well; 0 without any to fill
     differing: int = 0  #: number of these that had another motion than the one to be filled in
+    units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
 
     @property
+    def first(self) -> str:
+        """The name of the parameter along."""
+        return self.parameters[0]
+
+    @property
+    def second(self) -> str:
+        """The name of the parameter across."""
+        return self.parameters[1]
+
+    @array_property(ORBITS, "period; 0: none found, -1: the orbit ended", RETURNS)
     def period(self) -> Ints:
         """The period of each orbit in returns, shape (W, V, S); 0: none found, -1: it ended."""
         return np.array([*(motion.period for motion in self.motions), -1])[self.motion]
 
-    @property
+    @array_property(ORBITS, "periods of the forcing in one period; 0: none found, -1: the orbit ended", NONE)
     def turns(self) -> Ints:
         """The period of each orbit in periods of the forcing, shape (W, V, S); 0: none found, -1: it ended."""
         return np.array([*(motion.turns for motion in self.motions), -1])[self.motion]
 
-    @property
+    @array_property(ORBITS, "name of the motion, such as 1:1/2T; empty where the orbit ended", NONE)
     def labels(self) -> NDArray[np.str_]:
         """The motion of each orbit, shape (W, V, S), such as 1:1/2T; "" where it ended, `escapes` where it leaves every bound."""
         names = np.array([*(motion.label for motion in self.motions), "", ESCAPE])
         return names[np.where((self.motion < 0) & (self.outcome != Outcome.escaped), -2, self.motion)]
 
-    @property
+    @array_property(ORBITS, "impact words of one period, or all words without one", NONE)
     def words(self) -> NDArray[np.str_]:
         """The words of each orbit, shape (W, V, S), with blanks between; see `Motion.words`."""
         return np.array([*(" ".join(motion.words) for motion in self.motions), ""])[self.motion]
@@ -105,49 +114,22 @@ class Chart(WithCoordinates):
         counts = np.bincount(found[first], minlength=len(kinds)) / self.refused.size
         return dict(sorted(zip(kinds, counts.tolist(), strict=True), key=lambda pair: -pair[1]))
 
-    def to_xarray(self) -> "Dataset":
-        """An xarray dataset with dimensions of both parameters, `orbit` and `coordinate`. Raises NsmapsError without xarray."""
-        from nsmaps.datasets import EACH, NONE, dataset
-
-        plane = f"{self.parameters[1]} {self.parameters[0]}"
-        rows = {
-            "period": (f"{plane} orbit", self.period, "returns", "least number after which an orbit repeats; 0: none; -1: ended"),
-            "turns": (f"{plane} orbit", self.turns, NONE, "periods of the forcing in one period"),
-            "label": (f"{plane} orbit", self.labels, NONE, "name of the motion, such as 1:1/2T"),
-            "motion": (f"{plane} orbit", self.motion, NONE, "number of the motion; -1: ended"),
-            "word": (f"{plane} orbit", self.words, NONE, "impact words of one period, or all words without one"),
-            "attractor": (f"{plane} orbit", self.attractor, NONE, "number of the attractor at its pixel"),
-            "exponent": (f"{plane} orbit", self.exponent, NONE, "largest Lyapunov exponent per return"),
-            "state": (f"{plane} orbit coordinate", self.state, EACH, "last state"),
-            "means": (
-                f"{plane} orbit observable",
-                self.means,
-                EACH,
-                "means per period of the forcing, without forcing per return",
-            ),
-            "outcome": (f"{plane} orbit", self.outcome, NONE, OUTCOMES),
-            "refused": (plane, self.refused, NONE, "whether the system refuses the parameters"),
-            "computed": (plane, self.computed, NONE, "whether the pixel was computed, not filled from another"),
-        }
-        names = {**dict(zip(self.parameters, (self.along, self.across), strict=True)), "observable": self.observables}
-        return dataset(self.coordinates, rows, names)
-
 
 @divides
-def chart(
+def parameter_plane(
     system: System,
     plane: Mapping[str, "Axis | ArrayLike"],
     starts: StateLike,
-    returns: int = 1000,
-    discard: int = 1000,
+    *,
+    n_returns: int = 1000,
+    transient: int = 1000,
     max_period: int = 32,
     direction: Way | None = None,
     tolerance: float = 1e-6,
     refine: int | None = None,
     observables: Sequence[ObservableLike] = (),
-    *,
     jobs: Jobs = SERIAL,
-) -> Chart:
+) -> ParameterPlane:
     """The attractors over the plane of two parameters: at each pixel those that the orbits of some starts reach.
 
     Where the class refuses the parameters there is no map, and the pixel is counted as refused. An orbit that comes back to a
@@ -157,10 +139,10 @@ def chart(
         system: whose other parameters are kept.
         plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
         starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
-        returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
+        n_returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
             `2 max_period`, in the last of which a period is sought.
-        discard: number computed before these and discarded as the transient.
-        max_period: longest period that is sought in the last returns alone; longer ones are sought in all `returns`.
+        transient: number computed before these and discarded as the transient.
+        max_period: longest period that is sought in the last returns alone; longer ones are sought in all `n_returns`.
         direction: with "up" or "down" orbits start where those of the neighbour along the first parameter ended; "both" has 2 S
             orbits, the ascending ones first. With None the orbits of every pixel begin at the given starts.
         tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest
@@ -170,22 +152,22 @@ def chart(
             the rest is filled with the motion of a neighbour, without exponents, means and states. Filled pixels are drawn at
             random and computed as well, which bounds the share of those that differ. None computes every pixel.
         observables: quantities of impacts and flights, as of `observe`, whose means are taken from the last state on: over a
-            period, or over `returns` returns.
+            period, or over `n_returns` returns.
         jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
 
     Raises:
         StateError: the starts do not have the system's coordinates.
         NsmapsError: another argument is not valid, or there is no map at any pixel.
-        Interrupted: on Ctrl-C, with the chart of the finished parts, whose other pixels are not `computed`.
+        Interrupted: on Ctrl-C, with the plane of the finished parts, whose other pixels are not `computed`.
     """
     axes = {str(name): values_of(name, values) for name, values in plane.items()}
     check_plane(system, axes)
-    check_length(returns, discard, max_period, tolerance)
+    check_length(n_returns, transient, max_period, tolerance)
     check_refine(refine, direction)
     now = as_starts(starts, system.coordinates).reshape(-1, len(system.coordinates))
     if not len(now):
         raise NsmapsError("there are no starts; expected: one state or more")
-    how = now, Length(discard, returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
+    how = now, Length(transient, n_returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
     (first, columns), (second, rows) = axes.items()
     known = np.zeros(rows.size * columns.size, bool)
     work = _Work(Along(system, first, second), columns, rows, how, known)
@@ -196,12 +178,12 @@ def chart(
         refinement = refined(work.shape, refine, _Levels(work, jobs, 2 * refine.bit_length()).kinds)
     if work.tables["refused"][work.known].all():
         raise NsmapsError(f"there is no map at any of {work.known.sum()} pixels: {work.reason}")
-    return work.chart(refinement)
+    return work.plane(refinement)
 
 
 @dataclass(slots=True, eq=False)
 class _Work:
-    """The pixels of a chart that are computed, each a row of the tables."""
+    """The pixels of a plane that are computed, each a row of the tables."""
 
     map_of: Along[System]
     along: Floats
@@ -232,9 +214,9 @@ class _Work:
             for k, part in parts.items():
                 self._write(part, numbers[ends[k] : ends[k + 1]])
 
-        def unfinished(parts: dict[int, Arrays]) -> Chart:
+        def unfinished(parts: dict[int, Arrays]) -> ParameterPlane:
             write(parts)
-            return self.chart(self.without_filled())
+            return self.plane(self.without_filled())
 
         write(dict(enumerate(jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
 
@@ -253,8 +235,8 @@ class _Work:
         """The pixels that are computed; no other has a motion."""
         return Refinement(np.arange(self.known.size), self.known.reshape(self.shape), 0, 0)
 
-    def chart(self, refinement: Refinement) -> Chart:
-        """The chart, some of whose pixels have the motions of others; what was not computed has no numbers."""
+    def plane(self, refinement: Refinement) -> ParameterPlane:
+        """The plane, some of whose pixels have the motions of others; what was not computed has no numbers."""
         known = refinement.computed.ravel()
         filled: dict[str, Any] = {name: rows[refinement.source.ravel()] for name, rows in self.tables.items()}
         for name in ("exponent", "means", "state"):
@@ -262,8 +244,9 @@ class _Work:
         filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
         names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[-1])
         about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
-        filled |= {"returns": self.returns, "probes": refinement.probes, "differing": refinement.differing}
-        return Chart(*about, **filled, observables=observables, computed=refinement.computed, reason=self.reason)
+        filled |= {"n_returns": self.returns, "probes": refinement.probes, "differing": refinement.differing}
+        filled |= {"observables": observables, "computed": refinement.computed, "reason": self.reason}
+        return ParameterPlane(*about, **filled, units=units_of(self.map_of.system))
 
 
 @dataclass(slots=True, eq=False)

@@ -12,12 +12,13 @@ from nsmaps.dynamics.attractors.attractor import kept
 from nsmaps.dynamics.attractors.coexistence import grouped
 from nsmaps.dynamics.motion import condensed, label
 from nsmaps.exact.words import PLAIN, Alphabet, decode
+from nsmaps.results import Storable
 
 NEAR = 0.01  #: share of the scale within which two sets of states count as one attractor
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(Storable):
     """What an orbit does in the long run."""
 
     label: str  #: such as 1:1/2T; see `nsmaps.dynamics.motion.label`

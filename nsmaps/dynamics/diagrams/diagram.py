@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.dynamics.diagrams.names import Motion, alphabet_among, are_exact, names, open_ends
+from nsmaps.dynamics.diagrams.names import ResolvedMotion, alphabet_among, are_exact, names, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, attractors_at
 from nsmaps.dynamics.limits.path import diverges
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
@@ -117,7 +117,7 @@ class Unnamed:
     open_: Bools  #: shape (V, S), these orbits
     scale: Floats  #: shape (n,)
 
-    def diagram(self, found: Sequence[Motion] = ()) -> BifurcationDiagram:
+    def diagram(self, found: Sequence[ResolvedMotion] = ()) -> BifurcationDiagram:
         """The diagram with periods and names of the first open orbits; others are unresolved."""
         plain = self.diagram_so_far
         length, period, labels = plain.length.copy(), plain.period.copy(), plain.labels.astype(object)

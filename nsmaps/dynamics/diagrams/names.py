@@ -18,7 +18,7 @@ from nsmaps.parallel import Arrays, Jobs, begun
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
 
 
-class Motion(NamedTuple):
+class ResolvedMotion(NamedTuple):
     """What an orbit without a period was found to end on."""
 
     length: int  #: number of states of a period; 0 without one
@@ -67,8 +67,8 @@ def open_ends(
     scale: Floats,
     tolerance: float,
     jobs: Jobs,
-    unfinished: Callable[[list[Motion]], Any],
-) -> list[Motion]:
+    unfinished: Callable[[list[ResolvedMotion]], Any],
+) -> list[ResolvedMotion]:
     """Length, period and name of the motions of open orbits, from their last states (V, S, n) on, in the order of the orbits.
 
     After Ctrl-C the result is what `unfinished` makes of the first of them, if the work is divided.
@@ -86,12 +86,12 @@ def open_ends(
     return _motions(jobs.run(_limits, parts, first))
 
 
-def _motions(parts: Iterable[Arrays]) -> list[Motion]:
+def _motions(parts: Iterable[Arrays]) -> list[ResolvedMotion]:
     """The motions from the arrays of parts."""
-    found = list[Motion]()
+    found = list[ResolvedMotion]()
     for part in parts:
         states = np.split(part["states"], np.cumsum(part["length"])[:-1])
-        found += map(Motion, *(part[name].tolist() for name in ("length", "period", "label")), states)
+        found += map(ResolvedMotion, *(part[name].tolist() for name in ("length", "period", "label")), states)
     return found
 
 

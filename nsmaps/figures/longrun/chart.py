@@ -1,6 +1,6 @@
-"""Charts of two parameters: the period, and the largest Lyapunov exponent, of what attracts at each pixel."""
+"""Planes of two parameters: the period, and the largest Lyapunov exponent, of what attracts at each pixel."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,16 +13,14 @@ from matplotlib.patches import Patch
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import CHART
 from nsmaps.figures.longrun.stability import draw_curves
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.charts.chart import Chart
-    from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.dynamics.diagrams.stability import EventCurve
-    from nsmaps.study.result import StudyResult
+    from nsmaps.dynamics.charts.chart import ParameterPlane
+    from nsmaps.dynamics.design.optimum import Optimum
+    from nsmaps.figures.longrun.stability import Curves
 
 PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
 LONGER, CHAOTIC, QUASI, OPEN, NOTHING, MISSING = (len(PERIODS) + k for k in range(1, 7))  #: numbers of further kinds
@@ -32,29 +30,28 @@ SEVERAL, REFUSED = "////", "xxxx"  #: hatches
 MINUS_INFINITY, UNKNOWN = "#1B1145", "0.78"  #: of exponents, beside the colours of finite ones
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None) -> tuple[Sheet, ...]:
     """One sheet: the periods with bifurcation curves, the exponents, and a panel for each observable, each with the optimum."""
-    diagram, curves = CHART.of(result, "chart"), result.chart_curves
-    means = (partial(mean, diagram, name=name) for name in diagram.observables)
-    panels: tuple[Panel, ...] = (partial(chart, diagram, curves=curves), partial(exponents, diagram), *means)
-    return (Sheet("chart", tuple(partial(_with_optimum, panel, result) for panel in panels), 2, 0.85, legend=True),)
+    means = (partial(mean, result, name=name) for name in result.observables)
+    panels: tuple[Panel, ...] = (partial(chart, result, curves=curves), partial(exponents, result), *means)
+    if optimum is not None and set(result.parameters) <= set(optimum.parameters):
+        place = optimum.parameters[result.first], optimum.parameters[result.second]
+        panels = tuple(partial(_with_optimum, panel, place) for panel in panels)
+    return (Sheet("chart", panels, 2, 0.85, legend=True),)
 
 
-def _with_optimum(panel: Panel, result: "StudyResult", ax: Axes) -> Axes:
-    """A panel with a star at the optimum of the study, if it is over both parameters."""
-    found, diagram = result.optimum, CHART.of(result, "chart")
+def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
+    """A panel with a star at an optimum."""
     panel(ax)
-    if found is not None and set(diagram.parameters) <= set(found.parameters):
-        place = [[found.parameters[name]] for name in diagram.parameters]
-        ax.plot(*place, "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False, label="optimum")
+    ax.plot(*([value] for value in place), "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False, label="optimum")
     return ax
 
 
 def chart(
-    diagram: "Chart",
+    result: "ParameterPlane",
     ax: Axes,
     by: Literal["period", "turns"] = "period",
-    curves: "Mapping[str, EventCurve | BifurcationCurve] | None" = None,
+    curves: "Curves | None" = None,
 ) -> Axes:
     """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
 
@@ -64,7 +61,7 @@ def chart(
     the colour of a neighbour; the title then says what share was computed.
 
     Args:
-        diagram: from `nsmaps.chart`.
+        result: from `nsmaps.parameter_plane`.
         by: `period` in returns or `turns`, the period in periods of the forcing.
         curves: bifurcations in the same parameters by name, drawn over it.
 
@@ -73,92 +70,90 @@ def chart(
     """
     if by not in ("period", "turns"):
         raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'turns'")
-    kinds = _kinds(diagram, (diagram.period if by == "period" else diagram.turns)[..., 0])
+    kinds = _kinds(result, (result.period if by == "period" else result.turns)[..., 0])
     norm = BoundaryNorm(np.arange(len(COLOURS) + 1) + 0.5, len(COLOURS))
-    ax.pcolormesh(
-        diagram.along, diagram.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True
-    )
+    ax.pcolormesh(result.along, result.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True)
     names = {number: str(number) for number in range(1, LONGER)}
     names |= {LONGER: f"above {len(PERIODS)}", CHAOTIC: "chaos", QUASI: "quasi-periodic", OPEN: "unresolved"}
     names |= {NOTHING: "no attractor", MISSING: "not computed"}
-    shown = [number for number in names if (kinds[~diagram.refused] == number).any()]
+    shown = [number for number in names if (kinds[~result.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
-    patches += _hatched(ax, diagram)
+    patches += _hatched(ax, result)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
     title = "period in returns" if by == "period" else "period in periods of the forcing"
-    share = "" if diagram.computed.all() else f" ({100 * diagram.computed.mean():.2g} % computed)"
+    share = "" if result.computed.all() else f" ({100 * result.computed.mean():.2g} % computed)"
     ax.set_title(title + share)
-    return _dressed(diagram, ax)
+    return _dressed(result, ax)
 
 
-def exponents(diagram: "Chart", ax: Axes) -> Axes:
+def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
     """The largest Lyapunov exponent per return of the first start, blue where it is below zero, white at zero, red above.
 
     Minus infinity, as of motion that rests or chatters, has a colour of its own, and grey is where no exponent was computed.
     """
-    values = diagram.exponent[..., 0]
+    values = result.exponent[..., 0]
     finite = values[np.isfinite(values)]
     limits = np.quantile(finite, (0.02, 0.98), method="nearest").tolist() if finite.size else (0.0, 0.0)
     norm = TwoSlopeNorm(0.0, min(limits[0], -1e-3), max(limits[1], 1e-3))
     shown = np.where(np.isfinite(values), values, np.nan)
-    mesh = ax.pcolormesh(diagram.along, diagram.across, shown, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
+    mesh = ax.pcolormesh(result.along, result.across, shown, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
     figure = ax.get_figure()
     assert figure is not None
     figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend="both")
     kinds = ((np.isneginf(values), MINUS_INFINITY, "exponent minus infinity"), (np.isnan(values), UNKNOWN, "not computed"))
-    ax.legend(handles=[_paint(ax, diagram, there, colour, name) for there, colour, name in kinds if there.any()])
-    return _dressed(diagram, ax)
+    ax.legend(handles=[_paint(ax, result, there, colour, name) for there, colour, name in kinds if there.any()])
+    return _dressed(result, ax)
 
 
-def _paint(ax: Axes, diagram: "Chart", there: Bools, colour: str, name: str) -> Patch:
+def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: str) -> Patch:
     """Paint some pixels in one colour; the entry of the legend."""
     cells = np.ma.masked_array(np.ones(there.shape), ~there)
-    ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
+    ax.pcolormesh(result.along, result.across, cells, cmap=ListedColormap([colour]), shading="nearest", rasterized=True)
     return Patch(facecolor=colour, edgecolor="0.5", label=name)
 
 
-def mean(diagram: "Chart", ax: Axes, name: str) -> Axes:
+def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
     """The mean of an observable along the orbit of the first start, per period of the forcing, without forcing per return.
 
     Grey is where none was computed.
 
     Raises:
-        NsmapsError: the chart has none of this name.
+        NsmapsError: the plane has none of this name.
     """
-    if name not in diagram.observables:
-        known = ", ".join(diagram.observables) or "a chart with observables"
-        raise NsmapsError(f"the chart has no observable {name!r}; expected: {known}")
-    values = diagram.means[..., 0, diagram.observables.index(name)]
+    if name not in result.observables:
+        known = ", ".join(result.observables) or "a plane with observables"
+        raise NsmapsError(f"the plane has no observable {name!r}; expected: {known}")
+    values = result.means[..., 0, result.observables.index(name)]
     shown = np.where(np.isfinite(values), values, np.nan)
-    mesh = ax.pcolormesh(diagram.along, diagram.across, shown, cmap="cividis", shading="nearest", rasterized=True)
+    mesh = ax.pcolormesh(result.along, result.across, shown, cmap="cividis", shading="nearest", rasterized=True)
     figure = ax.get_figure()
     assert figure is not None
     figure.colorbar(mesh, ax=ax, label=name)
     if np.isnan(values).any():
-        ax.legend(handles=[_paint(ax, diagram, np.isnan(values), UNKNOWN, "not computed")])
-    return _dressed(diagram, ax)
+        ax.legend(handles=[_paint(ax, result, np.isnan(values), UNKNOWN, "not computed")])
+    return _dressed(result, ax)
 
 
-def _kinds(diagram: "Chart", period: Ints) -> Ints:
+def _kinds(result: "ParameterPlane", period: Ints) -> Ints:
     """The number of the colour of each pixel, shape (W, V)."""
     longer = np.where(period > len(PERIODS), LONGER, np.maximum(period, 1))
-    ended = np.where(diagram.computed, NOTHING, MISSING)
-    without = np.array([*(WITHOUT.get(kind_of(motion.label), 0) for motion in diagram.motions), 0])[diagram.motion[..., 0]]
-    return np.where(diagram.motion[..., 0] < 0, ended, np.where(without > 0, without, longer))
+    ended = np.where(result.computed, NOTHING, MISSING)
+    without = np.array([*(WITHOUT.get(kind_of(motion.label), 0) for motion in result.motions), 0])[result.motion[..., 0]]
+    return np.where(result.motion[..., 0] < 0, ended, np.where(without > 0, without, longer))
 
 
-def _hatched(ax: Axes, diagram: "Chart") -> Iterator[Any]:
+def _hatched(ax: Axes, result: "ParameterPlane") -> Iterator[Any]:
     """Hatch what has several attractors and what is refused; the entries of the legend."""
-    refused = f"refused parameters: {int(diagram.refused.sum())} pixels"
-    for there, hatch, name in ((diagram.counts > 1, SEVERAL, "several attractors"), (diagram.refused, REFUSED, refused)):
+    refused = f"refused parameters: {int(result.refused.sum())} pixels"
+    for there, hatch, name in ((result.counts > 1, SEVERAL, "several attractors"), (result.refused, REFUSED, refused)):
         if there.any():
-            _hatch(ax, diagram, there, hatch)
+            _hatch(ax, result, there, hatch)
             yield Patch(facecolor="none", edgecolor="0.35", hatch=hatch, label=name)
 
 
-def _hatch(ax: Axes, diagram: "Chart", there: Bools, hatch: str) -> None:
+def _hatch(ax: Axes, result: "ParameterPlane", there: Bools, hatch: str) -> None:
     """Hatch some pixels."""
-    x, y = (_sides(axis) for axis in (diagram.along, diagram.across))
+    x, y = (_sides(axis) for axis in (result.along, result.across))
     with rc_context({"hatch.linewidth": 0.5, "hatch.color": "0.35"}):
         ax.contourf(x, y, there.repeat(2, axis=0).repeat(2, axis=1), levels=[0.5, 1.5], colors="none", hatches=[hatch])
 
@@ -170,5 +165,5 @@ def _sides(values: Floats) -> Floats:
     return np.concatenate([outer[0], middle, outer[1]]).repeat(2)[1:-1] if len(values) > 1 else values + np.array([-0.5, 0.5])
 
 
-def _dressed(diagram: "Chart", ax: Axes) -> Axes:
-    return dress(ax, (diagram.parameters[0], ""), (diagram.parameters[1], ""))
+def _dressed(result: "ParameterPlane", ax: Axes) -> Axes:
+    return dress(ax, (result.parameters[0], ""), (result.parameters[1], ""))

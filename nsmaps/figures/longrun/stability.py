@@ -1,6 +1,6 @@
 """Stability diagrams: the period or the motion that attracts over two parameters, with the curves on which it changes."""
 
-from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,14 +12,16 @@ from numpy.typing import NDArray
 
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import STABILITY, section
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
-    from nsmaps.study.result import StudyResult
+    from nsmaps.dynamics.diagrams.stability import StabilityDiagram
+
+    Curves = Mapping[str, BifurcationCurve]
 
 _COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
 _OTHER, _NONE = "other", "no attractor"
@@ -29,32 +31,23 @@ MARKS = {"cusp": "^", "fold-flip": "s", "1:1 resonance": "o", "1:2 resonance": "
 _LAST = {_OTHER: GREY, **dict(zip(_WITHOUT.values(), ("#333333", "#7A3B8F", "#E6D2B0"), strict=True)), _NONE: "#FFFFFF"}
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(result: "StabilityDiagram", curves: "Curves | None" = None, by: str = "motion") -> tuple[Sheet, ...]:
     """One sheet: the motions, with bifurcation curves."""
-    diagrams, asked = STABILITY.of(result, "stability"), section(result.study.stability, "stability")
-    names, curves = (asked.sweep.parameter, asked.across.parameter), result.curves
-    return (Sheet("stability", (lambda ax: stability(diagrams, ax, names, "motion", curves),), 1, 0.6, legend=True),)
+    return (Sheet("stability", (partial(stability, result, curves=curves, by=by),), 1, 0.6, legend=True),)
 
 
-def stability(
-    diagram: "StabilityDiagram",
-    ax: Axes,
-    parameters: Sequence[str] = ("", ""),
-    by: str = "period",
-    curves: "Mapping[str, BifurcationCurve | EventCurve] | None" = None,
-) -> Axes:
-    """What attracts over two parameters: a colour for each of the seven most frequent periods in returns, or motions n:m/pT.
+def stability(result: "StabilityDiagram", ax: Axes, curves: "Curves | None" = None, by: str = "motion") -> Axes:
+    """What attracts over two parameters: a colour for each of the seven most frequent motions n:m/pT, or periods in returns.
 
     Args:
-        diagram: from `stability_diagram`.
-        parameters: names of the one along and of the one across, for the axes.
-        by: `period` or `motion`.
+        result: from `stability_diagram`.
         curves: bifurcations in the same parameters by name, drawn over it.
+        by: `period` or `motion`.
 
     Raises:
         NsmapsError: `by` is neither.
     """
-    names = _names(diagram, by)
+    names = _names(result, by)
     kinds, counts = np.unique(names, return_counts=True)
     motions = [kind for _, kind in sorted(zip(-counts, kinds.tolist(), strict=True)) if kind not in _LAST][: len(_COLOURS)]
     motions.sort(key=lambda name: (len(name), name))
@@ -64,13 +57,13 @@ def stability(
     cells = np.vectorize(lambda name: index.get(name, index.get(_OTHER)))(names)
     colours = [table[name] for name in shown]
     norm = BoundaryNorm(np.arange(len(shown) + 1) - 0.5, len(shown))
-    ax.pcolormesh(diagram.along, diagram.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
+    ax.pcolormesh(result.along, result.across, cells, cmap=ListedColormap(colours), norm=norm, rasterized=True)
     patches = [Patch(facecolor=table[name], edgecolor="0.5", label=name) for name in shown]
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
-    return dress(ax, (parameters[0], ""), (parameters[1], ""))
+    return dress(ax, (result.first, ""), (result.second, ""))
 
 
-def draw_curves(ax: Axes, curves: "Mapping[str, BifurcationCurve | EventCurve]") -> list[Line2D]:
+def draw_curves(ax: Axes, curves: "Curves") -> list[Line2D]:
     """Draw curves within the limits of the axes, by name; the lines and marks that a legend names."""
     limits = ax.get_xlim(), ax.get_ylim()
     named: list[Line2D] = []

@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.study.reading.values import Range, Span
     from nsmaps.study.result import StudyResult
 
@@ -85,7 +85,7 @@ def returns_text(returns: int) -> str:
     return f"{returns:,} returns"
 
 
-def computed_text(chart: "Chart") -> str:
+def computed_text(chart: "ParameterPlane") -> str:
     """How many pixels of a refined chart were computed, and how many of the others may have another motion than that shown."""
     share = f"{100 * chart.computed.mean():.3g} % of the pixels were computed, the others show the motion of a neighbour"
     probes = f"of {chart.probes:,} of these, drawn at random and computed as well, {chart.differing:,} had another motion"

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.dynamics.charts.chart import Chart
+    from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.curves.curve import BifurcationCurve
     from nsmaps.dynamics.design.optimum import Optimum
     from nsmaps.dynamics.diagrams.agreement import Agreement
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
-    from nsmaps.dynamics.diagrams.stability import EventCurve, StabilityDiagram
+    from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
@@ -136,15 +136,15 @@ class StabilityFields:
     """The fields of a result for stability diagram."""
 
     stability: "StabilityDiagram | None" = None
-    curves: "dict[str, BifurcationCurve | EventCurve]" = field(default_factory=dict)  #: by event and branch
+    curves: "dict[str, BifurcationCurve]" = field(default_factory=dict)  #: by event and branch
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ChartFields:
     """The fields of a result for a chart."""
 
-    chart: "Chart | None" = None
-    chart_curves: "dict[str, BifurcationCurve | EventCurve]" = field(default_factory=dict)  #: by event and branch
+    chart: "ParameterPlane | None" = None
+    chart_curves: "dict[str, BifurcationCurve]" = field(default_factory=dict)  #: by event and branch
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

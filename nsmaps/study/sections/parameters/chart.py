@@ -33,7 +33,6 @@ class ChartSection(Analysis):
         "chart": None,
         "chart_curves": {},  #: by event and branch
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"dynamics.charts.chart": ("Chart",), "dynamics.charts.motions": ("Motion",)}
 
     model_config = SPEC
     sweep: Range
@@ -84,14 +83,15 @@ class ChartSection(Analysis):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The chart, and the curves of bifurcations."""
-        from nsmaps.dynamics.charts.chart import chart
+        from nsmaps.dynamics.charts.chart import parameter_plane
 
         spans = self.sweep, self.across
         plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
-        how: Any = self.model_dump(include={"returns", "discard", "max_period", "direction", "refine"})
+        how: Any = self.model_dump(include={"max_period", "direction", "refine"})
+        how |= {"n_returns": self.returns, "transient": self.discard, "observables": self.observables}
         map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
         with plan.study.source.located(("chart",)):
-            diagram = chart(plan.system, plane, plan.bound["chart"], **how, observables=self.observables, jobs=jobs)
+            diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, jobs=jobs)
             curves = curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high))
         return {"chart": diagram, "chart_curves": curves}
 
@@ -110,7 +110,7 @@ class ChartSection(Analysis):
             return {}
         shares = {name or NONE: share for name, share in found.shares().items()}
         about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
-        work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.returns}
+        work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.n_returns}
         work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
         ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
         return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}

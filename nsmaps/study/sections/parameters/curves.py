@@ -17,7 +17,6 @@ from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.dynamics.diagrams.stability import EventCurve
     from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 
@@ -77,7 +76,7 @@ def _curve(
         return BifurcationCurve.empty(curve.event, str(error))
 
 
-def plain_curves(curves: "Mapping[str, BifurcationCurve | EventCurve]") -> dict[str, Any]:
+def plain_curves(curves: "Mapping[str, BifurcationCurve]") -> dict[str, Any]:
     """Curves for JSON: the parameters along each, the reasons of its ends, and its points of codimension two."""
     return {
         name: {
@@ -87,13 +86,13 @@ def plain_curves(curves: "Mapping[str, BifurcationCurve | EventCurve]") -> dict[
                 {"kind": point.kind, "parameters": list(point.parameters), "precision": list(point.precision)}
                 for point in curve.special
             ],
-            "everywhere": list(getattr(curve, "everywhere", ())),
+            "everywhere": list(curve.everywhere),
         }
         for name, curve in curves.items()
     }
 
 
-def missing_curves(key: str, of: str, curves: "Mapping[str, BifurcationCurve | EventCurve]") -> Iterator[Verdict]:
+def missing_curves(key: str, of: str, curves: "Mapping[str, BifurcationCurve]") -> Iterator[Verdict]:
     """The failed verdicts on curves without orbits."""
     for name, curve in curves.items():
         if not len(curve.parameters):

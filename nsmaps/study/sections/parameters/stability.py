@@ -31,7 +31,6 @@ class StabilitySection(Analysis):
         "curves": {},  #: by event and branch
     }
     holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.diagrams.stability": ("StabilityDiagram",),
         "dynamics.curves.curve": ("BifurcationCurve",),
         "dynamics.curves.special": ("SpecialPoint",),
     }
@@ -64,12 +63,12 @@ class StabilitySection(Analysis):
         from nsmaps.dynamics.diagrams.stability import stability_diagram
 
         spans = self.sweep, self.across
-        along, across = (np.linspace(span.low, span.high, span.points) for span in spans)
-        how: Any = {"max_period": self.max_period, "discard": self.discard, "direction": self.direction}
-        map_of = Along(plan.system, *(span.parameter for span in spans))
+        plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
+        how: Any = {"max_period": self.max_period, "transient": self.discard, "direction": self.direction}
+        map_of = Along(plan.system, *plane)
         with plan.study.source.located(("stability",)):
             jobs = plan.portion(0, 1 + len(self.curves))
-            diagram = stability_diagram(map_of, along, across, plan.bound["stability"], **how, jobs=jobs)
+            diagram = stability_diagram(plan.system, plane, plan.bound["stability"], **how, jobs=jobs)
             return {
                 "stability": diagram,
                 "curves": curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high)),
