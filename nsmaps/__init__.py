@@ -139,10 +139,15 @@ if TYPE_CHECKING:
     from nsmaps.reduced.partition.partition import partition as partition
     from nsmaps.reduced.partition.result import PartitionResult as PartitionResult
     from nsmaps.reduced.partition.spec import Partition as Partition
+    from nsmaps.results import Result as Result
+    from nsmaps.results import array as array
+    from nsmaps.results import array_property as array_property
     from nsmaps.study.reading.reader import load_study as load_study
     from nsmaps.study.result import StudyResult as StudyResult
+    from nsmaps.study.result import Verdict as Verdict
     from nsmaps.study.run import run as run
-    from nsmaps.study.sections.base import Verdict as Verdict
+    from nsmaps.study.sections.base import Analysis as Analysis
+    from nsmaps.study.sections.base import Table as Table
     from nsmaps.study.store.archive import read_result as read_result
     from nsmaps.study.study import Study as Study
     from nsmaps.symbolic.curve_iterates import HeldIterate as HeldIterate
@@ -241,9 +246,10 @@ _PUBLIC = {
     "symbolic.kneading": ("topological_entropy",),
     "study.store.archive": ("read_result",),
     "study.reading.reader": ("load_study",),
-    "study.result": ("StudyResult",),
     "study.run": ("run",),
-    "study.sections.base": ("Verdict",),
+    "study.sections.base": ("Analysis", "Table"),
+    "study.result": ("StudyResult", "Verdict"),
+    "results": ("Result", "array", "array_property"),
     "study.study": ("Study",),
 }
 _HOME = {name: f"nsmaps.{module}" for module, names in _PUBLIC.items() for name in names}

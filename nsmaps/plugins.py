@@ -1,4 +1,4 @@
-"""Classes by name: systems, regions, fits and families of returns, installed or in a file.
+"""Classes by name: systems, regions, fits, families of returns and analyses, installed or in a file.
 
 A package registers a system in the entry-point group `nsmaps.systems`, other classes in the group of their `Kind`. A name is
 found without importing anything; a class is imported when it is asked for. A package ships studies as YAML files in its folder
@@ -37,7 +37,7 @@ IN_A_FILE = "path/to/mine.py:Class"
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a class that is named may be: a system, a region, a fit or a family of returns."""
+    """What a class that is named may be: a system, a region, a fit, a family of returns or an analysis."""
 
     name: str  #: in messages
     base: str  #: the module below `nsmaps` and the class from which it inherits
@@ -46,7 +46,7 @@ class Kind:
     @property
     def group(self) -> str:
         """The group of its entry points."""
-        return "nsmaps.families" if self.name == "family" else f"nsmaps.{self.name}s"
+        return {"family": "nsmaps.families", "analysis": "nsmaps.analyses"}.get(self.name, f"nsmaps.{self.name}s")
 
     def checked(self, found: object, where: str) -> type[Any]:
         """The class; raises SystemDefinitionError unless it is of this kind and defines all that its base leaves open."""
@@ -64,6 +64,7 @@ SYSTEM = Kind("system", "exact.systems.parameters:System", "nsmaps.ImpactSystem,
 REGION = Kind("region", "reduced.conditions.region:Region", "nsmaps.Region")
 FIT = Kind("fit", "reduced.fit.polyfit:PolyFit", "nsmaps.PolyFit")
 FAMILY = Kind("family", "exact.surfaces.family:ReturnFamily", "nsmaps.ReturnFamily")
+ANALYSIS = Kind("analysis", "study.sections.base:Analysis", "nsmaps.Analysis")
 
 
 def system_names() -> list[str]:
@@ -181,7 +182,12 @@ def owner_of(entry: EntryPoint) -> str:
 
 def owners_of(name: str) -> str:
     """The packages that registered classes of any kind under a name, with their versions."""
-    found = [owner_of(entry) for kind in (SYSTEM, REGION, FIT, FAMILY) for entry in _entries(kind.group) if entry.name == name]
+    found = [
+        owner_of(entry)
+        for kind in (SYSTEM, REGION, FIT, FAMILY, ANALYSIS)
+        for entry in _entries(kind.group)
+        if entry.name == name
+    ]
     return ", ".join(dict.fromkeys(found))
 
 

@@ -20,7 +20,7 @@ grid: {v: {from: 0.8, to: 1.0, points: 5}, phi: {from: 0.2, to: 0.5, points: 5}}
 families: {BTB: [BTB]}
 composite:
   - {name: R1, where: v > 0, family: BTB, fit: {full: {v: 1, phi: 1}}}
-fastest: v
+fastest: {coordinate: v}
 figures: [images]
 """
 

@@ -112,8 +112,9 @@ def schema(
     from importlib.resources import files
 
     from nsmaps.study.reading.shipped import MODELINE
+    from nsmaps.study.schema import with_installed
 
-    text = files("nsmaps.study").joinpath("schema.json").read_text(encoding="utf-8")
+    text = with_installed(files("nsmaps.study").joinpath("schema.json").read_text(encoding="utf-8"))
     if out is None:
         typer.echo(text, nl=False)
         return

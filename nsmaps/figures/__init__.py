@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.catalogue import CATALOGUE, rows_of
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -55,11 +55,12 @@ def draw(
     from nsmaps.results import units_of
 
     known = FigureCanvasAgg.get_supported_filetypes()
-    for kind, asked, accepted in (("figure", names := list(names), NAMES), ("format", list(formats), known)):
+    rows = rows_of(result.study)
+    for kind, asked, accepted in (("figure", names := list(names), rows), ("format", list(formats), known)):
         for word in asked:
             if word not in accepted:
                 raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
-    sheets = [sheet for name in dict.fromkeys(names) for sheet in CATALOGUE[name].sheets(result, first)]
+    sheets = [sheet for name in dict.fromkeys(names) for sheet in rows[name].sheets(result, first)]
     for number, sheet in enumerate(sheets):
         given = (letters or {}).get(sheet.name, "")
         if given and len(given) != len(sheet.panels):

@@ -1,12 +1,15 @@
 """The catalogue of figures, a row a figure; importing it loads no matplotlib, drawing a figure does."""
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, Literal
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal
 
 from nsmaps.figures import data
+from nsmaps.figures.need import Need
 from nsmaps.figures.row import Row
 
 if TYPE_CHECKING:
+    from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
 
 
@@ -295,6 +298,21 @@ _ROWS = (
 CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}
 
 
+def rows_of(study: "Study") -> Mapping[str, Row]:
+    """The catalogue with a figure for each analysis of another package or file of a study, under the key of its section."""
+    rows = dict(CATALOGUE)
+    for key, kind in study.others().items():
+        text = " ".join((kind.__doc__ or f"The analysis {key}.").split("\n\n")[0].split())
+        need: Need[Any] = Need(f"the result of {key!r}", (key,), partial(part_named, key))
+        rows[key] = Row(key, text, text, (need,), of_other=True)
+    return rows
+
+
+def part_named(key: str, result: "StudyResult") -> Any:
+    """The part of a result of this name, None if it was not computed."""
+    return result.parts.get(key)
+
+
 def named_by(result: "StudyResult") -> list[str]:
     """The figures that the study names, and that of speed and error wherever both were measured."""
     return [*result.study.figures, *(["speed_error"] if result.speed else [])]
@@ -302,7 +320,7 @@ def named_by(result: "StudyResult") -> list[str]:
 
 def drawable(result: "StudyResult", without: Collection[str] = ()) -> list[str]:
     """The figures that a result has the data for, apart from some."""
-    return [name for name, row in CATALOGUE.items() if name not in without and row.has_data(result)]
+    return [name for name, row in rows_of(result.study).items() if name not in without and row.has_data(result)]
 
 
 if TYPE_CHECKING:

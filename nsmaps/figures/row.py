@@ -22,6 +22,7 @@ class Row:
     caption: str  #: sentences below the picture
     needs: tuple[Need[Any], ...] = ()
     of_parts: bool = False  #: whether its `sheets` takes the parts of the result that it needs, not the result of the study
+    of_other: bool = False  #: whether it is that of an analysis of another package or file, whose result draws itself
     animated: bool = False  #: whether `nsmaps animate` has it, too
     by_domain: bool = False  #: whether it has a sheet for every domain
 
@@ -38,6 +39,10 @@ class Row:
     def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
         """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
         parts = [need.of(result, self.name) for need in self.needs]
+        if self.of_other:
+            from nsmaps.figures.page import Sheet
+
+            return (Sheet(self.name, (parts[0].plot,), 1),)
         drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(*(parts if self.of_parts else (result,)))
         return drawn[:1] if first and self.by_domain else drawn
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 
-from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.catalogue import rows_of
 from nsmaps.report import of_dynamics, of_maps
 from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
@@ -50,4 +50,5 @@ _FOUND: Mapping[str, Found] = {
 def caption(result: StudyResult, name: str, part: str = "") -> str:
     """The sentences below a figure: the numbers of the run, then what is drawn. `part` names one sheet, as its file does."""
     found = _FOUND[name](result, part) if name in _FOUND else ""
-    return as_computed(result, f"{found} {CATALOGUE[name].caption}" if found else CATALOGUE[name].caption)
+    text = rows_of(result.study)[name].caption
+    return as_computed(result, f"{found} {text}" if found else text)

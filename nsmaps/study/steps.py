@@ -1,5 +1,6 @@
 """The steps of a study's run, in order: the compiled map, then each analysis from the results of those before it."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,8 @@ def compute_step(name: str, plan: Plan, result: StudyResult) -> dict[str, Any]:
     The first compiles the exact map, or reads it from the cache, so that its time is not part of another's.
     """
     if name != SYSTEM:
-        return dict(analyses_by_step(plan.study)[name].compute(plan, result))
+        found = analyses_by_step(plan.study)[name].compute(plan, result)
+        return dict(found) if isinstance(found, Mapping) else {name: found}
     with plan.study.source.located(("system",)):
         plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))
     return {}

@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 from pydantic import Field, create_model
 
-from nsmaps.figures.catalogue import FigureName
+from nsmaps.figures.catalogue import CATALOGUE, FigureName
+from nsmaps.plugins import ANALYSIS, class_of
 from nsmaps.study.reading.head import Head
-from nsmaps.study.sections.base import Steps
+from nsmaps.study.sections.base import Analysis, Steps
 from nsmaps.study.sections.longrun.basins import BasinsSection
 from nsmaps.study.sections.longrun.noise import NoiseSection
 from nsmaps.study.sections.longrun.observables import ObservablesSection
@@ -82,6 +83,11 @@ class Study(Head):
         return _kinds(cls)
 
     @classmethod
+    def others(cls) -> dict[str, type[Steps]]:
+        """The analyses of other packages or files among them."""
+        return {key: kind for key, kind in cls.kinds().items() if key not in Study.model_fields}
+
+    @classmethod
     def parts_of_result(cls) -> dict[str, Any]:
         """What a result has without them: the parts of all analyses, by name, with their values where none was computed."""
         return _parts(cls)
@@ -120,8 +126,26 @@ def _parts(cls: type[Study]) -> dict[str, Any]:
 
 
 @cache
+def _named_analysis(key: str, name: str, cls: type[Analysis]) -> type[Analysis]:
+    """The class of an analysis of another package or file under the key of its section, which names it unless the key does."""
+    fields: Any = {} if key == name else {"analysis": (Literal[name], ...)}
+    kind: type[Analysis] = create_model(cls.__name__, __base__=cls, __module__=cls.__module__, __doc__=cls.__doc__, **fields)
+    kind.key, kind.results = key, cls.results or {key: None}
+    return kind
+
+
+def analysis_of(key: str, name: str) -> type[Analysis]:
+    """The analysis of this name, as `nsmaps.plugins.class_of`, under the key of a section; errors as there."""
+    cls: Any = class_of(ANALYSIS, name)
+    found: type[Analysis] = _named_analysis(key, name, cls)
+    return found
+
+
+@cache
 def _study_with(others: tuple[tuple[str, type[Steps]], ...]) -> type[Study]:
     fields: Any = {key: (kind | None, None) for key, kind in others}
+    figure: Any = Literal[(*CATALOGUE, *fields)]
+    fields["figures"] = (tuple[figure, ...], ())
     return create_model("Study", __base__=Study, __module__=__name__, __doc__=Study.__doc__, **fields)
 
 

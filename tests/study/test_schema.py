@@ -58,7 +58,7 @@ def test_shipped_studies_are_valid_and_name_the_schema(file: Path) -> None:
 @pytest.mark.parametrize(
     ("bad", "where"),
     [
-        ("orbit: []", "$"),
+        ("orbit: []", "$.orbit"),
         ("grid: {v: {from: 0, to: 1}}", "$.grid.v"),
         ("orbits: [{start: {v: 1}, returns: many}]", "$.orbits[0].returns"),
         ("figures: [word]", "$.figures[0]"),

@@ -56,9 +56,10 @@ class Head(BaseModel):
 
     def classes(self) -> dict[Loc, str]:
         """The names of all classes of the study: that of the system, and those of its regions, fits and families, by place."""
-        return {("system",): self.system} | {
-            (*loc, "class"): each["class"] for loc, each in instances(self.model_dump(by_alias=True))
-        }
+        found: dict[Loc, str] = {("system",): self.system}
+        named = [key for key in self.others() if self.names(key)]
+        found |= {(key, "analysis"): getattr(getattr(self, key), "analysis", key) for key in named}
+        return found | {(*loc, "class"): each["class"] for loc, each in instances(self.model_dump(by_alias=True))}
 
     def names(self, key: str) -> bool:
         """True if the study names a section."""
@@ -81,5 +82,7 @@ class Head(BaseModel):
 
         @classmethod
         def parts_of_result(cls) -> dict[str, Any]: ...
+        @classmethod
+        def others(cls) -> dict[str, Any]: ...
         def stored_parts(self) -> list[str]: ...
         def analyses(self) -> dict[str, Any]: ...

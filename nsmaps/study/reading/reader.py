@@ -1,7 +1,7 @@
 """From a file to a study; errors state file, line, column, the expected values and a near match."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +9,13 @@ from pydantic import ValidationError
 from ruamel.yaml.comments import CommentedMap
 
 from nsmaps.errors import NsmapsError, StudyError, near_match
-from nsmaps.plugins import is_file, is_installed, study_files, study_names, system_names
+from nsmaps.plugins import ANALYSIS, class_names, is_file, is_installed, study_files, study_names, system_names
 from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.classes import instances
 from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.overrides import changed
 from nsmaps.study.reading.parsing import parsed, plain
-from nsmaps.study.study import Study, name_of
+from nsmaps.study.study import Study, analysis_of, name_of, study_with
 
 
 def load_study(
@@ -62,16 +62,14 @@ def check_installed(study: Study) -> None:
             )
 
 
-def read_study(path: Path, name: str, installed_only: bool = False, translate: Callable[[Any], Any] = lambda data: data) -> Study:
-    """The study of a file checked by its grammar only; `name` is the default name. No code is executed.
-
-    `translate` replaces former keys by current ones, in plain data.
-    """
+def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
+    """The study of a file checked by its grammar only; `name` is the default name. Of code only its own analyses are executed."""
     source = Source(os.fspath(path), _parsed(path))
-    data = translate(plain(source.root))
+    data = plain(source.root)
     data.setdefault("name", name)
     if isinstance(data.get("system"), str):
         data["system"] = _found_from(path, data["system"])
+    grammar = _grammar(data, path, source, installed_only)
     for _, instance in instances(data):
         instance["class"] = _found_from(path, instance["class"])
     pieces = data.get("composite")
@@ -79,12 +77,31 @@ def read_study(path: Path, name: str, installed_only: bool = False, translate: C
         if isinstance(piece, dict) and isinstance(piece.get("polynomial"), str):
             piece["polynomial"] = _printed(path, piece["polynomial"], source, ("composite", number, "polynomial"))
     try:
-        study = Study.model_validate(data, context=source)
+        study = grammar.model_validate(data, context=source)
     except ValidationError as error:
-        raise source.translate(error, (), Study, {}) from error
+        raise source.translate(error, (), grammar, {}) from error
     if installed_only:
         check_installed(study)
     return study
+
+
+def _grammar(data: dict[str, Any], path: Path, source: Source, installed_only: bool) -> type[Study]:
+    """The grammar of a study with the analyses of other packages and files that it names, which are imported or executed."""
+    others = {}
+    for key, section in data.items():
+        name = section.get("analysis") if isinstance(section, dict) else None
+        if key in Study.model_fields or not (isinstance(name, str) or key in class_names(ANALYSIS)):
+            continue
+        if isinstance(name, str):
+            name = section["analysis"] = _found_from(path, name)
+            if installed_only and not is_installed(name):
+                text = (
+                    f"the analysis is the class {name!r}, which would be executed; expected: an installed one, by its name alone"
+                )
+                raise source.error((key, "analysis"), text)
+        with source.located((key, "analysis") if isinstance(name, str) else (key,)):
+            others[key] = analysis_of(key, name if isinstance(name, str) else key)
+    return study_with(others)
 
 
 def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:

@@ -13,6 +13,7 @@ from nsmaps.study.result import Verdict as Verdict
 
 if TYPE_CHECKING:  #: also for the modules of sections
     from nsmaps.exact.systems.parameters import System as System
+    from nsmaps.results import Storable
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.reading.head import Head
@@ -84,8 +85,8 @@ class Steps:
     def bind(self, binding: "Binding") -> Any:
         """Objects for a system, made before anything is computed, which `compute` finds in `plan.bound`; may raise StudyError."""
 
-    def compute(self, plan: "Plan", result: "StudyResult") -> Mapping[str, Any]:
-        """The parts of a result, by name, from those of earlier steps."""
+    def compute(self, plan: "Plan", result: "StudyResult") -> "Mapping[str, Any] | Storable":
+        """The result of the analysis from those of earlier steps, or the parts of which it consists, by name."""
         raise NotImplementedError
 
     def recompute(self, result: "StudyResult") -> Mapping[str, Any]:

@@ -35,7 +35,7 @@ from nsmaps.study.reading.head import Head as Study
 from nsmaps.study.reading.reader import read_study
 from nsmaps.study.result import StudyResult, Verdict
 from nsmaps.study.store.run_folder import RECORD, move_ready, replace_results
-from nsmaps.study.store.serialize import Arrays, decode, encode
+from nsmaps.study.store.serialize import Arrays, decode, encode, modules_of
 
 FORMAT = 4
 LARGEST = 2**30  #: largest number of bytes of a record
@@ -164,7 +164,8 @@ class _Record(BaseModel):
 
 def _result(study: Study, record: _Record, arrays: Arrays) -> StudyResult:
     """The result of a record and its arrays."""
-    parts = {name: decode(value, arrays) for name, value in record.objects.items()}
+    trusted = modules_of(study)
+    parts = {name: decode(value, arrays, trusted) for name, value in record.objects.items()}
     content = {name: getattr(record, name) for name in _Record.model_fields if name != "objects"}
     return StudyResult(study, study.system_object(), parts, **content)
 

@@ -11,7 +11,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file
 from nsmaps.study.result import StudyResult
-from nsmaps.study.store.serialize import Arrays, decode, encode
+from nsmaps.study.store.serialize import Arrays, decode, encode, modules_of
 
 PARTS = "parts"  #: the folder of finished steps inside a run's folder
 STEP = "step"  #: the key of an array with the JSON text of the step
@@ -43,7 +43,8 @@ def with_steps(result: StudyResult, names: list[str], folder: Path) -> StudyResu
                     f"{folder} contains steps of a run of another study, or of other versions, than {result.study.name!r} now; "
                     "expected: the same study, system and versions, or a run from the beginning"
                 )
-            changes = {field: decode(value, arrays) for field, value in step["objects"].items()}
+            trusted = modules_of(result.study)
+            changes = {field: decode(value, arrays, trusted) for field, value in step["objects"].items()}
             result = replace(result.with_parts(changes), timings={**result.timings, name: step["seconds"]})
     return result
 

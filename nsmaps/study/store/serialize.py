@@ -1,9 +1,10 @@
 """Results as plain data and back: dataclasses, named tuples and specs of nsmaps as JSON, their arrays under readable names.
 
-Only classes of nsmaps are instantiated from a file, and no text of a file is evaluated.
+Only classes of nsmaps and of the modules of a study's own analyses are instantiated, and no text of a file is evaluated.
 """
 
 import math
+import re
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
@@ -18,6 +19,7 @@ from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Region, as_condition
 from nsmaps.results import Storable
+from nsmaps.study.reading.head import Head
 from nsmaps.study.study import Study
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
@@ -34,6 +36,8 @@ HOME = {
     for name in names
 }
 Arrays = dict[str, NDArray[Any]]
+OURS: Mapping[str, str] = {"nsmaps": "nsmaps"}
+OF_FILE = re.compile(r"_[0-9a-f]{12}$")  #: what follows the name of a file in that of its module, see `nsmaps.plugins`
 
 
 def encode(value: Any, path: str, arrays: Arrays) -> Any:
@@ -55,15 +59,15 @@ def encode(value: Any, path: str, arrays: Arrays) -> Any:
     if isinstance(value, Mapping):
         pairs = [[encode(k, "", arrays), encode(v, f"{path}/{k}", arrays)] for k, v in value.items()]
         return {KIND: "dict", "value": pairs}
-    if isinstance(value, Region) and type(value).__module__.partition(".")[0] not in trusted_packages():
+    if isinstance(value, Region) and type(value).__module__.partition(".")[0] not in OURS:
         value = as_condition(value)  # of a class that files do not name the condition is stored
     return {KIND: _stored_name(value)} | {k: encode(v, f"{path}/{k}", arrays) for k, v in _members(value).items()}
 
 
-def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
-    """The value that `encode` turned into `data`."""
+def decode(data: Any, arrays: Mapping[str, NDArray[Any]], trusted: Mapping[str, str] = OURS) -> Any:
+    """The value that `encode` turned into `data`; `trusted` are the modules and packages of which it may have classes."""
     if isinstance(data, list):
-        return [decode(item, arrays) for item in data]
+        return [decode(item, arrays, trusted) for item in data]
     if not isinstance(data, dict):
         return data
     kind = data[KIND]
@@ -74,11 +78,11 @@ def decode(data: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
     if kind == "array":
         return arrays[data["value"]]
     if kind == "tuple":
-        return tuple(decode(item, arrays) for item in data["value"])
+        return tuple(decode(item, arrays, trusted) for item in data["value"])
     if kind == "dict":
-        return {decode(key, arrays): decode(value, arrays) for key, value in data["value"]}
-    cls = stored_class(kind)
-    return cls(**{key: decode(value, arrays) for key, value in data.items() if key != KIND})
+        return {decode(key, arrays): decode(value, arrays, trusted) for key, value in data["value"]}
+    cls = stored_class(kind, trusted)
+    return cls(**{key: decode(value, arrays, trusted) for key, value in data.items() if key != KIND})
 
 
 def _label(item: Any, number: int) -> str:
@@ -100,20 +104,20 @@ def _members(value: Any) -> dict[str, Any]:
 def _stored_name(value: Any) -> str:
     cls = type(value)
     if isinstance(value, Storable):
-        return f"{cls.__module__}:{cls.__qualname__}"
+        return f"{OF_FILE.sub('', cls.__module__)}:{cls.__qualname__}"
     if HOME.get(cls.__name__) != cls.__module__:
         name = f"{cls.__module__}.{cls.__name__}"
         raise NsmapsError(f"{name} cannot be stored in a file; expected: results and specs of nsmaps")
     return cls.__name__
 
 
-def stored_class(stored: str) -> Any:
+def stored_class(stored: str, trusted: Mapping[str, str] = OURS) -> Any:
     """The class of a stored name: after its module and a colon where it is `Storable`; no other class is instantiated."""
     module, _, name = stored.rpartition(":")
-    if module.partition(".")[0] in trusted_packages():
+    if module in trusted or module.partition(".")[0] in trusted:
         cls = None
         with suppress(ModuleNotFoundError):  # of an earlier version
-            cls = getattr(import_module(module), name, None)
+            cls = getattr(import_module(trusted.get(module, module)), name, None)
         if isinstance(cls, type) and issubclass(cls, Storable) and cls.from_files:
             return cls
     if name not in HOME:
@@ -121,9 +125,17 @@ def stored_class(stored: str) -> Any:
     return getattr(import_module(HOME[name]), name)
 
 
-def trusted_packages() -> set[str]:
-    """The packages whose modules a result's file may name: nsmaps, and those whose systems or analyses are installed."""
-    return {"nsmaps"}
+def modules_of(study: Head) -> dict[str, str]:
+    """The packages and modules of whose classes a result of the study may be: nsmaps, and those of its analyses.
+
+    The module of a file is known by the name of the file.
+    """
+    modules = [kind.__module__ for kind in study.others().values()]
+    return (
+        dict(OURS)
+        | {OF_FILE.sub("", name): name for name in modules}
+        | {name.partition(".")[0]: name.partition(".")[0] for name in modules if "." in name}
+    )
 
 
 def is_ours(cls: type) -> bool:
