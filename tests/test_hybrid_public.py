@@ -97,14 +97,14 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
         plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))
     ),
-    "bifurcation": swept,
+    "bifurcation_diagram": swept,
     "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
     "box_map": lambda s: nsmaps.box_map(s),
     "period_doubling_cascade": lambda s: nsmaps.period_doubling_cascade(
         s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), "up", 1
     ),
     "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
-    "chart": lambda s: nsmaps.parameter_plane(
+    "parameter_plane": lambda s: nsmaps.parameter_plane(
         s,
         {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]},
         STARTS[s],
