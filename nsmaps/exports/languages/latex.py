@@ -116,7 +116,8 @@ def _part(program: Program, part: Part) -> list[str]:
     sides = [x if s == 1 else rf"\frac{{{x}}}{{{number(s)}}}" for x, s in shifted]
     scaled = [f"s_{{{j}}} = {side}" for j, side in enumerate(sides, 1)]
     about = r"\\ ".join(text(line.strip()) for line in part.about)
-    body = [f"{about}\n\n$T_i$ are Chebyshev polynomials of", r"\[ " + r", \qquad ".join(scaled) + r". \]"]
+    rows = ", \\\\\n".join(scaled)
+    body = [f"{about}\n\n$T_i$ are Chebyshev polynomials of", f"\\begin{{gather*}}\n{rows}.\n\\end{{gather*}}"]
     for i, name in enumerate(program.outputs):
         pairs = zip(polymap.exponents[i].tolist(), polymap.coefficients[i].tolist(), strict=True)
         terms = [_signed(c, " ".join(f"T_{{{e}}}(s_{{{j}}})" for j, e in enumerate(key, 1) if e)) for key, c in pairs]
