@@ -60,7 +60,8 @@ _ROWS = (
         "composite.regions",
         "The plane of states divided into the named pieces of the composite map.",
         "The pieces of the composite map with their names, words and shares of the grid.",
-        (data.SURFACES, data.COMPOSITE),
+        (data.COMPOSITE, data.GRID, data.PAIRS),
+        of_parts=True,
     ),
     Row(
         "returns.surfaces",
@@ -97,6 +98,7 @@ _ROWS = (
         "Polynomials of several orders fitted near the diagonals (table TableDeltaErr): 1 - R2 and the sum of squared errors "
         "(SSE), a line for each delta.",
         (data.ORDERS,),
+        of_parts=True,
     ),
     Row(
         "fits.fit_error",
@@ -104,6 +106,7 @@ _ROWS = (
         "The error of the polynomials fitted near the diagonals at each state of the grid, a row for each delta (fig. "
         "comparert).",
         (data.ORDERS,),
+        of_parts=True,
     ),
     Row(
         "fits.separable",

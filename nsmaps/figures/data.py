@@ -83,6 +83,11 @@ def _surfaces(result: "StudyResult") -> "Mapping[str, Surface]":
     return surfaces
 
 
+def _grid(result: "StudyResult") -> "Grid | None":
+    """The grid of the return surfaces."""
+    return next((surface.grid for surface in _surfaces(result).values()), None)
+
+
 def _planes(result: "StudyResult") -> "Mapping[str, Surface]":
     """The same over a plane through the states."""
     surfaces = _surfaces(result)
@@ -214,6 +219,7 @@ SKETCH: "Need[Callable[[Axes], Axes]]" = Need(
 )
 SURFACES: "Need[Mapping[str, Surface]]" = Need("return surfaces", ("grid", "families"), _surfaces, planar=True)
 PLANES: "Need[Mapping[str, Surface]]" = Need("return surfaces over a plane", ("grid", "families"), _planes)
+GRID: "Need[Grid]" = Need("return surfaces", ("grid", "families"), _grid, planar=True)
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)
 NEAR: "Need[Sequence[NearDiagonals]]" = Need("the states near the diagonals", ("diagonal",), _near, planar=True)
@@ -256,6 +262,7 @@ ACCURATE: "Need[AccurateResult]" = Need(
 )
 SPEED: "Need[Speed]" = Need("the speed of a reduced map", ("grid", "partition"), lambda result: result.speed, "a 'partition'")
 ORBITS: "Need[Sequence[OrbitPair]]" = Need("orbits", ("orbits",), lambda result: result.orbits)
+PAIRS: "Need[Sequence[OrbitPair]]" = Need("orbits", (), lambda result: result.orbits, optional=True)
 TRACKS: "Need[Sequence[Track | ModeTrack]]" = Need(
     "the motion between impacts",
     ("orbits",),

@@ -40,6 +40,7 @@ from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.style import axes_in
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
@@ -329,6 +330,11 @@ def dimensionless() -> Iterator[None]:
     """Labels as in figures of a system that says that it is dimensionless."""
     with axes_in(units_of(Toy())):
         yield
+
+
+def regions_of(result: StudyResult, ax: Axes) -> Axes:
+    """The regions of a result's composite map on axes."""
+    return CATALOGUE["regions"].sheets(result)[0].panels[0](ax)
 
 
 @pytest.fixture

@@ -11,6 +11,7 @@ from matplotlib.colors import to_rgba
 import nsmaps
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.fits.diagonal import diagonal
 from nsmaps.figures.fits.diagonal import sheets as diagonal_sheets
 from nsmaps.figures.fits.fit_error import fit_error
@@ -114,7 +115,7 @@ def test_a_bound_on_slopes_is_that_of_exact_derivatives():
 @both
 @pytest.mark.parametrize("statistic", ["r2", "sse"])
 def test_orders_are_those_of_a_least_squares_solver(result, ax, coordinate, i, statistic):
-    orders(result, ax, coordinate, statistic)
+    orders(result.near, ax, coordinate, statistic)
     assert [text.get_text() for text in ax.get_xticklabels()] == ["poly01", "poly11"], "by their number of terms"
     assert ax.get_yscale() == "log"
     for line, delta in zip(ax.lines, (1.2, 1.4), strict=True):
@@ -130,7 +131,7 @@ def test_orders_are_those_of_a_least_squares_solver(result, ax, coordinate, i, s
 
 @both
 def test_errors_are_painted_in_the_cells_of_their_states(result, ax, coordinate, i):
-    fit_error(result, ax, coordinate, 1, "poly01")
+    fit_error(result.near, ax, coordinate, 1, "poly01")
     (mesh,) = [artist for artist in ax.collections if isinstance(artist, QuadMesh)]
     states = near_by_hand(result.surfaces["BTB"].grid.states(), 1.4)
     image, columns = IMAGE[i](*states.T), np.column_stack([np.ones(len(states)), states[:, 0]])
@@ -147,7 +148,7 @@ def test_errors_are_painted_in_the_cells_of_their_states(result, ax, coordinate,
 
 
 def test_errors_have_a_file_an_order_and_a_row_a_delta(result):
-    made = error_sheets(result)
+    made = error_sheets(result.near)
     assert [sheet.name for sheet in made] == ["fit_error", "fit_error-poly01"]
     assert [(panel.keywords["delta"], panel.keywords["coordinate"]) for panel in made[0].panels] == [
         (0, "v"),
@@ -206,7 +207,7 @@ def test_separable_has_planes_above_surfaces(result):
 def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
     bare = (replace(result.near[0], maps={}),)
     with pytest.raises(NsmapsError, match="name 'orders' in 'diagonal' in the study"):
-        orders(result.with_parts({"near": bare}), ax)
+        CATALOGUE["orders"].sheets(result.with_parts({"near": bare}))
     study = study_of(composite=SECTIONS["composite"][:1])
     with pytest.raises(NsmapsError, match="name a piece of 'composite' with a 'separable' fit in the study"):
         separable(replace(result, study=study), ax)
@@ -216,7 +217,7 @@ def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
     none = (replace(result.near[0], surface=surface.restrict(np.zeros(len(surface.start), bool)), maps={}),)
     with pytest.raises(NsmapsError, match="no state is near the diagonals; expected: a larger 'delta'"):
-        orders(result.with_parts({"near": none}), ax)
+        CATALOGUE["orders"].sheets(result.with_parts({"near": none}))
 
 
 def test_a_run_that_kept_no_images_says_so(result, ax):

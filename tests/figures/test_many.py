@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, through
+from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, regions_of, through
 from matplotlib.collections import PolyCollection, TriMesh
 
 from nsmaps.exact.surfaces.surface import Surface
@@ -14,7 +14,6 @@ from nsmaps.figures.composite.areas import colours_of
 from nsmaps.figures.composite.cobweb import cobweb, draw_pieces
 from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
 from nsmaps.figures.composite.partition import partition
-from nsmaps.figures.composite.regions import regions
 from nsmaps.figures.data import SURFACES
 from nsmaps.figures.returns.words import pieces, words
 from nsmaps.figures.returns.words import sheets as word_sheets
@@ -151,7 +150,7 @@ def test_families_beyond_eight_share_a_grey():
 
 
 def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
-    regions(many, ax)
+    regions_of(many, ax)
     texts = legend_texts(ax)
     assert len(texts) == 9 + ("in no piece" in texts[-1])
     shares = [float(text.rpartition(":")[2].split()[0]) for text in texts]

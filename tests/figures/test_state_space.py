@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from figures.conftest import regions_of
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh, TriMesh
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
@@ -17,7 +18,6 @@ from nsmaps.figures.composite.areas import borders, pieces_on
 from nsmaps.figures.composite.orbits import around, orbits
 from nsmaps.figures.composite.orbits import sheets as orbit_sheets
 from nsmaps.figures.composite.partition import partition
-from nsmaps.figures.composite.regions import regions
 from nsmaps.figures.composite.strips import strips
 from nsmaps.figures.returns.projections import projections
 from nsmaps.figures.returns.projections import sheets as projection_sheets
@@ -90,7 +90,7 @@ def test_regions_of_a_partition_have_the_names_and_colours_of_other_figures(resu
     assert set(names) == {r"$\mathcal{R}_{1}$", r"$\mathcal{R}_{2}$"}
     assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
     assert legend_texts(ax) == ["attracting", "every word is BTB"]
-    meshes = [ax, regions(result, ax.figure.add_subplot())]
+    meshes = [ax, regions_of(result, ax.figure.add_subplot())]
     first, second = (next(each for each in drawn.collections if isinstance(each, QuadMesh)) for drawn in meshes)
     assert np.array_equal(first.get_array().filled(-1), second.get_array().filled(-1))
     assert first.get_cmap().colors == second.get_cmap().colors
@@ -309,7 +309,7 @@ def test_a_square_root_is_drawn_to_its_end(result, ax):
 
 
 def test_regions_are_named_with_their_words_and_shares(result, ax):
-    regions(result, ax)
+    regions_of(result, ax)
     names = {text.get_text(): text.get_position() for text in ax.texts}
     assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
     assert result.composite.piece_of([names[r"$\mathcal{R}_{2}$"]]) == 2

@@ -1,6 +1,6 @@
 """Areas of the state space: cells in colours, the pieces of a composite map, and names where there is room for them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -15,13 +15,14 @@ from scipy.ndimage import distance_transform_cdt, minimum_filter
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
-from nsmaps.figures.data import COMPOSITE, SURFACES
+from nsmaps.figures.data import COMPOSITE, GRID
 from nsmaps.figures.lines import finite_states, last_tenth
 from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
@@ -30,28 +31,32 @@ _HALVINGS = 12  #: of a cell, after which the edge is known to a thousandth of t
 
 
 def colours_of(result: "StudyResult", figure: str) -> list[str]:
+    """The colours of the pieces of a result's composite map, as `colours_over` its grid."""
+    return colours_over(COMPOSITE.of(result, figure), GRID.of(result, figure), result.orbits)
+
+
+def colours_over(composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> list[str]:
     """A colour a piece of the composite map, the same in all figures of a result; resets are white.
 
     Of more than eight pieces with a word, those have a colour in which the orbits end, then the largest; all others are grey.
     """
-    pieces = COMPOSITE.of(result, figure).pieces
+    pieces = composite.pieces
     fitted = [k for k, piece in enumerate(pieces) if piece.word]
     if len(fitted) <= MOST:
         return piece_colours([piece.name for piece in pieces], [not piece.word for piece in pieces])
-    number = COMPOSITE.of(result, figure).piece_once
-    states = next(iter(SURFACES.of(result, figure).values())).grid.states()
-    size = np.bincount(number(states) + 1, minlength=len(pieces) + 1)[1:]
-    for pair in result.orbits:
+    states = grid.states()
+    size = np.bincount(composite.piece_once(states) + 1, minlength=len(pieces) + 1)[1:]
+    for pair in orbits:
         if pair.composite is not None:
-            size[np.setdiff1d(number(last_tenth(finite_states(pair.composite))), [-1])] += len(states)
+            size[np.setdiff1d(composite.piece_once(last_tenth(finite_states(pair.composite))), [-1])] += len(states)
     first = sorted(sorted(fitted, key=lambda k: -size[k])[:MOST])
     return [PIECES[first.index(k)] if k in first else REST if piece.word else "#FFFFFF" for k, piece in enumerate(pieces)]
 
 
 def paint_pieces(
     ax: Axes,
-    result: "StudyResult",
-    figure: str,
+    composite: CompositeMap,
+    colours: Sequence[str],
     grid: Grid,
     beside: Floats | None = None,
     only: Ints | None = None,
@@ -60,8 +65,8 @@ def paint_pieces(
 
     Only some have a colour if their numbers are given. Uncovered states are hatched.
     """
-    composite, fine = COMPOSITE.of(result, figure), finer(grid)
-    number, colours = pieces_on(composite, fine), colours_of(result, figure)
+    fine = finer(grid)
+    number = pieces_on(composite, fine)
     fills = [fill_of(colour if only is None or k in only else "#FFFFFF") for k, colour in enumerate(colours)]
     paint(ax, fine, number, fills)
     draw_borders(ax, piece_borders(composite, fine))

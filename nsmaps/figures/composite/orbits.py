@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
-from nsmaps.figures.composite.areas import paint_pieces
+from nsmaps.figures.composite.areas import colours_of, paint_pieces
 from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.data import ORBITS
 from nsmaps.figures.lines import ended, finite_states, last_tenth, window
@@ -49,7 +49,8 @@ def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
     if result.composite is not None and result.surfaces:
         points = np.concatenate([_between(states) for states in every])
         visited = np.unique(result.composite.piece_of(np.concatenate(every)))
-        paint_pieces(ax, result, "orbits", next(iter(result.surfaces.values())).grid, beside=points, only=visited)
+        grid = next(iter(result.surfaces.values())).grid
+        paint_pieces(ax, result.composite, colours_of(result, "orbits"), grid, beside=points, only=visited)
     for states, (orbit, colour, dashes, _, name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)

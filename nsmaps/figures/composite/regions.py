@@ -1,5 +1,6 @@
 """The pieces of the composite map by name, as areas of the state space: fig. regions, panel (b)."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -7,30 +8,32 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from nsmaps.figures.composite.areas import colours_of, finer, paint_pieces, pieces_on
-from nsmaps.figures.data import COMPOSITE, SURFACES
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.composite.areas import colours_over, finer, paint_pieces, pieces_on
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import REST, dress, fill_of, piece_label
+from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(composite: CompositeMap, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("regions", (partial(regions, result),), 1, 0.66, legend=True),)
+    return (Sheet("regions", (partial(regions, composite, grid=grid, orbits=orbits),), 1, 0.66, legend=True),)
 
 
-def regions(result: "StudyResult", ax: Axes) -> Axes:
+def regions(composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> Axes:
     """Each state in the colour of the first piece that holds it (eq. compositemapM), lines between pieces.
 
-    The window is that of the grid. The legend has their words and shares of the window, and that of what is in no piece.
+    The window is that of the grid, or else holds the data of all fits. The legend has the words of the pieces, their shares of
+    the window, and that of what is in no piece. Of many pieces those have a colour in which the orbits end.
     """
-    composite = COMPOSITE.of(result, "regions")
-    grid = finer(next(iter(SURFACES.of(result, "regions").values())).grid)
-    paint_pieces(ax, result, "regions", grid)
+    grid = finer(grid or _window(composite))
+    colours = colours_over(composite, grid, orbits)
+    paint_pieces(ax, composite, colours, grid)
     number = pieces_on(composite, grid)
-    colours = colours_of(result, "regions")
     handles = []
     for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
         own = number == k
@@ -46,3 +49,16 @@ def regions(result: "StudyResult", ax: Axes) -> Axes:
         handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
     ax.legend(handles=handles)
     return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))
+
+
+def _window(composite: CompositeMap) -> Grid:
+    """A grid over the smallest box that holds the data of all fits."""
+    boxes = np.array([piece.map.domain for piece in composite.pieces if np.isfinite(piece.map.domain).all()])
+    if len(composite.coordinates) != 2 or not len(boxes):
+        raise NsmapsError(
+            "the regions of a map of other than two coordinates, or without a fit, have no picture; expected: a `grid`"
+        )
+    ends = zip(boxes[:, :, 0].min(axis=0).tolist(), boxes[:, :, 1].max(axis=0).tolist(), strict=True)
+    return Grid(
+        axes={name: Axis(low=low, high=high, points=2) for name, (low, high) in zip(composite.coordinates, ends, strict=True)}
+    )

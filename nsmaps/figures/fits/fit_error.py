@@ -1,7 +1,8 @@
 """Where polynomials fitted near the diagonals are off, and by how much, for several delta: fig. comparert."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,38 +10,37 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import ORDERS, position
+from nsmaps.figures.data import position
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.style import dress, symbol
+from nsmaps.reduced.fit.filter_errors import NearDiagonals
 from nsmaps.reduced.fit.lifts import unwrapped
-
-if TYPE_CHECKING:
-    from nsmaps.reduced.fit.filter_errors import NearDiagonals
-    from nsmaps.study.result import StudyResult
 
 _DECADES = 4.0  #: of the colours, below the largest error
 _MARGIN = 0.06  #: of the picture around the states of the largest delta, in their widths
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(found: NearDiagonals | Sequence[NearDiagonals]) -> tuple[Sheet, ...]:
     """A sheet an order, the first's named `fit_error`: a row a delta, a column a coordinate."""
-    near = ORDERS.of(result, "fit_error")
+    near = [found] if isinstance(found, NearDiagonals) else found
     coordinates = near[0].surface.coordinates
     drawn = []
     for k, order in enumerate(near[0].maps):
         file = file_of("fit_error", order if k else "")
         rows = range(len(near))
-        panels = tuple(partial(fit_error, result, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
+        panels = tuple(partial(fit_error, found, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
         drawn.append(Sheet(file, panels, len(coordinates), 0.68, title=order))
     return tuple(drawn)
 
 
-def fit_error(result: "StudyResult", ax: Axes, coordinate: str = "", delta: int = 0, order: str = "") -> Axes:
+def fit_error(
+    found: NearDiagonals | Sequence[NearDiagonals], ax: Axes, coordinate: str = "", delta: int = 0, order: str = ""
+) -> Axes:
     """The error of one coordinate at every state near the diagonals, each as its cell of the grid, for a delta by position.
 
     Lighter is a larger error. One logarithmic scale serves all delta, and ends at their largest error.
     """
-    near = ORDERS.of(result, "fit_error")
+    near = [found] if isinstance(found, NearDiagonals) else found
     order = order or next(iter(near[0].maps))
     one, names = near[delta], near[0].surface.coordinates
     i = position(names, coordinate or names[0])
@@ -62,7 +62,7 @@ def fit_error(result: "StudyResult", ax: Axes, coordinate: str = "", delta: int 
     return dress(ax, (names[0], "k"), (names[1], "k"))
 
 
-def _errors(near: "NearDiagonals", order: str) -> Floats:
+def _errors(near: NearDiagonals, order: str) -> Floats:
     """How far the fit of an order is off at each state, shape (M, n)."""
     start, target = unwrapped(near.surface)
     return np.abs(near.maps[order](start) - target)

@@ -1,35 +1,34 @@
 """Errors of polynomials near the diagonals against their order, for several delta: table TableDeltaErr."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.data import ORDERS, position
+from nsmaps.figures.data import position
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import LOOKS, symbol
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+from nsmaps.reduced.fit.filter_errors import NearDiagonals
 
 Statistic = Literal["r2", "sse"]
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(found: NearDiagonals | Sequence[NearDiagonals]) -> tuple[Sheet, ...]:
     """One sheet: 1 - R2 above the sums of squared errors, coordinates as columns."""
-    coordinates = ORDERS.of(result, "orders")[0].surface.coordinates
+    coordinates = ([found] if isinstance(found, NearDiagonals) else found)[0].surface.coordinates
     rows: tuple[Statistic, ...] = ("r2", "sse")
-    panels = tuple(partial(orders, result, coordinate=name, statistic=row) for row in rows for name in coordinates)
+    panels = tuple(partial(orders, found, coordinate=name, statistic=row) for row in rows for name in coordinates)
     return (Sheet("orders", panels, len(coordinates), 0.72, legend=True),)
 
 
-def orders(result: "StudyResult", ax: Axes, coordinate: str = "", statistic: Statistic = "r2") -> Axes:
+def orders(found: NearDiagonals | Sequence[NearDiagonals], ax: Axes, coordinate: str = "", statistic: Statistic = "r2") -> Axes:
     """1 - R2 or SSE of one coordinate, logarithmic, against the order of the polynomial, a line a delta.
 
     Orders stand by their number of terms. Near one R2 itself shows nothing, so that what it lacks of one is drawn.
     """
-    near = ORDERS.of(result, "orders")
+    near = [found] if isinstance(found, NearDiagonals) else found
     i = position(near[0].surface.coordinates, coordinate or near[0].surface.coordinates[0])
     name = near[0].surface.coordinates[i]
     names = sorted(near[0].maps, key=lambda order: len(near[0].maps[order].exponents[i]))

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
-from nsmaps.figures.composite.areas import paint_pieces, pieces_on
+from nsmaps.figures.composite.areas import colours_of, paint_pieces, pieces_on
 from nsmaps.figures.data import COMPOSITE, PLANES, SURFACES, plane
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.facets import flat
@@ -57,7 +57,7 @@ def pieces(result: "StudyResult", ax: Axes) -> Axes:
     """The state space by the first piece of the composite map that holds each state (eq. compositemapM)."""
     composite = COMPOSITE.of(result, "words")
     first = next(iter(SURFACES.of(result, "words").values()))
-    paint_pieces(ax, result, "words", first.grid)
+    paint_pieces(ax, composite, colours_of(result, "words"), first.grid)
     if np.any(pieces_on(composite, first.grid) < 0):
         handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
         ax.legend(handles=[handle])

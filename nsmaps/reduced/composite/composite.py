@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol, Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
@@ -49,6 +49,8 @@ class Coverage(Result):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class CompositeMap(Pieces, ReturnMap, Result):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
+
+    picture: ClassVar[str] = "nsmaps.figures.composite.regions"
 
     def piece_of(self, states: ArrayLike) -> Ints:
         """The number of the first piece that contains each state (N, n), -1 where there is none; shape (N,)."""

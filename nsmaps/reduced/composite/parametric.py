@@ -24,7 +24,7 @@ class ParametricReport(Result):
     """Errors of a parametric map at held-out values of the parameter; P fitted pieces, H values."""
 
     names: tuple[str, ...]
-    values: Floats = field(metadata=array("value", ""))
+    values: Floats = field(metadata=array("value", "held-out values of the parameter"))
     refit: Floats = field(
         metadata=array("piece value component", "largest error of a map fitted at the value itself, at its data")
     )

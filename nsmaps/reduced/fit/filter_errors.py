@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.surface import Surface
@@ -18,6 +19,7 @@ class NearDiagonals(Result):
     delta: float
     surface: Surface
     maps: dict[str, PolyMap]  #: by the name of the order; each with its report
+    picture: ClassVar[str] = "nsmaps.figures.fits.orders"
 
 
 def compare_deltas(

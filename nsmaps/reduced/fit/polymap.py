@@ -63,8 +63,8 @@ class PolyMap(WithCoordinates, Result):
         metadata=array("term input", "the degree of each variable, or coordinate, in each term", NONE)
     )
     coefficients: tuple[Floats, ...] = field(metadata=array("term", "of the Chebyshev products"))
-    centre: Floats = field(metadata=array("input", ""))
-    scale: Floats = field(metadata=array("input", ""))
+    centre: Floats = field(metadata=array("input", "subtracted from each variable"))
+    scale: Floats = field(metadata=array("input", "by which the difference is divided"))
     domain: Floats = field(metadata=array("coordinate end", "the box of the data; infinite for a reset"))
     absolute: tuple[str, ...] = ()  #: outputs of which the absolute value is taken, eq. R5eqn
     report: FitReport | None = None
