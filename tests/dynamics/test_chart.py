@@ -301,7 +301,7 @@ def test_flights_are_decomposed_once_for_parameters_that_they_do_not_contain() -
 
 def test_a_chart_is_a_dataset(made: Any) -> None:
     data = made.to_xarray()
-    assert data["period"].dims == ("r", "d", "orbit")
+    assert data["period"].dims == ("r", "d", "start")
     assert data["period"].sel(d=PLANE["d"][3], r=PLANE["r"][2]).values.tolist() == made.period[2, 3].tolist()
 
 
@@ -314,8 +314,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "nan": ({"plane": {"d": [0.3], "r": [np.nan]}}, "the values of 'r' are"),
     "descending": ({"plane": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
     "empty": ({"plane": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
-    "returns": ({"plane": PLANE, "returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
-    "discard": ({"plane": PLANE, "discard": -1}, "1000 returns after -1"),
+    "returns": ({"plane": PLANE, "n_returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
+    "discard": ({"plane": PLANE, "transient": -1}, "1000 returns after -1"),
     "tolerance": ({"plane": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
     "direction": ({"plane": PLANE, "direction": "left"}, "direction is 'left'"),
     "refine": ({"plane": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
