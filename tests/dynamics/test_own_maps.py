@@ -165,9 +165,13 @@ def test_a_class_that_does_not_inherit_is_refused(call):
 def test_a_chart_needs_parameters():
     square = nsmaps.PolyMap.of_monomials(("x",), {"x": {(2,): 1.0}}, [[0, 1]])
     whole = nsmaps.CompositeMap(nsmaps.Coordinates(("x",)), (), (nsmaps.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),))
-    with pytest.raises(NsmapsError, match=r"a plane of parameters of a CompositeMap; expected: .* its parameters.*stability_diagram"):
+    with pytest.raises(
+        NsmapsError, match=r"a plane of parameters of a CompositeMap; expected: .* its parameters.*stability_diagram"
+    ):
         nsmaps.parameter_plane(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
-    with pytest.raises(NsmapsError, match=r"a plane of parameters of the class Lozi; expected: an object of it, with its parameters"):
+    with pytest.raises(
+        NsmapsError, match=r"a plane of parameters of the class Lozi; expected: an object of it, with its parameters"
+    ):
         nsmaps.parameter_plane(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
         nsmaps.parameter_plane(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])

@@ -1,7 +1,7 @@
 """The agreement of the attractors of two maps over a parameter, such as a fitted map and the exact one."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from math import nan
 
@@ -9,27 +9,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.motion import kind_of
 from nsmaps.errors import NsmapsError
+from nsmaps.results import NONE, Result, array
 
 SAMPLE = 50  #: fewest states without a period whose halves are compared
 SETTLED = 0.1  #: largest change of the states of a cycle in a period, in the tolerance of its distance from another
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Agreement:
+class Agreement(Result):
     """The attractors of a map beside those of the exact map at V values of a parameter, from S starts each."""
 
-    values: Floats  #: shape (V,), ascending
-    exact: NDArray[np.str_]  #: shape (V, S), motion of the exact map; "" where an orbit ended
-    labels: NDArray[np.str_]  #: shape (V, S), motion of the other map
-    distance: Floats  #: shape (V, S), Hausdorff distance in the scale; NaN without both attractors, or before a cycle is reached
-    holds: Bools  #: shape (V,), where the attractors agree
+    coordinates: Coordinates
+    parameter: str
+    values: Floats = field(metadata=array("value", "values of the parameter, ascending", name="parameter"))
+    exact: NDArray[np.str_] = field(metadata=array("value start", "motion of the exact map; empty where an orbit ended", NONE))
+    labels: NDArray[np.str_] = field(metadata=array("value start", "motion of the other map", NONE))
+    distance: Floats = field(metadata=array("value start", "Hausdorff distance; NaN without both attractors or a cycle", "scale"))
+    holds: Bools = field(metadata=array("value", "where the attractors agree", NONE))
     tolerance: float  #: largest distance of attractors that agree, in the scale
-    scale: Floats  #: shape (n,), unit of distances in each coordinate
-    starts: Floats | None = None  #: shape (S, n), of the orbits that were compared, where they are known
+    scale: Floats = field(metadata=array("coordinate", "unit of distances in each coordinate"))
+    starts: Floats | None = field(default=None, metadata=array("start coordinate", "of the orbits that were compared"))
 
     def disagreements(self, apart_from: Sequence[tuple[float, float]] = ()) -> Iterator["Disagreement"]:
         """The intervals of neighbouring values at which the maps disagree, outside some closed intervals."""
@@ -91,7 +95,7 @@ def agreement(
             alike[v, s] = exact.held[v, s] == other.held[v, s] and exact.labels[v, s] == other.labels[v, s]
     order = np.argsort(exact.values, kind="stable")
     labels, holds = (exact.labels[order], other.labels[order]), np.asarray(alike[order].all(axis=1))
-    return Agreement(exact.values[order], *labels, distance[order], holds, tolerance, scale)
+    return Agreement(exact.coordinates, exact.parameter, exact.values[order], *labels, distance[order], holds, tolerance, scale)
 
 
 def _compared(

@@ -1,7 +1,7 @@
 """The speeds of impacts on every wall over a parameter, with or without noise: fig. comp_stoch."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.dynamics.returnmap import nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.results import NONE, Result, array
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -21,15 +22,15 @@ KEPT = 3  #: impacts that are kept for each return
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ImpactDiagram:
+class ImpactDiagram(Result):
     """Impacts after a transient, for V values of a parameter: K each, NaN where there were fewer."""
 
     walls: tuple[str, ...]
     noise: Noise
     direction: Literal["up", "down"]
-    values: Floats  #: shape (V,), in the order in which they were taken
-    wall: Floats  #: shape (V, K), index of the wall
-    speed: Floats  #: shape (V, K), impact speed, at least zero
+    values: Floats = field(metadata=array("value", "values of the parameter, in the order in which they were taken"))
+    wall: Floats = field(metadata=array("value impact", "index of the wall", NONE))
+    speed: Floats = field(metadata=array("value impact", "impact speed, at least zero"))
 
 
 @divides

@@ -2,24 +2,25 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.noise.images import RETURNS, generator, kicked_realisations
 from nsmaps.dynamics.noise.law import Noise, exact_step, linear_law, usual_step
 from nsmaps.errors import NsmapsError, StateError
-from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import words_of
 from nsmaps.interrupts import threads
 from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
+from nsmaps.results import NONE, TIME, TURNS, Result, array, array_property
 
 if TYPE_CHECKING:
     from nsmaps.exact.engine.kernel import SpectralKernel
@@ -31,10 +32,8 @@ SUBSTEPS = 1  #: exact steps in each step: with 2 and `step=2*h` the path is eve
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class NoisyOrbits(WithCoordinates):
+class NoisyOrbits(WithCoordinates, Result):
     """R realisations of n returns to the section under noise."""
-
-    __repr__ = brief
 
     coordinates: Coordinates
     walls: tuple[str, ...]
@@ -42,16 +41,16 @@ class NoisyOrbits(WithCoordinates):
     step: float  #: of the grid in time, in the system's time; NaN of noise on images
     chatter: float  #: as of `noisy_orbits`; NaN of noise on images
     seed: int | Sequence[int]
-    states: Floats  #: shape (n + 1, R, dim), the starts first; NaN after an orbit's end
-    turns: NDArray[np.int32]  #: shape (n, R, dim), whole turns of the phase on each return
-    codes: NDArray[np.int64]  #: shape (n, R), words as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (n, R), values of `Outcome`; the outcome that ended an orbit is repeated
-    time: Floats  #: shape (n, R), of each return
+    states: Floats = field(metadata=array("step orbit coordinate", "the starts first; NaN after an orbit's end"))
+    turns: NDArray[np.int32] = field(metadata=array("return orbit coordinate", "whole turns on each return", TURNS))
+    codes: NDArray[np.int64] = field(metadata=array("return orbit", "words as numbers; see `words`", NONE))
+    outcome: NDArray[np.int8] = field(metadata=array("return orbit", f"that which ended an orbit is repeated: {OUTCOMES}", NONE))
+    time: Floats = field(metadata=array("return orbit", "of each return", TIME))
     eta: Floats  #: shape (n + 1, R), the forcing at each state; of noise on images (n + 1, R, dim), what was added to the state
     impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, or of the letter of an event, the
     #: speed, or the rate at which the guard's function falls, and the phase; NaN beyond the last; none of noise on images
 
-    @property
+    @array_property("return orbit", "word of each return; empty after an orbit's end", NONE)
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (n, R); "" after an orbit's end."""
         return words_of(self.codes, self.walls)

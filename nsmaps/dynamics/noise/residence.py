@@ -1,24 +1,25 @@
 """Residence times of orbits under noise in motions, and the rates of changes between motions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.errors import NsmapsError
+from nsmaps.results import NONE, TIME, Result, array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Residence:
+class Residence(Result):
     """Residence in M motions, over all realisations, in the system's time."""
 
     modes: tuple[str, ...]
     min_returns: int  #: successive returns with the words of a motion after which an orbit is in it
-    time: Floats  #: shape (M,), spent in each motion
+    time: Floats = field(metadata=array("mode", "spent in each motion", TIME))
     unknown: float  #: time before the first motion was reached
-    switches: NDArray[np.int64]  #: shape (M, M), changes from one motion (row) to another (column)
+    switches: NDArray[np.int64] = field(metadata=array("mode next_mode", "changes from one motion to another", NONE))
 
     @property
     def share(self) -> Floats:

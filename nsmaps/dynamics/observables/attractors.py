@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.arrays import Floats, Ints, brief
+from nsmaps.arrays import Floats, Ints
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_form
@@ -22,6 +22,7 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 from nsmaps.progress import beat
+from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.observables.observe import Observed
@@ -31,10 +32,8 @@ RETURNS = 1000  #: of an orbit, unless given
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class AttractorMeans:
+class AttractorMeans(Result):
     """Means of K observables on attractors, `...` the shape of the orbits on them, such as values of a parameter and starts."""
-
-    __repr__ = brief
 
     observables: tuple[Observable, ...]
     per_return: Mean

@@ -1,12 +1,12 @@
 """Means of observables over periodic orbits and along their branches, with their exact derivatives by parameters."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
 from nsmaps.dynamics.chatter.complete import CompleteChatter, sensitivities
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
@@ -23,26 +23,23 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import CHATTER, REST
+from nsmaps.results import Result, array
 
 ELAPSED = Observable(name="_elapsed", formula="1", of="flights")  #: in whose place the time of a map's returns comes
 SAME = 1e-9  #: largest relative difference of the time round an orbit and the sum of its single returns
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Slope:
+class Slope(Result):
     """Means over a periodic orbit, or over the K of a branch, and their derivatives along a direction of the parameters."""
 
-    __repr__ = brief
-
-    value: Floats  #: shape (C,) or (K, C), of C observables
-    derivative: Floats  #: the same; NaN where it is not known, as of largest values and infinite sums
+    value: Floats = field(metadata=array("... observable", "mean over each orbit"))
+    derivative: Floats = field(metadata=array("... observable", "NaN where unknown, as of largest values and infinite sums"))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleMeans:
+class CycleMeans(Result):
     """Means of C observables over periodic orbits of q returns, and how they change with a parameter."""
-
-    __repr__ = brief
 
     observables: tuple[Observable, ...]
     per_return: Slope

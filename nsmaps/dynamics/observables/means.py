@@ -1,22 +1,21 @@
 """The mean of a correlated series, with its standard error."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
+from nsmaps.results import Result, array
 
 WINDOW = 5.0  #: autocorrelation times over which correlations are added
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Mean:
+class Mean(Result):
     """Means of K observables along orbits, `...` the shape of the orbits."""
 
-    __repr__ = brief
-
-    value: Floats  #: shape (..., K); NaN where an orbit ended
-    error: Floats  #: shape (..., K), standard error; NaN where it is not known, as of the largest values
+    value: Floats = field(metadata=array("... observable", "mean; NaN where an orbit ended"))
+    error: Floats = field(metadata=array("... observable", "standard error; NaN where unknown, as of the largest values"))
 
 
 def ratio(parts: Floats, sizes: Floats) -> Mean:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from nsmaps.arrays import Floats
+from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import LimitSet
@@ -38,7 +39,7 @@ class NoisyOptimum:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NoiseResult:
+class NoiseResult(Result):
     """Residence and impacts under noise of each amplitude."""
 
     sigma: tuple[float, ...]

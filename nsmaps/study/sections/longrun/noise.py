@@ -60,10 +60,7 @@ class NoiseSection(NoiseSizes, Analysis):
         "noise": None,
     }
     holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.noise.impacts": ("ImpactDiagram",),
         "dynamics.noise.law": ("Noise",),
-        "dynamics.noise.residence": ("Residence",),
-        "study.sections.fields": ("NoiseResult",),
     }
 
     start: dict[str, Number]

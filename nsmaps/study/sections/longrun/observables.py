@@ -35,9 +35,6 @@ class ObservablesSection(Analysis):
     }
     holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
         "exact.observables.spec": ("Observable",),
-        "dynamics.observables.means": ("Mean",),
-        "dynamics.observables.attractors": ("AttractorMeans",),
-        "dynamics.observables.cycles": ("CycleMeans", "Slope"),
     }
 
     model_config = SPEC

@@ -57,9 +57,6 @@ class ParametricSection(Analysis):
         "parametric": None,
         "agreement": None,  #: of the attractors of the parametric map with those of the exact map
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.diagrams.agreement": ("Agreement",),
-    }
 
     model_config = SPEC
     parameter: str
