@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from nsmaps.cells.conley import conley_indices as conley_indices
     from nsmaps.cells.exit_times import ExitTimes as ExitTimes
     from nsmaps.cells.exit_times import exit_times as exit_times
+    from nsmaps.cells.morse_sets import ForwardInvariantSet as ForwardInvariantSet
     from nsmaps.cells.morse_sets import MorseCover as MorseCover
-    from nsmaps.cells.morse_sets import Trap as Trap
-    from nsmaps.cells.morse_sets import closed_box as closed_box
+    from nsmaps.cells.morse_sets import forward_invariant_box as forward_invariant_box
+    from nsmaps.cells.morse_sets import forward_invariant_set as forward_invariant_set
     from nsmaps.cells.morse_sets import morse_sets as morse_sets
-    from nsmaps.cells.morse_sets import trap as trap
     from nsmaps.cells.periodic_points import CycleSearch as CycleSearch
     from nsmaps.cells.periodic_points import find_cycles as find_cycles
     from nsmaps.coordinates import Angle as Angle
@@ -167,7 +167,7 @@ if TYPE_CHECKING:
 _PUBLIC = {
     "symbolic.map_iterates": ("ClosedMap", "compose_pieces", "symbolic_iterate"),
     "cells.conley": ("MorseGraph", "conley_indices"),
-    "cells.morse_sets": ("MorseCover", "Trap", "closed_box", "morse_sets", "trap"),
+    "cells.morse_sets": ("ForwardInvariantSet", "MorseCover", "forward_invariant_box", "forward_invariant_set", "morse_sets"),
     "symbolic.two_cycles": ("CurveCycles", "TwoCycles", "curve_cycles", "two_cycles"),
     "auxiliary.attracting_domain": ("AttractingDomain", "attracting_domain"),
     "enclosures.box_images": ("box_map",),

@@ -17,14 +17,7 @@ Row = tuple[str, Any, str, str]  #: dimensions with blanks between them, the arr
 EACH, NONE, TURNS, TIME = "see unit", "1", "turns", "time unit of the system"
 AXES: Mapping[str, Mapping[str, str]] = {  #: what the axes of arrays are, by class and field; those of others are numbered
     "BifurcationCurve": {"parameters": "orbit parameter", "points": "orbit point coordinate", "multipliers": "orbit multiplier"},
-    "MorseCover": {
-        **dict.fromkeys(("numbers", "component", "stays"), "cell"),
-        "edges": "edge ends",
-        "hulls": "hull coordinate end",
-    },
     "OrbitPair": {"start": "coordinate"},
-    "ExitTimes": dict.fromkeys(("region", "left", "arrived"), "cell"),
-    "Trap": {"numbers": "cell"},
 }
 
 

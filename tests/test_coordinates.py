@@ -64,7 +64,7 @@ BOX = {"v": (0.8, 0.85), "phi": (0.3, 0.4)}
 BOXED = {
     "strip_map": lambda system, box: nsmaps.strip_map(system, box, 1e-2),
     "grazing_curves": lambda system, box: system.grazing_curves(box, lines=9),
-    "closed_box": lambda system, box: nsmaps.closed_box(system, box, 2),
+    "forward_invariant_box": lambda system, box: nsmaps.forward_invariant_box(system, box, 2),
     "morse_sets": lambda system, box: nsmaps.morse_sets(system, box, 0, 2),
     "attracting_domain": lambda system, box: nsmaps.attracting_domain(system, box, 1, samples=9),
     "over": lambda system, box: nsmaps.PolyMap.reset(system.coordinates, {"v": 1.0}).over(box),

@@ -113,7 +113,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         max_period=2,
         observables=["work"],
     ),
-    "closed_box": lambda s: nsmaps.closed_box(s, box(s), 1),
+    "forward_invariant_box": lambda s: nsmaps.forward_invariant_box(s, box(s), 1),
     "match_attractors": lambda s: nsmaps.match_attractors([swept(s)]),
     "compose_pieces": lambda s: nsmaps.compose_pieces(s, ["R1"]),
     "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
@@ -162,7 +162,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
     ),
     "strip_map": lambda s: nsmaps.strip_map(s, box(s), 1e-2),
-    "trap": lambda s: nsmaps.trap(s, nsmaps.morse_sets(s, box(s), 0, 2)),
+    "forward_invariant_set": lambda s: nsmaps.forward_invariant_set(s, nsmaps.morse_sets(s, box(s), 0, 2)),
     "two_cycles": lambda s: nsmaps.two_cycles(s),
 }
 #: public names that are no functions of a system: results, specs, names and the like
@@ -209,7 +209,7 @@ REFUSED = {
 }
 SPATIAL_REFUSED = {
     "strip_map": "the coordinates are v, X, V, phi; expected: an impact speed and a phase",
-    "trap": "the cover has no components",
+    "forward_invariant_set": "the cover has no components",
 }
 
 

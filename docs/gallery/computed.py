@@ -9,7 +9,7 @@ from pathlib import Path
 
 import nsmaps
 from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import closed_box
+from nsmaps.cells.morse_sets import forward_invariant_box
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.study.store.archive import write
 
@@ -23,6 +23,6 @@ def compute(folder: Path) -> None:
     study = nsmaps.load_study("vi_pair/fp")
     result = nsmaps.run(type(study).model_validate({key: getattr(study, key) for key in KEPT}))
     found = find_cycles(result.system, WINDOW, 1, 4, 32)
-    target = closed_box(result.system, BOX)
+    target = forward_invariant_box(result.system, BOX)
     times = exit_times(result.system, result.composite, WINDOW, 4, target=target, cycles=found.cycles)
     write(replace(result, exit_times=times), folder)

@@ -21,7 +21,7 @@ MAP = -1  #: the region of a state from which the map itself leads on
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FullAuxiliaryMap:
-    """The set-valued map M_A of eq. auxM, as a map of boxes: for `morse_sets`, `trap` and `exit_times` a map like any other.
+    """The set-valued map M_A of eq. auxM, as a map of boxes, for which `morse_sets` and `exit_times` hold as for any other.
 
     From a state in a box A_n each coordinate may go to all that lies between its auxiliary maps (eq. auxv, auxphi): to its
     images over all values that the other coordinates have in A_n. From a state in the region of one of the `pieces` it may

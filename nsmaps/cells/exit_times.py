@@ -1,14 +1,15 @@
 """Exit times of regions and arrival times in a closed set, in returns, bounded by box images."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Bools, Floats, Ints, brief
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.cells.grid import Cells, Targets, counted, joined, targets_of
-from nsmaps.cells.morse_sets import MOST_CELLS, Trap
+from nsmaps.cells.morse_sets import MOST_CELLS, ForwardInvariantSet
 from nsmaps.coordinates import BoxLike
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.enclosures.box_images import Boxed, box_map, name_of
@@ -17,6 +18,7 @@ from nsmaps.exact.enclosure.images import BoxImages, BoxMap
 from nsmaps.progress import Progress, beat, shows
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.region import Region
+from nsmaps.results import NONE, RETURNS, Result, array
 
 COARSE = "no cell lies wholly in the closed set: smaller cells are needed to show that anything arrives"
 NEVER = -1  #: steps of a cell where no number is shown
@@ -45,17 +47,19 @@ class TransientRow:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ExitTimes:
+class ExitTimes(Result):
     """The number of returns after which all states of each cell of a window have left its region, or are in a closed set."""
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.cells.exit_times"
 
     of: str  #: the map for which this holds
     cells: Cells
     regions: tuple[str, ...]
-    region: Ints  #: shape (size,), the number of each cell's region, that of its centre; -1 outside of all
-    left: Ints  #: shape (size,), returns after which every state of the cell has left its region once; -1 where not shown
-    arrived: Ints | None  #: shape (size,), returns after which every state is in the target, and stays; -1 where not shown
+    region: Ints = field(metadata=array("cell", "number of the region of the centre; -1: outside of all", NONE))
+    left: Ints = field(metadata=array("cell", "returns after which every state has left the region once; -1: not shown", RETURNS))
+    arrived: Ints | None = field(
+        metadata=array("cell", "returns after which every state is in the target, and stays; -1: not shown", RETURNS)
+    )
     cycles: tuple[PeriodicOrbit, ...]  #: some known ones
 
     @property
@@ -125,7 +129,7 @@ def exit_times(
     depth: int = 4,
     cells: int | Sequence[int] = 32,
     *,
-    target: Trap | None = None,
+    target: ForwardInvariantSet | None = None,
     cycles: Sequence[PeriodicOrbit] = (),
     of: str = "",
     progress: Progress | None = None,
@@ -145,7 +149,7 @@ def exit_times(
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         depth, cells: as for `morse_sets`.
-        target: a closed set of cells of the same map, `forward_invariant`, from `trap`.
+        target: a closed set of cells of the same map, `forward_invariant`, from `forward_invariant_set`.
         cycles: known cycles, whose states the table lists by region.
         progress: called after each level with the fraction that is done, if each takes twice as long as the last.
     """
@@ -179,7 +183,7 @@ def _regions(cells: Cells, regions: CompositeMap | Mapping[str, Region]) -> tupl
     return tuple(regions), np.select(holds, np.arange(len(holds)).tolist(), NEVER).astype(np.int64)
 
 
-def _cells_inside(cells: Cells, target: Trap) -> Bools:
+def _cells_inside(cells: Cells, target: ForwardInvariantSet) -> Bools:
     """Which cells lie wholly in the target."""
     boxes, every = cells.boxes(np.arange(cells.size)), np.ones(cells.size, bool)
     met = target.cells.targets(BoxImages(np.arange(cells.size), boxes, np.full(cells.size, ""), every, ~every))

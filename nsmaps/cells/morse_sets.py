@@ -1,21 +1,22 @@
 """Outer covers of the maximal invariant set of a map in a window, their recurrent components, and forward invariant sets."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, brief
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.cells.grid import Cells, painted, targets_of
 from nsmaps.cells.transition_graph import graph_of, invariant, order_of, recurrent
-from nsmaps.coordinates import BoxLike
+from nsmaps.coordinates import BoxLike, Coordinates
 from nsmaps.enclosures.box_images import Boxed, box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress, beat, shows
+from nsmaps.results import NONE, Result, Storable, array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -24,7 +25,7 @@ MOST_CELLS = 4_000_000  #: of one level
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class Level(Storable):
     """What one level of a subdivision cost and left."""
 
     shape: tuple[int, ...]  #: cells an axis
@@ -37,7 +38,7 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class MorseCover:
+class MorseCover(Result):
     """Cells that contain all complete orbits in a window, and their recurrent components.
 
     Every periodic orbit, every chain-recurrent state of the map in the window lies in a cell of a component, and orbits pass
@@ -45,17 +46,29 @@ class MorseCover:
     not find.
     """
 
-    __repr__ = brief
+    picture: ClassVar[str] = "nsmaps.figures.cells.morse"
 
     of: str  #: the map for which this holds, such as "exact map"
     cells: Cells  #: of the last level
-    numbers: Ints  #: shape (M,), of the cells kept
-    component: Ints  #: shape (M,), the number of each cell's component, the largest is 0; -1 of cells between components
-    edges: Ints  #: shape (E, 2), from a component to another that may be reached from it
-    hulls: Floats  #: shape (K, n, 2), of the components
-    stays: Bools  #: shape (M,), are all images of each cell known to be in the window
+    numbers: Ints = field(metadata=array("cell", "numbers of the cells kept", NONE))
+    component: Ints = field(
+        metadata=array("cell", "number of the component, the largest is 0; -1 of cells between components", NONE)
+    )
+    edges: Ints = field(metadata=array("edge ends", "from a component to another that may be reached from it", NONE))
+    hulls: Floats = field(metadata=array("hull coordinate end", "hulls of the components"))
+    stays: Bools = field(metadata=array("cell", "whether all images are known to be in the window", NONE))
     levels: tuple[Level, ...]
     finished: bool  #: whether the depth asked for was reached; it is not after an interruption
+
+    def __str__(self) -> str:
+        """The cells kept and the components."""
+        shape = " x ".join(map(str, self.cells.shape))
+        return f"Morse cover of the {self.of}: {len(self.numbers)} of {shape} cells in {len(self.hulls)} components"
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Those of the cells."""
+        return self.cells.coordinates
 
     @property
     def boxes(self) -> Floats:
@@ -166,14 +179,12 @@ def _cover(stage: _Stage, levels: tuple[Level, ...], of: str, finished: bool) ->
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Trap:
+class ForwardInvariantSet(Result):
     """Cells around a component that are forward invariant under the map if `forward_invariant`."""
-
-    __repr__ = brief
 
     of: str
     cells: Cells
-    numbers: Ints  #: shape (M,), ascending
+    numbers: Ints = field(metadata=array("cell", "numbers of the cells, ascending", NONE))
     added: int  #: cells in addition to those of the component
     forward_invariant: bool  #: True if the enclosed images of all cells lie in their union
     reason: str
@@ -194,7 +205,7 @@ class Trap:
 
 
 @shows
-def closed_box(map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> Trap:
+def forward_invariant_box(map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> ForwardInvariantSet:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 
     Args:
@@ -208,11 +219,11 @@ def closed_box(map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of:
         if out
         else "the images of all cells lie in it"
     )
-    return Trap(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
+    return ForwardInvariantSet(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
 
 
 @shows
-def trap(map: Boxed, cover: MorseCover, component: int = 0) -> Trap:
+def forward_invariant_set(map: Boxed, cover: MorseCover, component: int = 0) -> ForwardInvariantSet:
     """The cells of a component, joined with all cells that their images meet until nothing is added: a forward invariant set.
 
     The set is not forward invariant if an image leaves the window, is not bounded, or may not exist; its cells are then those
@@ -239,4 +250,4 @@ def trap(map: Boxed, cover: MorseCover, component: int = 0) -> Trap:
     numbers = np.flatnonzero(inside)
     forward_invariant = not reason
     said = f"the images of {len(numbers)} cells lie in their union, by enclosure"
-    return Trap(cover.of, cells, numbers, len(numbers) - own, forward_invariant, reason or said)
+    return ForwardInvariantSet(cover.of, cells, numbers, len(numbers) - own, forward_invariant, reason or said)

@@ -288,7 +288,8 @@ _ROWS = (
         "The cells of the window coloured by recurrent component, with states of orbits.",
         "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of orbits. "
         "From a minimal component no other component can be reached.",
-        (data.MORSE,),
+        (data.MORSE, data.EXACT_ORBITS),
+        of_parts=True,
     ),
     Row(
         "cells.exit_times",
@@ -296,6 +297,7 @@ _ROWS = (
         "The number of returns after which all states of a cell have left its region, by enclosure, with the cells for which "
         "this is not shown and the periodic points found there.",
         (data.EXIT_TIMES,),
+        of_parts=True,
     ),
 )
 CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}

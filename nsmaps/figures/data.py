@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
+    from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.events import ModeTrack, Track
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Grid, Surface
@@ -301,5 +302,6 @@ SECOND_ITERATE: "Need[SecondIterate]" = Need("a second-iterate map", ("second_it
 BOUNDED: "Need[Bounded]" = Need("an attracting domain", ("domains",), _bounded)
 AUXILIARY_MAP: "Need[AuxiliaryOrbit]" = Need("the full auxiliary map", ("auxiliary_map",), lambda result: result.auxiliary_map)
 MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
+EXACT_ORBITS: "Need[Sequence[Orbit]]" = Need("orbits", (), lambda result: [pair.exact for pair in result.orbits], optional=True)
 EXIT_TIMES: "Need[ExitTimes]" = Need("exit times", ("exit_times",), lambda result: result.exit_times, planar=True)
 PLANE: "Need[Any]" = Need("the plane of states", (), lambda result: result.system, planar=True)

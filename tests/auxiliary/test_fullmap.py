@@ -10,7 +10,7 @@ from boxmaps import Henon, one_each
 from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.auxiliary.full_map import SLICES, AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
 from nsmaps.cells.grid import images_of
-from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
@@ -101,12 +101,12 @@ def test_covers_take_it_as_any_other():
 
 def test_a_closed_box_and_one_that_is_not():
     """Henon's map at a = 0.2 takes [0.5, 1.5] x [0, 0.5] into itself; at a = 1.4 not."""
-    held = closed_box(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 16)
+    held = forward_invariant_box(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 16)
     assert held.forward_invariant
     assert held.contains([[0.5, 0.0], [1.5, 0.5]]).all()
-    assert not closed_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], 16).forward_invariant
+    assert not forward_invariant_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], 16).forward_invariant
     cover = morse_sets(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 4)
-    inner = trap(Henon(0.2), cover, cover.minimal[0])
+    inner = forward_invariant_set(Henon(0.2), cover, cover.minimal[0])
     assert (inner.hull[:, 0] >= held.hull[:, 0]).all()
 
 

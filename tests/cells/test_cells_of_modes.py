@@ -10,7 +10,7 @@ from nsmaps_two_masses import TwoMasses
 
 import nsmaps
 from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.reduced.conditions.region import Box
 
@@ -30,7 +30,7 @@ def test_a_closed_set_around_the_fixed_point(name):
     cover = morse_sets(made, window, 4)
     assert cover.of == "exact map"
     (minimal,) = cover.minimal
-    held = trap(made, cover, minimal)
+    held = forward_invariant_set(made, cover, minimal)
     assert held.forward_invariant
     assert len(held.numbers) < 0.01 * cover.cells.size
     boxes = held.boxes
@@ -52,7 +52,7 @@ def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
     fixed, cycle = (each.states for each in found.cycles)
     assert len(cycle) == 2
     (minimal,) = cover.minimal
-    held = trap(made, cover, minimal)
+    held = forward_invariant_set(made, cover, minimal)
     assert held.forward_invariant
     assert held.contains(cycle).all()
     assert not held.contains(fixed).any()
@@ -76,7 +76,7 @@ def test_a_box_that_the_exact_map_carries_into_itself():
 def test_exit_and_arrival_times():
     window = np.array([[0.66, 0.77], [1.265, 1.375]])
     cover = morse_sets(DAMPED, window, 2)
-    held = trap(DAMPED, cover)
+    held = forward_invariant_set(DAMPED, cover)
     assert held.forward_invariant
     times = exit_times(DAMPED, {"all": Box.of(DAMPED.coordinates, window)}, window, 2, 32, target=held)
     assert times.arrived is not None

@@ -8,7 +8,7 @@ from boxmaps import Henon, one_each
 
 from nsmaps.cells.exit_times import exit_times
 from nsmaps.cells.grid import Cells
-from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
@@ -26,7 +26,7 @@ def found():
     map = Henon(0.2)
     cover = morse_sets(map, WINDOW, 5)
     cycles = find_cycles(map, WINDOW, 2, 6).cycles
-    return exit_times(map, REGIONS, WINDOW, 3, 32, target=trap(map, cover, cover.minimal[0]), cycles=cycles)
+    return exit_times(map, REGIONS, WINDOW, 3, 32, target=forward_invariant_set(map, cover, cover.minimal[0]), cycles=cycles)
 
 
 def test_every_state_does_what_is_shown_of_its_cell(found):
@@ -36,7 +36,7 @@ def test_every_state_does_what_is_shown_of_its_cell(found):
     number = found.cells.numbers_of(start)
     region, left, arrived = found.region[number], found.left[number], found.arrived[number]
     cover = morse_sets(map, WINDOW, 5)
-    target = trap(map, cover, cover.minimal[0])
+    target = forward_invariant_set(map, cover, cover.minimal[0])
     x = start
     gone = np.zeros(len(x), bool)
     for step in range(1, max(left.max(), arrived.max()) + 1):
@@ -64,7 +64,7 @@ def test_what_has_arrived_at_the_start_is_told_as_no_returns(found):
     row = next(row for row in found.rows if row.region == "inner")
     assert replace(row, left_steps=None, arrives_steps=0).texts()[3::3] == ("-", "0")
     cells = Cells.over(("x", "y"), [[0.5, 1.5], [0, 0.5]], 16)
-    held = closed_box(Henon(0.2), cells.window, 16)
+    held = forward_invariant_box(Henon(0.2), cells.window, 16)
     made = exit_times(Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.window, 0, 16, target=held)
     assert made.rows[0].arrives_steps == 0
     assert made.table().splitlines()[1].split()[-3] == "0"
@@ -107,7 +107,7 @@ def test_steps_of_a_map_in_closed_form():
 
 def test_a_target_that_is_not_closed_is_refused():
     cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], 3)
-    held = trap(Henon(), cover)
+    held = forward_invariant_set(Henon(), cover)
     assert not held.forward_invariant
     with pytest.raises(NsmapsError, match="not closed under the map"):
         exit_times(Henon(), REGIONS, WINDOW, target=held)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from nsmaps.cells.conley import conley_indices
 from nsmaps.cells.grid import Cells, counted, painted, targets_of
-from nsmaps.cells.morse_sets import morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
 from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
@@ -79,7 +79,7 @@ def test_the_window_and_periodic_points_of_the_logistic_map():
     assert cover.minimal == (two,)
     assert len({two, zero, fixed}) == 3
     assert [zero, fixed] in cover.edges.tolist()
-    held = trap(Logistic(3.2), cover, two)
+    held = forward_invariant_set(Logistic(3.2), cover, two)
     assert held.forward_invariant
     assert held.contains(np.array(cycle)[:, None]).all()
     assert held.hull[0] == pytest.approx([cycle[1], cycle[0]], abs=0.01)
@@ -111,7 +111,7 @@ def test_what_does_not_stay_is_empty():
 @pytest.mark.parametrize("shift", [0.0, 1.0, -2.5])
 def test_a_circle_has_no_seam(shift):
     cover = morse_sets(Turn(shift), [[-1, 1], [shift, shift + TURN]], 4)
-    held = trap(Turn(shift), cover, cover.minimal[0])
+    held = forward_invariant_set(Turn(shift), cover, cover.minimal[0])
     assert held.forward_invariant
     assert held.contains([[0.0, angle] for angle in np.linspace(-9, 9, 50)]).all()
     assert not held.contains([[0.5, 1.0]]).any()
@@ -140,7 +140,7 @@ def test_what_is_not_known_is_kept():
     assert unknown[plain.numbers].any()
     assert not unknown[plain.numbers].all()
     assert not patchy.stays[unknown[patchy.numbers]].any()
-    held = trap(Patchy(0.9), patchy, 0)
+    held = forward_invariant_set(Patchy(0.9), patchy, 0)
     assert not held.forward_invariant
     assert "not bounded" in held.reason
 

@@ -12,7 +12,7 @@ from nsmaps import load_study, run
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.full_map import FullAuxiliaryMap
 from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.coordinates import Angle, nearest_turn
 from nsmaps.enclosures.box_images import FittedBoxes, box_map
@@ -225,9 +225,9 @@ def test_what_takes_box_maps_takes_fitted_maps():
     cover = morse_sets(map, window, 3)
     assert cover.of == "fitted map"
     assert cover.contains(fixed[None]).all()
-    held = trap(map, cover)
+    held = forward_invariant_set(map, cover)
     assert held.forward_invariant
-    assert closed_box(map, window).forward_invariant
+    assert forward_invariant_box(map, window).forward_invariant
     found = find_cycles(map, window, 1, 3)
     assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
     regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}

@@ -12,7 +12,7 @@ def shown(ax):
 
 
 def test_components_have_their_colours_and_cells(result, ax):
-    assert morse(result, ax) is ax
+    assert morse(result.morse, ax, [pair.exact for pair in result.orbits]) is ax
     cover = result.morse
     drawn = shown(ax)
     assert np.flatnonzero(drawn >= 0).tolist() == cover.numbers.tolist()
@@ -24,7 +24,7 @@ def test_components_have_their_colours_and_cells(result, ax):
 
 
 def test_what_stays_is_apart_from_what_is_left(result, ax):
-    exit_times(result, ax)
+    exit_times(result.exit_times, ax)
     made, drawn = result.exit_times, shown(ax)
     assert np.flatnonzero(drawn == 1).tolist() == [5]
     left = (made.left > 0) & (made.region >= 0)
@@ -35,7 +35,7 @@ def test_what_stays_is_apart_from_what_is_left(result, ax):
 
 
 def test_arrival_is_a_second_panel_with_its_target(result, ax):
-    (sheet,) = sheets(result)
+    (sheet,) = sheets(result.exit_times)
     assert len(sheet.panels) == 2
     sheet.panels[1](ax)
     drawn = shown(ax)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsmaps import load_study, read_result, run
-from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.figures import draw
@@ -23,7 +23,7 @@ def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d
     assert len(cover.minimal) == 1
     k = cover.minimal[0]
     assert (np.ptp(cover.hulls[k], axis=1) <= most).all()
-    held = trap(map, cover, k)
+    held = forward_invariant_set(map, cover, k)
     assert held.forward_invariant
     assert (np.ptp(held.hull, axis=1) <= most).all()
     states = orbit(map, START, 102_000).states[2000:]
@@ -65,8 +65,9 @@ def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
 
 
 def test_the_start_box_of_case_fp_is_carried_into_itself_by_enclosure(pair):
-    assert closed_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).forward_invariant
-    assert not closed_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).forward_invariant  # an image reaches phi = 1.1317
+    assert forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).forward_invariant
+    # an image reaches phi = 1.1317
+    assert not forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).forward_invariant
 
 
 def test_the_fixed_points_of_case_fp(pair):

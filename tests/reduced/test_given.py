@@ -9,7 +9,7 @@ import sympy as sp
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import closed_box, morse_sets, trap
+from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.enclosures.sides import sides_of
@@ -88,7 +88,7 @@ def test_cells_cycles_and_domains_of_the_lozi_map():
     cover = morse_sets(map, window, 5)
     assert cover.of == "map Lozi"
     assert cover.contains(map.orbits([[0.1, 0.1]], 300).image[50:]).all()
-    held = trap(map, cover)
+    held = forward_invariant_set(map, cover)
     assert held.forward_invariant
     a, b = Fraction(1.7), Fraction(0.5)
     fixed = [(1 / (1 - a - b), b / (1 - a - b)), (1 / (1 + a - b), b / (1 + a - b))]
@@ -112,7 +112,7 @@ def test_a_root_has_bounded_images_up_to_its_border():
     assert found.words.tolist() == ["L", "R"]
     assert found.images == pytest.approx(np.array([[[-0.02, 0.01]], [[-0.49, 0.01]]]), abs=1e-12)
     assert not found.empty.any()
-    assert closed_box(map, [[-0.2, 0.02]]).forward_invariant
+    assert forward_invariant_box(map, [[-0.2, 0.02]]).forward_invariant
 
 
 def test_a_root_beyond_a_slanted_border_is_not_bounded_across_it():

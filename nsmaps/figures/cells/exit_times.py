@@ -1,7 +1,6 @@
 """The number of returns after which all states of a cell have left its region, with known periodic points."""
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
@@ -12,30 +11,25 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from nsmaps.cells.exit_times import ExitTimes
 from nsmaps.figures.cells.morse import show
-from nsmaps.figures.data import EXIT_TIMES
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, RED, dress, tint
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
 
 MOST = 12  #: numbers of returns with a shade of their own; larger ones have the last shade
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(times: ExitTimes) -> tuple[Sheet, ...]:
     """One sheet: steps to leave the region, and steps to arrive, if the study has a closed target set."""
-    times = EXIT_TIMES.of(result, "exit_times")
-    panels = [partial(exit_times, result)] + ([partial(exit_times, result, arrives=True)] if times.arrived is not None else [])
+    panels = [partial(exit_times, times)] + ([partial(exit_times, times, arrives=True)] if times.arrived is not None else [])
     return (Sheet("exit_times", tuple(panels), len(panels), 0.85 if len(panels) > 1 else 0.6, legend=True),)
 
 
-def exit_times(result: "StudyResult", ax: Axes, arrives: bool = False) -> Axes:
+def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
     """Cells by the number of returns within which all their states have left their region, or with `arrives` have arrived.
 
     Cells for which this is not shown are red, cells that have arrived from the start green; crosses are known periodic points.
     """
-    times = EXIT_TIMES.of(result, "exit_times")
     steps = times.left if not arrives or times.arrived is None else times.arrived
     steps = np.where((times.region < 0) & (steps != 0), -2, steps)
     shades = int(min(max(steps.max(), 1), MOST))

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -12,12 +11,10 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.cells.grid import Cells
-from nsmaps.figures.data import MORSE
+from nsmaps.cells.morse_sets import MorseCover
+from nsmaps.dynamics.orbit import Orbit
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, YELLOW, dress, tint
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
 
 _COLOURS = (BLUE, RED, GREEN, MAGENTA, ORANGE, SKY, YELLOW)
 _GREY = (0.8, 0.8, 0.8)
@@ -25,14 +22,13 @@ LAST = 0.5  #: the share of an orbit, from its end, that is drawn
 NAMED = 4  #: components with a line in the legend
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(cover: MorseCover, orbits: Sequence[Orbit] | None = None) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("morse", (partial(morse, result),), 1, 0.6, legend=True, share=0.8),)
+    return (Sheet("morse", (partial(morse, cover, orbits=orbits),), 1, 0.6, legend=True, share=0.8),)
 
 
-def morse(result: "StudyResult", ax: Axes) -> Axes:
+def morse(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = None) -> Axes:
     """The cells of each component in a colour of its own, those between components grey, the exact orbits' last half as dots."""
-    cover = MORSE.of(result, "morse")
     count = len(cover.hulls)
     shades = [_GREY, *(tint(_COLOURS[k % len(_COLOURS)], 0.45) for k in range(count))]
     number = np.full(cover.cells.size, -1)
@@ -41,7 +37,7 @@ def morse(result: "StudyResult", ax: Axes) -> Axes:
     handles: list[Artist] = [Patch(color=shades[k + 1], label=_label(k, k in cover.minimal)) for k in range(min(count, NAMED))]
     if (cover.component < 0).any():
         handles.append(Patch(color=shades[0], label="between"))
-    tails = [pair.exact.states[int(LAST * len(pair.exact.states)) :] for pair in result.orbits]
+    tails = [orbit.states[int(LAST * len(orbit.states)) :] for orbit in orbits or ()]
     if tails:
         handles += ax.plot(*np.concatenate(tails).T, ".", ms=1.8, color="k", mec="none", label="exact orbits")
     ax.legend(handles=handles)

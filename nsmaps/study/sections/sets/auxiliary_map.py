@@ -61,7 +61,7 @@ class AuxiliaryMapSection(Analysis):
         """The curves, the generic orbit, and the exit times under the full auxiliary map."""
         from nsmaps.auxiliary.full_map import AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
         from nsmaps.cells.exit_times import exit_times
-        from nsmaps.cells.morse_sets import closed_box
+        from nsmaps.cells.morse_sets import forward_invariant_box
 
         bound, map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
         with plan.study.source.located(("auxiliary_map",)):
@@ -76,7 +76,7 @@ class AuxiliaryMapSection(Analysis):
             regions = [(piece, AuxiliaryRegion.of_piece(piece, box, map.coordinates)) for piece, box in pieces]
             orbit = auxiliary_orbit(map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns)
             full = FullAuxiliaryMap(map, step.box[None], tuple(pieces))
-            target = closed_box(full, step.box, self.cells)
+            target = forward_invariant_box(full, step.box, self.cells)
             goal = target if target.forward_invariant else None
             window, progress = bound["window"], plan.jobs.progress
             times = exit_times(full, map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)

@@ -26,10 +26,7 @@ class ExitTimesSection(Analysis):
         "cycles": None,  #: of the window of the transient regions
         "exit_times": None,
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "cells.periodic_points": ("CycleSearch",),
-        "cells.exit_times": ("ExitTimes",),
-    }
+    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"cells.periodic_points": ("CycleSearch",)}
 
     model_config = SPEC
     box: Bounds

@@ -23,8 +23,6 @@ class MorseSection(Analysis):
         "morse": None,  #: of the invariant sets in the window, by enclosure of the exact map
         "trap": None,  #: the closed set around its first minimal component
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"cells.morse_sets": ("Level", "MorseCover", "Trap")}
-
     model_config = SPEC
     box: Bounds
     depth: int = Field(4, ge=0, le=12)
@@ -43,12 +41,12 @@ class MorseSection(Analysis):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
-        from nsmaps.cells.morse_sets import morse_sets, trap
+        from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
 
         with plan.study.source.located(("morse",)):
             window = plan.bound["morse"].array
             cover = morse_sets(plan.system, window, self.depth, self.cells, progress=plan.jobs.progress)
-        return {"morse": cover, "trap": trap(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
+        return {"morse": cover, "trap": forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
 
     def describe(self, study: "Study") -> str:
         return f"{self.cells} cells an axis, halved {self.depth} times"
