@@ -1,11 +1,16 @@
 """Results of exact and reduced maps draw themselves, and their datasets have named axes."""
 
+from collections.abc import Mapping
 from operator import attrgetter
+from typing import ClassVar
 
 import pytest
-from figures.conftest import COUPLED
+from figures.conftest import COORDINATES, COUPLED, GRID, ORDERS, WALLS, Toy
 from matplotlib.figure import Figure
 
+from nsmaps.exact.surfaces.family import WordFamily
+from nsmaps.reduced.composite.composite import PieceSpec, build_composite
+from nsmaps.reduced.conditions.region import Box
 from nsmaps.results import dataset_of, declared_arrays
 from nsmaps.symbolic.curve_iterates import second_iterate
 
@@ -34,6 +39,19 @@ def test_a_result_draws_itself(result, name):
     drawn = [axes for axes in figure.axes if axes.get_xlabel()]
     assert len(drawn) == panels
     assert all(axes.get_ylabel() for axes in drawn)
+
+
+def test_a_surface_and_the_map_fitted_to_it_have_the_units_of_the_system():
+    class Metres(Toy):
+        units: ClassVar[Mapping[str, str]] = {"v": "m/s"}
+        dimensionless = False
+
+    family = WordFamily(name="BTB", words=("BTB",))
+    surface = family.surface(Metres(), GRID)
+    spec = PieceSpec(name="R1", region=Box.of(COORDINATES, [[0.5, 1], [0, 1]]), family="BTB", fit=ORDERS["poly11"])
+    composite = build_composite(COORDINATES, WALLS, {"BTB": surface}, [spec])
+    assert surface.restrict(surface.start[:, 0] > 0.7).units == composite.units == {"v": "m/s"}
+    assert composite.plot().axes[0].get_xlabel() == "$v_{k}$ (m/s)"
 
 
 def test_the_second_iterate_of_a_polynomial_has_its_fixed_points(ax):

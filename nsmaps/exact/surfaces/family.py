@@ -17,6 +17,7 @@ from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
 from nsmaps.exact.systems.files import Transferable, place_of
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.words import decode, encode
+from nsmaps.results import units_of
 
 OPERATORS = re.compile(r"[+*?|()]")
 LONG = 16  #: consecutive returns that a pattern may contain
@@ -42,7 +43,7 @@ class ReturnFamily(BaseModel, Transferable, ABC):
     def surface(self, system: System, grid: Grid) -> Surface:
         """The family's returns over a grid of states."""
         check_axes(grid, system.coordinates)
-        return Surface(self.name, grid, *members(system, system.first_return(grid.states()), self))
+        return Surface(self.name, grid, *members(system, system.first_return(grid.states()), self), units_of(system))
 
 
 def membership(family: ReturnFamily, returns: Returns) -> NDArray[np.bool_]:

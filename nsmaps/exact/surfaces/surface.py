@@ -1,7 +1,7 @@
 """Grids of starts, and the return surfaces over them."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -89,8 +89,9 @@ class Surface(Result):
 
     name: str
     grid: Grid
-    member: NDArray[np.bool_] = field(metadata=array("grid_state", "", NONE))
+    member: NDArray[np.bool_] = field(metadata=array("grid_state", "states of the grid that belong to the family", NONE))
     returns: Returns  #: the M members, in the grid's order
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def coordinates(self) -> Coordinates:
@@ -117,7 +118,7 @@ class Surface(Result):
         mask = np.asarray(mask, bool)
         member = self.member.copy()
         member[self.member] = mask
-        return Surface(self.name, self.grid, member, self.returns.select(mask))
+        return replace(self, member=member, returns=self.returns.select(mask))
 
     def on_grid(self, values: ArrayLike) -> Floats:
         """Values of the M members, shape (M,), on the grid, with NaN elsewhere."""

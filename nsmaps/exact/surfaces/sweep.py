@@ -12,6 +12,7 @@ from nsmaps.exact.surfaces.family import ReturnFamily, members
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.results import units_of
 
 
 def surfaces(system: System, grid: Grid, families: Sequence[ReturnFamily]) -> dict[str, Surface]:
@@ -27,7 +28,8 @@ def surfaces(system: System, grid: Grid, families: Sequence[ReturnFamily]) -> di
 def surfaces_among(system: System, returns: Returns, grid: Grid, families: Iterable[ReturnFamily]) -> dict[str, Surface]:
     """The surfaces of all families among the first returns of a whole grid, in its order."""
     found = {family.name: members(system, returns, family) for family in families}
-    return {name: Surface(name, grid, member, own) for name, (member, own) in found.items()}
+    units = units_of(system)
+    return {name: Surface(name, grid, member, own, units) for name, (member, own) in found.items()}
 
 
 @divides

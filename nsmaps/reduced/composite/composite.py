@@ -209,7 +209,8 @@ def build_composite(
             raise FitError(f"piece {piece.name!r}: {error.errors()[0]['msg']}") from error
         except NsmapsError as error:
             raise FitError(f"piece {piece.name!r}: {error}") from error
-    return CompositeMap(names, tuple(walls), tuple(built))
+    units = next((surface.units for surface in surfaces.values()), {})
+    return CompositeMap(names, tuple(walls), tuple(built), units)
 
 
 def _piece(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Piece:

@@ -1,7 +1,7 @@
 """The pieces of a composite map, in their order."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, near_match
@@ -43,6 +43,7 @@ class Pieces(WithCoordinates):
     coordinates: Coordinates
     walls: tuple[str, ...]
     pieces: tuple[Piece, ...]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def several(self) -> bool:

@@ -21,6 +21,11 @@ class NearDiagonals(Result):
     maps: dict[str, PolyMap]  #: by the name of the order; each with its report
     picture: ClassVar[str] = "nsmaps.figures.fits.orders"
 
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Those of the surface."""
+        return self.surface.units
+
 
 def compare_deltas(
     diagonal: NearDiagonal, surface: Surface, deltas: Sequence[float], fits: Mapping[str, PolyFit]

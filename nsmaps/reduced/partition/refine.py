@@ -22,6 +22,7 @@ from nsmaps.reduced.partition.orders import Chosen, Demand, choose_order, common
 from nsmaps.reduced.partition.resets import resets
 from nsmaps.reduced.partition.separators import best_separator, bound, sheets
 from nsmaps.reduced.validation.destinations import Destinations, ends, random_states
+from nsmaps.results import units_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -254,7 +255,7 @@ class Refinement:
     def composite(self) -> CompositeMap:
         """The pieces so far, the attracting ones first and the resets last."""
         pieces = tuple(leaf.piece() for leaf in sorted(self.leaves, key=lambda leaf: leaf.role != "attracting"))
-        return CompositeMap(self.system.coordinates, self.system.letters, pieces + self.resets)
+        return CompositeMap(self.system.coordinates, self.system.letters, pieces + self.resets, units_of(self.system))
 
     def loose(self) -> dict[Leaf, str]:
         """The regions that must be more accurate, with the reason: transient ones in which orbits of the composite map end, and

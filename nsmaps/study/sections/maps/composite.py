@@ -16,6 +16,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import ConditionRegion, Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.validation.words import misleads
+from nsmaps.results import units_of
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
 from nsmaps.study.conclusions.texts import finite, intervals, yes
 from nsmaps.study.estimates import Size, states
@@ -190,7 +191,7 @@ def composite_of(plan: "Plan", system: "System", known: Surfaces) -> CompositeMa
     for number, piece in enumerate(plan.bound["composite"]):
         with plan.study.source.located(("composite", number)):
             pieces.append(_piece(plan, system, known, piece))
-    return CompositeMap(system.coordinates, system.letters, tuple(pieces))
+    return CompositeMap(system.coordinates, system.letters, tuple(pieces), units_of(system))
 
 
 def _piece(plan: "Plan", system: "System", known: Surfaces, piece: PiecePlan) -> Piece:
