@@ -103,6 +103,5 @@ def test_errors_name_the_entry(old, new, message, tmp_path):
 
 
 def test_a_figure_of_no_manifold_says_why(result):
-
     with pytest.raises(NsmapsError, match="the figure 'manifolds' has nothing to show: the orbit has the multipliers"):
-        manifolds(result.with_parts({"manifolds": {"sink": ()}}), Figure().subplots())
+        CATALOGUE["manifolds"].sheets(result.with_parts({"manifolds": {"sink": ()}}))
