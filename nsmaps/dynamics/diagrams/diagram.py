@@ -74,7 +74,10 @@ class BifurcationDiagram(WithCoordinates, Result):
     length: NDArray[np.int64] = field(
         metadata=array("value start", "states in a period; fewer than its returns if images are those of several returns", NONE)
     )
-    ends: Floats | None = None  #: as `states`, the period of orbits whose last state is far from it; None if none is
+    ends: Floats | None = field(
+        default=None,
+        metadata=array("value start return coordinate", "as `states`, the period of orbits whose last state is far from it"),
+    )
     windows: tuple[Window, ...] = ()  #: the widest windows of the first orbit, if their borders were asked for
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
 
