@@ -1,8 +1,38 @@
-"""Impact laws and resets that are not linear: compiled separately, and called by their address."""
+"""What compiled code does by addresses: calls of laws and resets that are compiled separately, products of small matrices."""
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.extending import intrinsic
+
+LANES = 4  #: columns of a matrix that are computed at once
+DOUBLE = 8  #: bytes
+
+
+@intrinsic
+def multiply_lanes(typingctx, row, columns, count, width, out):
+    """Write a row of numbers, times `LANES` columns of a matrix, to `out`.
+
+    All but the count, and the width of the rows of the matrix, are addresses of doubles.
+    """
+
+    def codegen(context, builder, signature, arguments):
+        lanes, whole = ir.VectorType(ir.DoubleType(), LANES), ir.IntType(64)
+        row, columns, count, width, out = arguments
+        total = cgutils.alloca_once_value(builder, ir.Constant(lanes, [0.0] * LANES))
+        row = builder.inttoptr(row, ir.DoubleType().as_pointer())
+        step = builder.mul(width, ir.Constant(whole, DOUBLE))
+        with cgutils.for_range(builder, count) as loop:
+            place = builder.inttoptr(builder.add(columns, builder.mul(loop.index, step)), lanes.as_pointer())
+            number = builder.load(builder.gep(row, [loop.index]))
+            factor = builder.insert_element(ir.Constant(lanes, ir.Undefined), number, whole(0))
+            factor = builder.shuffle_vector(factor, factor, ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES))
+            product = builder.fmul(factor, builder.load(place, align=DOUBLE), flags=("contract",))
+            builder.store(builder.fadd(builder.load(total), product, flags=("contract",)), total)
+        builder.store(builder.load(total), builder.inttoptr(out, lanes.as_pointer()), align=DOUBLE)
+        return context.get_dummy_value()
+
+    return types.void(*[types.int64] * 5), codegen
 
 
 @intrinsic

@@ -6,23 +6,32 @@ units of its length, other quantities in the units of the system, phases in radi
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from nsmaps.coordinates import TWO_PI
-from nsmaps.exact.engine.jit import inner
+from nsmaps.exact.engine.jit import fused, inner
 from nsmaps.exact.engine.law import call_step
 from nsmaps.exact.modes.flights.laws import size_column
-from nsmaps.exact.modes.flights.resolution import is_resolved, is_watched
-from nsmaps.exact.modes.tables.memory import ONLY
+from nsmaps.exact.modes.flights.resolution import HALF, START, is_resolved, is_watched
+from nsmaps.exact.modes.tables.memory import INTERVALS, ONLY
 from nsmaps.exact.modes.tables.taylor import DEGREE, TERMS
 
-UNIT = 2.0**-53
+UNIT_EXPONENT = -53.0  # log2 of the unit of rounding
+LOG_2 = math.log(2.0)
+FRACTION, BIAS, ALL_BUT_SIGN = 2.0**-52, 1023.0, 2**63 - 1  # of a float's bits: unit of the fraction, of the exponent; a mask
 CONSTANT, LINEAR, SQUARE = 0, 1, 2  # terms of a series
 PHASE = 0  # place in `Piece.settings`
 LEADING = 5  # first terms of a series with whose sizes the last ones are compared
-FAINT = 1e-13  # of its leading terms: what the last ones of a derivative may be
+FAINT_EXPONENT = math.log2(1e-13)  # of its leading terms: what the last ones of a derivative may be
 TURNED = 1.3  # radians over which the series of a wave is exact to rounding, (UNIT 20!)^(1/20)
 HUGE = 1e10  # of a state: its power DEGREE + 1, as of the last terms, is near the end of the range of floats
 LAST_BUT_ONE = DEGREE - 1  # term of a series
+HALVES = 0.5 ** np.arange(DEGREE + 1)  # powers of one half
+PARTS = 1.0 / np.maximum(np.arange(DEGREE + 1), 1)  # of one, by whole numbers
+RATES = 1.0 * np.arange(DEGREE + 1)  # factors of the terms of a derivative at the end of a step
+HALF_RATES = 2.0 * RATES * HALVES  # the same, in its middle
 MOST_HALVINGS = 60  # of a step whose series is not the flight
 
 
@@ -56,64 +65,115 @@ def vary(p, mode, w):
 
 
 @inner
-def exact_length(series, first, share, max_length):
-    """The longest step, at most `max_length`, over which series (rows, DEGREE + 1), from a row on, are exact but for a share.
+def exponent_of(x):
+    """log2 of a size, too small by at most 0.09: the exponent of a float, and its fraction for the logarithm of that."""
+    return (np.float64(x).view(np.int64) & ALL_BUT_SIGN) * FRACTION - BIAS
 
-    The last two terms of each are at most that share of the largest of its first terms, whatever the units and the origin.
+
+@inner
+def exact_exponent(series, first, share, max_exponent):
+    """log2, at most `max_exponent`, of the longest step over which series (rows, DEGREE + 1) from a row on are exact but a share.
+
+    The last two terms of each are at most that share, given by its log2, of the largest of its first terms, whatever the units
+    and the origin.
     """
-    h = max_length
     for i in range(first, len(series)):
-        h = row_length(series, i, share, h)
-    return h
+        max_exponent = row_exponent(series[i], share, max_exponent)
+    return max_exponent
 
 
 @inner
-def row_length(series, i, share, max_length):
-    """As `exact_length`, of one row."""
-    h = max_length
-    for m in range(DEGREE - 1, DEGREE + 1):
-        tail = abs(series[i, m])
-        if tail > 0.0:
-            size, power = 0.0, 1.0
-            for j in range(LEADING):
-                size, power = max(size, abs(series[i, j]) * power), power * h
-            if not tail * h**m <= share * size:
-                h = min(h, length_by(series[i], m, tail, share))
-    return h
+def row_exponent(row, share, max_exponent):
+    """As `exact_exponent`, of one row."""
+    size = -math.inf
+    for j in range(LEADING):
+        size = max(size, exponent_of(row[j]) + j * max_exponent)
+    for m in range(LAST_BUT_ONE, DEGREE + 1):
+        tail = exponent_of(row[m])
+        if row[m] != 0.0 and not tail + m * max_exponent <= share + size:
+            max_exponent = min(max_exponent, term_exponent(row, m, share - tail))
+    return max_exponent
 
 
 @inner
-def length_by(row, m, tail, share):
-    """The longest step at which the term m of a series, of this size, is a share of the largest of its first terms."""
-    part, log_length = math.log(share / tail), -math.inf
-    for j in range(DEGREE - 1):
-        if abs(row[j]) > 0.0 and (j < LEADING or log_length == -math.inf):
-            log_length = max(log_length, (part + math.log(abs(row[j]))) / (m - j))
-    return math.exp(log_length)
+def term_exponent(row, m, share):
+    """log2 of the step at which the term m is the largest of the first ones, as a series of its share in its own size."""
+    largest = -math.inf
+    for j in range(LEADING):
+        if row[j] != 0.0:
+            largest = max(largest, (share + exponent_of(row[j])) * PARTS[m - j])
+    first = LEADING
+    while largest == -math.inf and first < LAST_BUT_ONE:
+        largest = (share + exponent_of(row[first])) * PARTS[m - first] if row[first] != 0.0 else largest
+        first += 1
+    return largest
+
+
+@inner
+def power_of_two(exponent):
+    """2 to a power."""
+    return math.exp(LOG_2 * exponent)
+
+
+class Sums(NamedTuple):
+    """Sums of the terms of a series behind the first."""
+
+    half: float  #: in the middle of the step
+    half_rate: float  #: the same, of its derivative
+    end: float  #: at the end of the step
+    end_rate: float
+    span: float  #: of sizes
+
+
+@fused
+def localize_row(series, powers, local):
+    """Write a series in units of a step, of which there are the powers: `Sums`, small terms first."""
+    half, half_rate, end, end_rate, span = 0.0, 0.0, 0.0, 0.0, 0.0
+    local[CONSTANT] = series[CONSTANT]
+    for k in range(DEGREE, CONSTANT, -1):
+        term = series[k] * powers[k]
+        local[k] = term
+        half += HALVES[k] * term
+        half_rate += HALF_RATES[k] * term
+        end += term
+        end_rate += RATES[k] * term
+        span += abs(term)
+    return Sums(half, half_rate, end, end_rate, span)
 
 
 @inner
 def localize(p, h, w):
-    """Write the series of all features in units of a step."""
-    q, n = w.piece, len(w.piece.state)
+    """Write the series of all features in units of a step, and states and their rates in the middle and at its ends."""
+    q, n, square, even, odd = w.piece, len(w.piece.state), h * h, 1.0, h
+    for k in range(0, DEGREE + 1, 2):
+        following = k + 1
+        w.powers[k], w.powers[following] = even, odd
+        even, odd = even * square, odd * square
     for j in range(n):
-        power = 1.0
-        for k in range(DEGREE + 1):
-            q.local[j, k], power = q.series[j, k] * power, power * h
-    q.local[n, CONSTANT] = 1.0
+        row = localize_row(q.series[j], w.powers, q.local[j])
+        first = q.series[j, CONSTANT]
+        q.states[START, j], q.states[HALF, j], q.states[INTERVALS, j] = first, first + row.half, first + row.end
+        q.speeds[START, j], q.speeds[HALF, j], q.speeds[INTERVALS, j] = q.local[j, LINEAR], row.half_rate, row.end_rate
+        q.spans[j], q.tails[j] = abs(first) + row.span, abs(q.local[j, DEGREE]) + abs(q.local[j, LAST_BUT_ONE])
+    q.local[n, CONSTANT], q.spans[n] = 1.0, 1.0
     for m in range(1, (len(w.z) - n - 1) // 2 + 1):
-        c, s, turn = n + 2 * m - 1, n + 2 * m, m * p.rate * h
-        q.local[c, CONSTANT], q.local[s, CONSTANT] = w.z[c], w.z[s]
-        for k in range(DEGREE):
-            share, following = turn / (k + 1), k + 1
-            q.local[c, following], q.local[s, following] = -share * q.local[s, k], share * q.local[c, k]
-    for j in range(len(w.z)):
-        span = 0.0
-        for k in range(DEGREE + 1):
-            span += abs(q.local[j, k])
-        q.spans[j], q.tails[j] = span, abs(q.local[j, DEGREE]) + abs(q.local[j, LAST_BUT_ONE])
+        localize_wave(m * p.rate * h, n + 2 * m - 1, w)
     for r in range(len(q.derived)):
         q.spans[p.own + r] = max(q.spans[p.own + r], q.derived[r, size_column(p)])
+
+
+@inner
+def localize_wave(turn, cosine, w):
+    """Write the series of the cosine of a phase that changes by this turn over the step, and in the next row of its sine."""
+    q, sine = w.piece, cosine + 1
+    q.local[cosine, CONSTANT], q.local[sine, CONSTANT] = w.z[cosine], w.z[sine]
+    for k in range(DEGREE):
+        share, following = turn / (k + 1), k + 1
+        q.local[cosine, following], q.local[sine, following] = -share * q.local[sine, k], share * q.local[cosine, k]
+    for j in range(cosine, sine + 1):
+        q.spans[j], q.tails[j] = 0.0, abs(q.local[j, DEGREE]) + abs(q.local[j, LAST_BUT_ONE])
+        for k in range(DEGREE + 1):
+            q.spans[j] += abs(q.local[j, k])
 
 
 @inner
@@ -122,20 +182,16 @@ def take_step(p, mode, max_length, w):
     derivatives = w.dz.shape[1] > 0
     if derivatives:
         vary(p, mode, w)
-    if derivatives and len(w.piece.derived) == 0:
-        for i in range(p.own):
-            for k in range(DEGREE + 1):
-                w.piece.series[i, k] = w.piece.variations[i, k]
-    else:
+    if not derivatives or len(w.piece.derived) > 0:  # else the series are the first rows of the derivatives'
         expand(p, mode, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2
     h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
     h = min(h, TWO_PI / p.rate) if p.rate > 0.0 else h
+    exponent = exponent_of(h) + 1.0
     for i in range(len(w.piece.series)):
         if i < p.own or is_watched(p, mode, i):
-            h = row_length(w.piece.series, i, UNIT, h)
-    if derivatives:
-        h = exact_length(w.piece.variations, p.own, FAINT, h)
+            exponent = row_exponent(w.piece.series[i], UNIT_EXPONENT, exponent)
+    h = min(h, power_of_two(exact_exponent(w.piece.variations, p.own, FAINT_EXPONENT, exponent)))
     for _ in range(MOST_HALVINGS):
         if not h > 0.0:
             break
@@ -158,7 +214,7 @@ def runs_away(p, w):
     return first < math.inf and not last < math.inf and largest > HUGE
 
 
-@inner
+@fused
 def value_at(row, tau):
     """A series at a share of a step."""
     total = row[DEGREE]
@@ -195,24 +251,40 @@ def advance_states(p, tau, w):
             for c in range(w.dz.shape[1]):
                 w.slopes[i, c] = slope(p, i, c, w)
     for i in range(p.own):
-        w.z[i] = value_at(w.piece.local[i], tau)
+        w.z[i] = w.piece.states[INTERVALS, i] if tau == 1.0 else value_at(w.piece.local[i], tau)
         for c in range(w.dz.shape[1]):
             w.dz[i, c] = w.slopes[i, c]
 
 
 @inner
-def combine(p, f, w):
-    """Write the series of a function over the piece: the sizes of its terms, and a bound on what is left out."""
+def sizes_of(p, f, w):
+    """Of a function over the piece: a bound on the sum of the sizes of its terms, and on what its series leaves out."""
     row, size, left = p.functions[f], 0.0, 0.0
+    for j in range(len(w.z)):
+        size += abs(row[j]) * w.piece.spans[j]
+        left += abs(row[j]) * w.piece.tails[j]
+    return size, left
+
+
+@inner
+def term_of(p, f, k, w):
+    """One term of the series of a function over the piece."""
+    row, total = p.functions[f], 0.0
+    for j in range(len(w.z)):
+        total += row[j] * w.piece.local[j, k]
+    return total
+
+
+@inner
+def combine(p, f, w):
+    """Write the series of a function over the piece."""
+    row = p.functions[f]
     for k in range(TERMS):
         w.a[k] = 0.0
     for j in range(len(w.z)):
         if row[j] != 0.0:
             for k in range(DEGREE + 1):
                 w.a[k] += row[j] * w.piece.local[j, k]
-            size += abs(row[j]) * w.piece.spans[j]
-            left += abs(row[j]) * w.piece.tails[j]
-    return size, left
 
 
 @inner

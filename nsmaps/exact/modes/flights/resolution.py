@@ -30,7 +30,7 @@ TRUNCATION = 1e-13  # of a state, a step
 ROUNDING = 32 * 2.0**-53  # of states and phase, by which a rate may change
 LEAST = 1e-290  # of a value, with a margin: smaller ones have fewer digits, as tails of exp
 BEND = 8.0  # divisor of the second difference of three instants: how far a parabola is from its chord
-HALF = INTERVALS // 2  # number of the instant in the middle of a step
+START, HALF = 0, INTERVALS // 2  # numbers of the instants at the start and in the middle of a step
 NEAR = 1.0  # radians of phase, in which half a step shows what depends on it
 NEGLIGIBLE = 1e-15  # of the terms of a rate or of a function that is watched
 
@@ -66,16 +66,23 @@ def scale_between(kind, low, high):
 def compare_rates(p, mode, h, i, w):
     """Write what the law of the rates gives at an instant of a step, and how far it is from the rates of the series."""
     q, own, tau = w.piece, p.own, i / INTERVALS
-    phase = q.phase[ONLY] + p.rate * h * tau
+    if i % HALF != 0:
+        for j in range(own):
+            value, rate = q.local[j, DEGREE], 0.0
+            for k in range(DEGREE - 1, -1, -1):
+                rate = rate * tau + value
+                value = value * tau + q.local[j, k]
+            q.states[i, j], q.speeds[i, j] = value, rate
+    write_law(p, mode, q.phase[ONLY] + p.rate * h * tau, i, w)
     for j in range(own):
-        value, rate = q.local[j, DEGREE], 0.0
-        for k in range(DEGREE - 1, -1, -1):
-            rate = rate * tau + value
-            value = value * tau + q.local[j, k]
-        q.state[j], q.misfits[i, j] = value, rate / h
-    call_reset(p.rates[mode], phase, q.state.ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
-    for j in range(own):
-        q.misfits[i, j] = abs(q.inside[i, rate_place(p, j)] - q.misfits[i, j])
+        q.misfits[i, j] = abs(q.inside[i, rate_place(p, j)] - q.speeds[i, j] / h)
+
+
+@inner
+def write_law(p, mode, phase, i, w):
+    """Write what the law of the rates gives at an instant of a step, of which the states are known."""
+    q = w.piece
+    call_reset(p.rates[mode], phase, q.states[i].ctypes.data, p.parameters.ctypes.data, q.inside[i].ctypes.data)
 
 
 @inner
@@ -93,12 +100,11 @@ def fits_derived_states(p, mode, h, w):
     q, own = w.piece, p.own
     if len(p.nonlinear) == 0 or p.derived == 0:
         return True
-    call_reset(p.derived, q.phase[ONLY] + p.rate * h, q.state.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
+    phase, end = q.phase[ONLY] + p.rate * h, q.states[INTERVALS]
+    call_reset(p.derived, phase, end.ctypes.data, p.parameters.ctypes.data, q.derived.ctypes.data)
     fit = True
     for r in range(len(q.derived)):
-        value, noise = 0.0, abs(q.derived[r, slope_column(own)]) * (abs(q.phase[ONLY]) + p.rate * h)
-        for k in range(DEGREE, -1, -1):
-            value += q.local[own + r, k]
+        value, noise = q.states[INTERVALS, own + r], abs(q.derived[r, slope_column(own)]) * (abs(q.phase[ONLY]) + p.rate * h)
         for j in range(own):
             noise += abs(q.derived[r, slope_column(j)]) * q.spans[j]
         size = q.derived[r, size_column(p)] + q.spans[own + r]
@@ -116,6 +122,8 @@ def fits_rate(p, a, instants, h, w):
     for i in instants:
         size = max(size, q.inside[i, size_place(p, a)])
     for i in instants:
+        if q.misfits[i, a] <= RESIDUAL * size + truncation:
+            continue
         noise = abs(q.inside[i, slope_place(p, a, own)]) * (abs(q.phase[ONLY]) + p.rate * h)
         for j in range(own):
             noise += abs(q.inside[i, slope_place(p, a, j)]) * q.spans[j]

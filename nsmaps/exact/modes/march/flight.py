@@ -9,7 +9,7 @@ from typing import NamedTuple
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.modes.flights.laws import size_column
 from nsmaps.exact.modes.flights.motion import advance, begin_piece
-from nsmaps.exact.modes.flights.pieces import bend_bound, combine, runs_away
+from nsmaps.exact.modes.flights.pieces import bend_bound, combine, runs_away, sizes_of, term_of
 from nsmaps.exact.modes.flights.rounding import ERROR, begin_errors, error_at, errors_after
 from nsmaps.exact.modes.flights.states import dot, row_value, shift, velocity
 from nsmaps.exact.modes.march.zeros import (
@@ -118,9 +118,13 @@ def first_zero_of(p, f, when, grown, w):
 def first_zero_ahead(p, f, when, grown, w):
     """As `first_zero_of`, over a piece of a Taylor flight."""
     on = w.on[f] > 0
-    size, left = combine(p, f, w)
+    size, left = sizes_of(p, f, w)
+    error = ROUNDING * size * (1.0 + grown) + left
+    if w.on[f] <= 1 and stays_positive(term_of(p, f, w.on[f], w), size, error):
+        return Zero(False, when, False)
+    combine(p, f, w)
     start_at_zero(f, w)
-    error, unknown = ROUNDING * size * (1.0 + grown) + left, grown_rounding(p, f, grown, w)
+    unknown = grown_rounding(p, f, grown, w)
     if stays_positive(w.a[LINEAR] if on else w.a[CONSTANT], size_of(w.a, 1.0), error):
         return Zero(False, when, False)
     write_bernstein(w.a, 1.0, w.powers, w.b)
@@ -271,12 +275,13 @@ def fly(p, mode, phi, until, w):
         if taylor and which != NO_FUNCTION and grown * ROUNDING > CLOUDED_SHARE:
             unsure = not in_doubt(CLOUDED, w)
         last = which != NO_FUNCTION or left <= 1.0
-        if taylor and not last:
-            grown = errors_after(p, mode, unit, w)
         doubtful = doubtful or unsure
         if not math.isnan(w.margins[CLEARANCE]):
             look_around(p, mode, tau, w)
+        start = phi
         phi, more = advance(p, mode, tau, unit, phi, w)
+        if taylor and not last:
+            grown = errors_after(p, mode, start, unit, w)
         flight, turns = flight + tau * unit, turns + more
         w.reals[FLIGHT_TIME] = flight
         w.integers[PIECES] += 1

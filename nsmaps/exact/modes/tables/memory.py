@@ -6,6 +6,7 @@ import numpy as np
 
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.compiling.addresses import by_address
+from nsmaps.exact.engine.law import LANES
 from nsmaps.exact.kernel import return_rows
 from nsmaps.exact.modes.tables.taylor import DEGREE, ORDER, TERMS
 
@@ -74,7 +75,7 @@ class Piece(NamedTuple):
     state: Any  #: shape (n,), at the start
     varied: Any  #: shape (V,), own states there and the unit matrix
     settings: Any  #: shape (2 P + 2,), phase, parameters, their rates along a direction, zero
-    series: Any  #: shape (n, DEGREE + 1)
+    series: Any  #: shape (n, DEGREE + 1), without derived states the first rows of `variations`, if there are any
     variations: Any  #: shape (V, DEGREE + 1)
     local: Any  #: shape (N, TERMS), of the features, in units of the step
     spans: Any  #: shape (N,), sums of the sizes of these terms
@@ -82,10 +83,13 @@ class Piece(NamedTuple):
     flow: Any  #: shape (own, own to own + 2), how states change with the start, the phase and along the direction, if any
     rates: Any  #: shape (L,), what the law of the rates writes: see `nsmaps.exact.modes.flights.states`
     inside: Any  #: shape (INTERVALS + 1, L), the same at instants of the step
+    states: Any  #: shape (INTERVALS + 1, n), at these instants, of derived ones at both ends and in the middle alone
+    speeds: Any  #: the same, their rates by the series, in units of the step
     misfits: Any  #: shape (INTERVALS + 1, own), how far the rates there are from those of the series
     derived: Any  #: shape (n - own, own + P + 3), what the law of the derived states writes
-    growth: Any  #: shape (4, own, own), how errors grow: see `nsmaps.exact.modes.flights.rounding`
+    growth: Any  #: shape (5, own, own or more, a multiple of 4), how errors grow: see `nsmaps.exact.modes.flights.rounding`
     extent: Any  #: shape (own,), how large the states have been in the flight
+    weights: Any  #: shape (own,), one by the squares of these, zero of a state that is zero
 
 
 @by_address
@@ -148,7 +152,7 @@ def still(p: Any) -> Moved:
     return Moved(False, 0.0, 0.0, p.parameters, *(np.zeros((0, *shape.shape[1:])) for shape in shapes))
 
 
-DIMENSIONS = (1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 1, 1, 2, 1, 2, 2, 2, 3, 1)  #: of the fields of a `Piece`
+DIMENSIONS = (1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 1, 1, 2, 1, 2, 2, 2, 2, 2, 3, 1, 1)  #: of the fields of a `Piece`
 NO_PIECE = Piece(*(np.zeros((0,) * dimensions) for dimensions in DIMENSIONS))  #: of systems whose modes are affine
 
 
@@ -162,6 +166,7 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
     law = own * (own + 3) + p.kinds.shape[1] * (own + 2)
     varied = np.zeros(rows)
     varied[own:].reshape(-1, columns)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
+    variations = np.zeros((rows, DEGREE + 1))
     return Piece(
         phase=np.zeros(1),
         length=np.zeros(1),
@@ -170,18 +175,21 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
         state=np.zeros(n),
         varied=varied,
         settings=np.concatenate([np.zeros(1), p.parameters, moved.parameters if moved.here else np.zeros(count), np.zeros(1)]),
-        series=np.zeros((n, DEGREE + 1)),
-        variations=np.zeros((rows, DEGREE + 1)),
+        series=variations[:own] if rows and n == own else np.zeros((n, DEGREE + 1)),
+        variations=variations,
         local=np.zeros((width, TERMS)),
         spans=np.zeros(width),
         tails=np.zeros(width),
         flow=np.zeros((own, columns)),
         rates=np.zeros(law),
         inside=np.zeros((INTERVALS + 1, law)),
+        states=np.zeros((INTERVALS + 1, n)),
+        speeds=np.zeros((INTERVALS + 1, n)),
         misfits=np.zeros((INTERVALS + 1, own)),
         derived=np.zeros((n - own, own + count + 3)),
-        growth=np.zeros((4, own, own)),
+        growth=np.zeros((5, own, -(-own // LANES) * LANES)),
         extent=np.zeros(own),
+        weights=np.zeros(own),
     )
 
 
