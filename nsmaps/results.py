@@ -136,10 +136,13 @@ def axes_of(result: Any, declared: Declaration, count: int) -> tuple[str, ...]:
 
 
 def declared_arrays(result: Any) -> Iterator[tuple[str, Declaration, Any]]:
-    """The arrays of a result that are not None: name, declaration, array; those of a tuple by number."""
+    """The arrays of a result that are not None: name, declaration, array; those of a tuple by number, of a mapping by key."""
     for each in fields(result):
         if ARRAY in each.metadata and (value := getattr(result, each.name)) is not None:
-            if isinstance(value, tuple):
+            if isinstance(value, Mapping):
+                for name, item in value.items():
+                    yield name, replace(each.metadata[ARRAY], axes=_own_axes(name, each.metadata[ARRAY], np.ndim(item))), item
+            elif isinstance(value, tuple):
                 first, *others = each.metadata[ARRAY].axes
                 for number, item in enumerate(value):
                     yield f"{each.name}_{number}", replace(each.metadata[ARRAY], axes=(f"{first}_{number}", *others)), item
@@ -149,6 +152,12 @@ def declared_arrays(result: Any) -> Iterator[tuple[str, Declaration, Any]]:
         for name, member in vars(base).items():
             if isinstance(member, ArrayProperty):
                 yield name, member.declaration, getattr(result, name)
+
+
+def _own_axes(name: str, declared: Declaration, count: int) -> tuple[str, ...]:
+    """The names of the axes of an array of a mapping, those that `...` stands for by its name."""
+    known = tuple(axis for axis in declared.axes if axis != "...")
+    return *known, *(f"{name}_{number}" for number in range(count - len(known)))
 
 
 def dataset_of(result: Any) -> "Dataset":

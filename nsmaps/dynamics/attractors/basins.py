@@ -12,6 +12,7 @@ from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates, as_states
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, Ends, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
+from nsmaps.dynamics.attractors.quantifiers import Function, quantified, quantifier_array, quantifiers_of
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES
@@ -45,6 +46,7 @@ class Basins(WithCoordinates, Result):
     outcome: NDArray[np.int8] = field(metadata=array("state", OUTCOMES, NONE))
     stuck: NDArray[np.bool_] = field(metadata=array("state", "whether the orbit came to rest on the base wall", NONE))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
+    quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array("attractor"))
 
     def __str__(self) -> str:
         """The attractors with the shares of their basins."""
@@ -128,6 +130,7 @@ def basins(
     tolerance: float = 1e-6,
     max_period: int = 32,
     *,
+    quantifiers: Mapping[str, Function] | None = None,
     jobs: Jobs = SERIAL,
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
@@ -143,10 +146,13 @@ def basins(
         attractors: the only ones considered, such as those of another call.
         max_returns: largest number computed for an orbit, and the length of the transient when attractors are searched for.
         max_period: longest period tested, in returns.
+        quantifiers: functions by name, each of the states of an attractor, shape (K, n), one period or a sample of a motion
+            without a period, and of the map; each returns a number, or an array of one shape for all attractors.
         jobs: see `nsmaps.Jobs`; a part is 5000 starts of a round. Attractors are searched for in this process.
 
     Raises:
-        StateError, NsmapsError: the starts do not have the map's coordinates, or another argument is not valid.
+        StateError, NsmapsError: the starts do not have the map's coordinates, another argument is not valid, or a quantifier
+            raises or returns something else.
         Interrupted: Ctrl-C; in `result` the other starts have reached none, in as many returns as `arrival` states. None if no
             attractor was found.
     """
@@ -156,6 +162,7 @@ def basins(
     coordinates = Coordinates(ReturnMap.require(map, "basins").coordinates)
     if isinstance(starts, Grid):
         check_axes(starts, coordinates)
+    named = quantifiers_of(quantifiers, Basins)
     grid, states = (starts, starts.states()) if isinstance(starts, Grid) else (None, starts)
     start = as_states(states, coordinates)
     known, ends = list(attractors or ()), follow(map, start, (), 0)
@@ -164,7 +171,8 @@ def basins(
         order = np.argsort([-(ends.label == k).sum() for k in range(len(known) if attractors is None else 0)], kind="stable")
         renamed = np.append(np.argsort(order), [ENDED, UNRESOLVED])[ends.label].astype(np.int32)
         found, label = (known, ends.label) if attractors is not None else ([known[k] for k in order], renamed)
-        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(map))
+        values = quantified(named, (len(found),), (((k,), each.states, map) for k, each in enumerate(found)))
+        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(map), values)
 
     try:
         if attractors:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.attractors.quantifiers import quantifier_array
 from nsmaps.results import NONE, RETURNS, Result, Storable, array, array_property
 
 
@@ -58,6 +59,7 @@ class GlobalContinuation(WithCoordinates, Result):
     return_error: Floats = field(metadata=array("value attractor", "standard error of the return time", RETURNS))
     returned: Floats = field(metadata=array("value attractor", "share of the timed kicks that come back", NONE))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+    quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array("value attractor"))
 
     @array_property("value attractor", "binomial standard error of the share", NONE)
     def share_error(self) -> Floats:

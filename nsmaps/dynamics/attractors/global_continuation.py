@@ -16,6 +16,7 @@ from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
+from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, quantified, quantifiers_of
 from nsmaps.dynamics.returnmap import map_along, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -47,6 +48,7 @@ def global_continuation(
     n_directions: int = 16,
     n_states: int = 8,
     seed: int = 0,
+    quantifiers: Mapping[str, Function] | None = None,
     jobs: Jobs = SERIAL,
 ) -> GlobalContinuation:
     """The attractors along a parameter with the shares of their basins, their distances to the boundary and return times.
@@ -68,11 +70,12 @@ def global_continuation(
         kick, n_kicks: size and number of the kicks whose returns are timed, each of a random state in a random direction.
         n_directions, n_states: of directions, and of states of an attractor, in which the boundary is searched for.
         seed: of the starts, directions and kicks.
+        quantifiers: as for `basins`.
         jobs: see `nsmaps.Jobs`; every value is a part, of the search and of the stability.
 
     Raises:
         StateError, NsmapsError: there is no such parameter, the box does not have the map's coordinates, another argument is not
-            valid, or no value has a map.
+            valid, no value has a map, or a quantifier raises or returns something else.
         Interrupted: Ctrl-C; `result` has the finished values, None if there are none.
     """
     map_of, along = map_along(system, parameter), np.sort(np.atleast_1d(np.asarray(values, float)))
@@ -85,7 +88,7 @@ def global_continuation(
     start = region[:, 0] + np.ptp(region, axis=1) * np.random.default_rng(seed).random((n_samples, len(region)))
     how = max_returns, tolerance, max_period
     work = _Work(map_of, along, start, how, Kicks(kick, n_kicks, n_directions, n_states, seed), unit)
-    about = coordinates, parameter, units, region, step
+    about = coordinates, parameter, units, region, step, quantifiers_of(quantifiers, GlobalContinuation, parameter)
     try:
         work.find(jobs.share(0.0, FOUND, "attractors"))
         work.follow()
@@ -158,7 +161,13 @@ class _Work:
             raise
 
     def result(
-        self, coordinates: Coordinates, parameter: str, units: Mapping[str, str], region: Floats, step: float
+        self,
+        coordinates: Coordinates,
+        parameter: str,
+        units: Mapping[str, str],
+        region: Floats,
+        step: float,
+        quantifiers: Sequence[Quantifier],
     ) -> GlobalContinuation:
         """The attractors numbered along the parameter, and their quantities as far as they are known."""
         rows, count = self._numbers(step)
@@ -172,12 +181,15 @@ class _Work:
             for name in MEASURES if v in self.stability else ():
                 measures[name][v, own] = self.stability[v][name]
         every = tuple(replace(each, units=units) for v in rows for each in self.attractors[v])
-        index = np.full(shape, -1)
-        index[tuple(np.array([(v, a) for v, own in rows.items() for a in own], int).reshape(-1, 2).T)] = range(len(every))
+        places, index = [(v, a) for v, own in rows.items() for a in own], np.full(shape, -1)
+        index[tuple(np.array(places, int).reshape(-1, 2).T)] = range(len(every))
+        maps = {v: self.map_of(float(self.values[v])) for v in rows if quantifiers}
+        sets = ((place, each.states, maps[place[0]]) for place, each in zip(places, every, strict=True))
         reasons = tuple(str(self.found[v]["reason"]) if v in self.found else NOT_COMPUTED for v in range(shape[0]))
         about = reasons, region, self.scale, len(self.start), self.kicks.size
         tables: Any = {"index": index, "share": share, "unresolved": unresolved, "ended": ended, **measures}
-        return GlobalContinuation(coordinates, parameter, self.values, *about, every, **tables, units=units)
+        more = quantified(quantifiers, shape, sets)
+        return GlobalContinuation(coordinates, parameter, self.values, *about, every, **tables, units=units, quantifiers=more)
 
     def _numbers(self, step: float) -> tuple[dict[int, list[int]], int]:
         """The number of each attractor by the index of the value, and how many numbers there are."""

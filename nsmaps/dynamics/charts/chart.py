@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, check_shapes, quantifier_array, quantifiers_of
 from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
 from nsmaps.dynamics.charts.motions import Motion, Motions
-from nsmaps.dynamics.charts.pixels import WAYS, Way, motions_of, pixels
+from nsmaps.dynamics.charts.pixels import QUANTIFIER, WAYS, Way, motions_of, pixels
 from nsmaps.dynamics.charts.quadtree import Refinement, refined
 from nsmaps.dynamics.charts.tails import Length
 from nsmaps.dynamics.motion import ESCAPE
@@ -56,6 +57,7 @@ class ParameterPlane(WithCoordinates, Result):
     probes: int = 0  #: number of pixels that were to be filled, drawn at random and computed as well; 0 without any to fill
     differing: int = 0  #: number of these that had another motion than the one to be filled in
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
+    quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array(ORBITS))
 
     @property
     def first(self) -> str:
@@ -128,6 +130,7 @@ def parameter_plane(
     tolerance: float = 1e-6,
     refine: int | None = None,
     observables: Sequence[ObservableLike] = (),
+    quantifiers: Mapping[str, Function] | None = None,
     jobs: Jobs = SERIAL,
 ) -> ParameterPlane:
     """The attractors over the plane of two parameters: at each pixel those that the orbits of some starts reach.
@@ -153,11 +156,14 @@ def parameter_plane(
             random and computed as well, which bounds the share of those that differ. None computes every pixel.
         observables: quantities of impacts and flights, as of `observe`, whose means are taken from the last state on: over a
             period, or over `n_returns` returns.
+        quantifiers: as for `basins`, of the states from the last one on: of one period, or of `n_returns` returns. Functions of
+            modules, if there are other processes.
         jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
 
     Raises:
         StateError: the starts do not have the system's coordinates.
-        NsmapsError: another argument is not valid, or there is no map at any pixel.
+        NsmapsError: another argument is not valid, there is no map at any pixel, a quantifier raises or returns something else,
+            or cannot be sent to another process.
         Interrupted: on Ctrl-C, with the plane of the finished parts, whose other pixels are not `computed`.
     """
     axes = {str(name): values_of(name, values) for name, values in plane.items()}
@@ -167,7 +173,8 @@ def parameter_plane(
     now = as_starts(starts, system.coordinates).reshape(-1, len(system.coordinates))
     if not len(now):
         raise NsmapsError("there are no starts; expected: one state or more")
-    how = now, Length(transient, n_returns, 2 * max_period), tolerance, direction, observables_of(system, observables)
+    quantities = observables_of(system, observables), quantifiers_of(quantifiers, ParameterPlane, *axes)
+    how = now, Length(transient, n_returns, 2 * max_period), tolerance, direction, *quantities
     (first, columns), (second, rows) = axes.items()
     known = np.zeros(rows.size * columns.size, bool)
     work = _Work(Along(system, first, second), columns, rows, how, known)
@@ -188,7 +195,8 @@ class _Work:
     map_of: Along[System]
     along: Floats
     across: Floats
-    how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...]]  #: starts, returns, tolerance, direction, observables
+    #: starts, returns, tolerance, direction, observables, quantifiers
+    how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...], tuple[Quantifier, ...]]
     known: Bools  #: of all pixels, by their numbers: which are computed
     tables: Arrays = field(default_factory=dict)
     motions: Motions = field(default_factory=Motions)
@@ -202,7 +210,7 @@ class _Work:
 
     def compute(self, numbers: Ints, jobs: Jobs) -> None:
         """Compute some pixels, by their numbers; with a direction all of them."""
-        starts, length, _, direction, _ = self.how
+        starts, length, _, direction = self.how[:4]
         places = np.column_stack([self.along[numbers % len(self.along)], self.across[numbers // len(self.along)]])
         each = places.reshape(*self.shape, 2) if direction else places[:, None]
         size = -(-PART // ((length.discard + length.returns) * len(starts) * each.shape[1] * len(WAYS[direction])))
@@ -224,9 +232,11 @@ class _Work:
         """Write the result of a part."""
         own = np.array([*map(self.motions.number, motions_of(part)), -1], np.int32)
         found = {name: part[name] for name in TABLES} | {"motion": own[part["motion"]]}
+        found |= {name: rows for name, rows in part.items() if name.startswith(QUANTIFIER)}
         for name, rows in found.items():
             if name not in self.tables:
                 self.tables[name] = np.full((self.known.size, *rows.shape[1:]), MISSING.get(name, np.nan), rows.dtype)
+            check_shapes(name.removeprefix(QUANTIFIER), list(dict.fromkeys(x.shape[2:] for x in (self.tables[name], rows))))
             self.tables[name][numbers] = rows
         self.known[numbers] = True
         self.reason, self.returns = self.reason or str(part["reason"]), self.returns + int(part["computed"])
@@ -239,13 +249,17 @@ class _Work:
         """The plane, some of whose pixels have the motions of others; what was not computed has no numbers."""
         known = refinement.computed.ravel()
         filled: dict[str, Any] = {name: rows[refinement.source.ravel()] for name, rows in self.tables.items()}
-        for name in ("exponent", "means", "state"):
-            filled[name][~known] = np.nan
+        own = {each.name: f"{QUANTIFIER}{each.name}" for each in self.how[-1]}
+        for name in ("exponent", "means", "state", *own.values()):
+            if name in filled:
+                filled[name][~known] = np.nan
         filled = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in filled.items()}
-        names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[-1])
+        names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[4])
         about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
         filled |= {"n_returns": self.returns, "probes": refinement.probes, "differing": refinement.differing}
         filled |= {"observables": observables, "computed": refinement.computed, "reason": self.reason}
+        none = np.full(filled["motion"].shape, np.nan)
+        filled["quantifiers"] = {name: filled.pop(stored, none) for name, stored in own.items()}
         return ParameterPlane(*about, **filled, units=units_of(self.map_of.system))
 
 

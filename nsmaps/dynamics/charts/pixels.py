@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics.attractors.quantifiers import Place, Quantifier, quantified
 from nsmaps.dynamics.charts.motions import Motion, Motions, attractors, motion_of
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import periods
 from nsmaps.dynamics.observables.observe import observe
+from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.outcome import Outcome
@@ -22,6 +24,7 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import Arrays
 
 Way = Literal["up", "down", "both"]
+QUANTIFIER = "quantifier-"  #: before the name of a quantifier among the arrays of a part
 WAYS: dict[Way | None, tuple[int, ...]] = {None: (1,), "up": (1,), "down": (-1,), "both": (1, -1)}
 
 
@@ -33,6 +36,7 @@ def pixels(
     tolerance: float,
     direction: Way | None,
     observables: tuple[Observable, ...],
+    quantifiers: tuple[Quantifier, ...] = (),
 ) -> Arrays:
     """The attractors at rows of pixels (R, V, 2), ascending along each row, of starts (S, n): arrays of R V rows.
 
@@ -47,7 +51,7 @@ def pixels(
     about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
     found = _beside(tails, starts, length)
     table = _summary(found, Coordinates(map_of.system.coordinates), len(starts) * len(WAYS[direction]))
-    return {**table, **about, "means": _means(map_of, rows.reshape(-1, 2), observables, table, length.returns)}
+    return {**table, **about, **_along_orbits(map_of, rows.reshape(-1, 2), observables, quantifiers, table, length.returns)}
 
 
 def _pass(
@@ -107,21 +111,34 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
 
 
-def _means(map_of: Along[System], places: Floats, observables: tuple[Observable, ...], table: Arrays, returns: int) -> Floats:
-    """The means of K observables from the last states on, over a period or over all `returns`, shape (N, S, K).
+def _along_orbits(
+    map_of: Along[System],
+    places: Floats,
+    observables: tuple[Observable, ...],
+    quantifiers: tuple[Quantifier, ...],
+    table: Arrays,
+    returns: int,
+) -> Arrays:
+    """The means of K observables, shape (N, S, K), and quantifiers from the last states on, over a period or over all `returns`.
 
-    They are per period of the forcing, without forcing per return; NaN of orbits that ended.
+    The means are per period of the forcing, without forcing per return; NaN of orbits that ended. Quantifiers are (N, S, ...),
+    under names with `QUANTIFIER` before them, if there is an attractor.
     """
     motion, states = table["motion"], table["state"]
-    means = np.full((*motion.shape, len(observables)), np.nan)
+    means, sets = np.full((*motion.shape, len(observables)), np.nan), list[tuple[Place, Floats, System]]()
     length = np.where(table["span"] > 0, table["span"], returns)
-    for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables else ():
+    for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables or quantifiers else ():
         system = map_of(*places[k].tolist())
         for n in set(length[k][motion[k] >= 0].tolist()):
-            own = length[k] == n
-            found = observe(system, states[k, own], n, observables, batches=1)
-            means[k, own] = (found.per_return if found.period is None else found.per_period).value
-    return means
+            own = np.flatnonzero((length[k] == n) & (motion[k] >= 0))
+            if observables:
+                found = observe(system, states[k, own], n, observables, batches=1)
+                means[k, own] = (found.per_return if found.period is None else found.per_period).value
+            if quantifiers:
+                path = orbit(system, states[k, own], n)
+                sets += [((k, s), path.coordinates.wrap(path.states[:-1, j]), system) for j, s in enumerate(own.tolist())]
+    values = quantified(quantifiers, motion.shape, sets) if sets else {}
+    return {"means": means} | {f"{QUANTIFIER}{name}": rows for name, rows in values.items()}
 
 
 def _of_cycle(one: Limit) -> float:

@@ -7,6 +7,7 @@ from inspect import getsourcefile, getsourcelines
 from operator import attrgetter
 from pickle import PicklingError
 from traceback import walk_stack
+from types import ModuleType
 from typing import Any
 
 from nsmaps.errors import SystemDefinitionError
@@ -63,6 +64,11 @@ class Transferable:
 
 def receive(module: str, file: str | None, qualname: str, values: dict[str, Any]) -> Any:
     """An object of a class by its module, in a process that may not have imported the module and needs its file."""
+    return attrgetter(qualname)(module_of(module, file))(**values)
+
+
+def module_of(module: str, file: str | None) -> ModuleType:
+    """A module by its name, in a process that may not have imported it and needs its file."""
     if module not in sys.modules:
         try:
             import_module(module)
@@ -70,4 +76,4 @@ def receive(module: str, file: str | None, qualname: str, values: dict[str, Any]
             if file is None:
                 raise
             run_file(module, file)
-    return attrgetter(qualname)(sys.modules[module])(**values)
+    return sys.modules[module]

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib import rc_context
@@ -31,8 +31,8 @@ MINUS_INFINITY, UNKNOWN = "#1B1145", "0.78"  #: of exponents, beside the colours
 
 
 def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None) -> tuple[Sheet, ...]:
-    """One sheet: the periods with bifurcation curves, the exponents, and a panel for each observable, each with the optimum."""
-    means = (partial(mean, result, name=name) for name in result.observables)
+    """One sheet: periods with bifurcation curves, exponents, observables and quantifiers that are numbers, with the optimum."""
+    means = (partial(mean, result, name=name) for name in _means(result))
     panels: tuple[Panel, ...] = (partial(chart, result, curves=curves), partial(exponents, result), *means)
     if optimum is not None and set(result.parameters) <= set(optimum.parameters):
         place = optimum.parameters[result.first], optimum.parameters[result.second]
@@ -50,7 +50,7 @@ def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
 def chart(
     result: "ParameterPlane",
     ax: Axes,
-    by: Literal["period", "turns"] = "period",
+    by: str = "period",
     curves: "Curves | None" = None,
 ) -> Axes:
     """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
@@ -62,14 +62,14 @@ def chart(
 
     Args:
         result: from `nsmaps.parameter_plane`.
-        by: `period` in returns or `turns`, the period in periods of the forcing.
+        by: `period` in returns or `turns`, the period in periods of the forcing; or an observable or a quantifier, as by `mean`.
         curves: bifurcations in the same parameters by name, drawn over it.
 
     Raises:
-        NsmapsError: `by` is neither.
+        NsmapsError: `by` is none of these.
     """
     if by not in ("period", "turns"):
-        raise NsmapsError(f"the colours are by {by!r}; expected: 'period' or 'turns'")
+        return mean(result, ax, by)
     kinds = _kinds(result, (result.period if by == "period" else result.turns)[..., 0])
     norm = BoundaryNorm(np.arange(len(COLOURS) + 1) + 0.5, len(COLOURS))
     ax.pcolormesh(result.along, result.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True)
@@ -113,17 +113,17 @@ def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: 
 
 
 def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
-    """The mean of an observable along the orbit of the first start, per period of the forcing, without forcing per return.
-
-    Grey is where none was computed.
+    """A quantifier of the attractor of the first start, or the mean of an observable along its orbit, per period of the forcing,
+    without forcing per return. Grey is where none was computed.
 
     Raises:
         NsmapsError: the plane has none of this name.
     """
-    if name not in result.observables:
-        known = ", ".join(result.observables) or "a plane with observables"
-        raise NsmapsError(f"the plane has no observable {name!r}; expected: {known}")
-    values = result.means[..., 0, result.observables.index(name)]
+    known = _means(result)
+    if name not in known:
+        text = f"the plane has no observable or quantifier {name!r}"
+        raise NsmapsError(f"{text}; expected: {', '.join(('period', 'turns', *known))}")
+    values = known[name]
     shown = np.where(np.isfinite(values), values, np.nan)
     mesh = ax.pcolormesh(result.along, result.across, shown, cmap="cividis", shading="nearest", rasterized=True)
     figure = ax.get_figure()
@@ -132,6 +132,12 @@ def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
     if np.isnan(values).any():
         ax.legend(handles=[_paint(ax, result, np.isnan(values), UNKNOWN, "not computed")])
     return _dressed(result, ax)
+
+
+def _means(result: "ParameterPlane") -> dict[str, Floats]:
+    """What has a number at each pixel, of the orbits of the first start, by name, shapes (W, V)."""
+    means = {name: result.means[..., 0, k] for k, name in enumerate(result.observables)}
+    return means | {name: values[..., 0] for name, values in result.quantifiers.items() if values.ndim == 3}
 
 
 def _kinds(result: "ParameterPlane", period: Ints) -> Ints:

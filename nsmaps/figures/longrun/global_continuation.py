@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,8 +14,7 @@ from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import label, tint
 
-Quantity = Literal["share", "distance", "return_time"]
-QUANTITIES: tuple[Quantity, ...] = ("share", "distance", "return_time")
+QUANTITIES = ("share", "distance", "return_time")
 AXES = {"share": "share", "distance": "distance to\nboundary", "return_time": "return time\n(returns)"}
 OTHER, UNRESOLVED, ENDED = "0.75", "0.6", "0.15"
 NAMES = 2  #: labels of an attractor that the legend names
@@ -24,23 +22,24 @@ _DECADE = 10  #: quantities that differ by more than this factor are shown on a 
 
 
 def sheets(found: GlobalContinuation) -> tuple[Sheet, ...]:
-    """One sheet of three panels, one below the other, over the same values."""
-    panels = tuple(partial(global_continuation, found, quantity=quantity) for quantity in QUANTITIES)
+    """One sheet of three panels, and one for each quantifier that is a number, one below the other, over the same values."""
+    panels = tuple(partial(global_continuation, found, quantity=quantity) for quantity in _quantities(found))
     return (Sheet("global_continuation", panels, 1, 0.34, legend=True),)
 
 
-def global_continuation(found: GlobalContinuation, ax: Axes, quantity: Quantity = "share") -> Axes:
-    """One quantity of each attractor over the parameter, a colour for each of the six with the largest shares.
+def global_continuation(found: GlobalContinuation, ax: Axes, quantity: str = "share") -> Axes:
+    """A quantity or a quantifier of each attractor over the parameter, a colour for each of the six with the largest shares.
 
-    Shares are bands, each value as wide as up to the middle of its neighbours; distances and return times are dots, with two
+    Shares are bands, each value as wide as up to the middle of its neighbours; others are dots, return times with two
     standard errors, joined where the attractor is found at neighbouring values. An arrow at one is a distance beyond the kicks
     that were tried. Values without a map are blank.
 
     Raises:
         NsmapsError: there is no such quantity.
     """
-    if quantity not in QUANTITIES:
-        raise NsmapsError(f"the quantity is {quantity!r}; expected: {', '.join(QUANTITIES)}")
+    known = _quantities(found)
+    if quantity not in known:
+        raise NsmapsError(f"the quantity is {quantity!r}; expected: {', '.join(known)}")
     sides = _sides(found.values)
     if quantity == "share":
         _bands(found, ax, sides)
@@ -48,11 +47,16 @@ def global_continuation(found: GlobalContinuation, ax: Axes, quantity: Quantity 
         _dots(found, ax, quantity)
     ax.set_xlim(sides[0], sides[-1])
     ax.set_xlabel(label(found.parameter))
-    ax.set_ylabel(AXES[quantity])
-    if quantity != QUANTITIES[-1]:  # the axis is that of the lowest panel
+    ax.set_ylabel(AXES.get(quantity, quantity))
+    if quantity != known[-1]:  # the axis is that of the lowest panel
         ax.xaxis.label.set_visible(False)
         ax.tick_params(labelbottom=False)
     return ax
+
+
+def _quantities(found: GlobalContinuation) -> tuple[str, ...]:
+    """What has a number for each attractor at each value."""
+    return *QUANTITIES, *(name for name, values in found.quantifiers.items() if values.ndim == 2)
 
 
 def _bands(found: GlobalContinuation, ax: Axes, sides: Floats) -> None:
@@ -70,15 +74,17 @@ def _bands(found: GlobalContinuation, ax: Axes, sides: Floats) -> None:
     ax.legend(handles=list(entries.values()))
 
 
-def _dots(found: GlobalContinuation, ax: Axes, quantity: Quantity) -> None:
-    """The distances, or the return times with two standard errors."""
-    values = getattr(found, quantity)
+def _dots(found: GlobalContinuation, ax: Axes, quantity: str) -> None:
+    """The distances, the return times with two standard errors, or a quantifier."""
+    values = found.quantifiers[quantity] if quantity in found.quantifiers else getattr(found, quantity)
     for k, colour, _ in _looks(found):
         own = np.where(np.isfinite(values[:, k]), values[:, k], np.nan)
         error = 2 * np.nan_to_num(found.return_error[:, k]) if quantity == "return_time" else None
         ax.errorbar(found.values, own, error, color=colour, marker="o", ms=2.2, mew=0, lw=0.8, elinewidth=0.6)
         beyond = np.isposinf(values[:, k])
         ax.plot(found.values[beyond], np.ones(beyond.sum()), "^", color=colour, ms=3.5, mew=0)
+    if quantity in found.quantifiers:
+        return
     shown = np.where(np.isposinf(values), 1.0, values)[values > 0]
     if len(shown) and shown.max() > _DECADE * shown.min():
         ax.set_yscale("log")
