@@ -76,7 +76,7 @@ def test_what_coexists_and_what_is_refused_are_hatched(ax):
 def test_the_colours_may_be_by_periods_of_the_forcing(ax):
     chart(made(), ax, by="turns")
     assert colours(ax)[1] == to_hex(COLOURS[3])
-    with pytest.raises(NsmapsError, match="by 'words'"):
+    with pytest.raises(NsmapsError, match="no observable or quantifier 'words'"):
         chart(made(), ax, by="words")
 
 
@@ -118,7 +118,7 @@ def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
 def test_means_are_shown_by_name(ax):
     mean(made(), ax, "loss")
     assert np.allclose(ax.collections[0].get_array().reshape(2, 3).filled(-1), np.where(MOTION < 0, -1, MOTION + 0.5))
-    with pytest.raises(NsmapsError, match="no observable 'gain'; expected: loss"):
+    with pytest.raises(NsmapsError, match="no observable or quantifier 'gain'; expected: period, turns, loss"):
         mean(made(), ax, "gain")
 
 

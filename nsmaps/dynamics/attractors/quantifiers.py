@@ -61,7 +61,7 @@ def _received(name: str, module: str, file: str | None, qualname: str, source: s
 
 
 def quantifiers_of(given: Mapping[str, Function] | None, result: type[Result], *parameters: str) -> tuple[Quantifier, ...]:
-    """The quantifiers of a call by their names; NsmapsError for a name that the result has already, or for what is not a function."""
+    """The quantifiers of a call by their names; NsmapsError for a name that the result has already, or what is not callable."""
     declared: Any = fields(result)  # type: ignore[arg-type]
     axes = {axis for each in declared if ARRAY in each.metadata for axis in each.metadata[ARRAY].axes}
     found = []

@@ -66,7 +66,7 @@ def chart(
         curves: bifurcations in the same parameters by name, drawn over it.
 
     Raises:
-        NsmapsError: `by` is none of these.
+        NsmapsError: `by` is something else.
     """
     if by not in ("period", "turns"):
         return mean(result, ax, by)
