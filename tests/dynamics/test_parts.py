@@ -41,7 +41,7 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     ),
     "lyapunov": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
     "lyapunov up": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
-    "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), returns=300),
+    "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), max_returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
     **{
         f"chart {way}": partial(
