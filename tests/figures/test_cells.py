@@ -1,6 +1,7 @@
 """The pictures of cells: components of a cover, steps until a region is left."""
 
 import numpy as np
+import pytest
 
 from nsmaps.figures.cells.exit_times import exit_times, sheets
 from nsmaps.figures.cells.morse import morse
@@ -41,3 +42,15 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
     drawn = shown(ax)
     assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.exit_times.arrived == 0).tolist()
     assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not shown", "target"]
+
+
+def test_results_draw_themselves_and_name_their_axes(result):
+    pytest.importorskip("xarray")
+    (branch,), attractors = result.branches["one"], result.global_continuation
+    for each in (branch, result.basins, attractors, result.manifolds["saddle"][0], result.morse, result.exit_times):
+        assert each.plot(width=3.4).axes
+        table = each.to_xarray()
+        assert table.sizes
+        assert not any("_" in str(name) for name in table.sizes)
+    assert (branch.to_xarray().d.values == branch.values).all()
+    assert (attractors.to_xarray().d.values == attractors.values).all()
