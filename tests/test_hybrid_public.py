@@ -179,6 +179,8 @@ OTHERS |= {
     "load_study",
     "load_system",
     "load_map",
+    "array",
+    "array_property",
     "read_result",
     "run",
     "show_versions",
