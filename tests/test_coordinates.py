@@ -155,11 +155,11 @@ def test_other_boxes_are_refused(box: object, why: str) -> None:
 
 
 def test_domains_and_covers_take_a_box_by_name() -> None:
-    map = nsmaps.PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): 0.5}, "y": {(0, 1): 0.25}}, [[-2, 2], [-2, 2]])
+    return_map = nsmaps.PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): 0.5}, "y": {(0, 1): 0.25}}, [[-2, 2], [-2, 2]])
     by_name, rows = {"y": (-1, 1), "x": (-1.5, 1.5)}, [[-1.5, 1.5], [-1, 1]]
-    first, second = (nsmaps.attracting_domain(map, box, updates=1).boxes for box in (by_name, rows))
+    first, second = (nsmaps.attracting_domain(return_map, box, updates=1).boxes for box in (by_name, rows))
     assert np.array_equal(first, second)
-    first_cover, second_cover = (nsmaps.morse_sets(map, box, depth=2) for box in (by_name, rows))
+    first_cover, second_cover = (nsmaps.morse_sets(return_map, box, depth=2) for box in (by_name, rows))
     assert np.array_equal(first_cover.boxes, second_cover.boxes)
 
 

@@ -96,7 +96,7 @@ def prose(page: str) -> str:
 
 def comments(source: str) -> Iterator[tuple[int, str]]:
     """The comments of a Python file, if what begins with a # may have a private phrase."""
-    if not any(ANY.search(prose(line[hash.start() :])) for line in source.splitlines() for hash in re.finditer("#", line)):
+    if not any(ANY.search(prose(line[mark.start() :])) for line in source.splitlines() for mark in re.finditer("#", line)):
         return
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:

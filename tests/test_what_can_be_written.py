@@ -275,15 +275,15 @@ class InPython(nsmaps.System):
 
 def own_map():
     """Its fixed point 1 - 1/a has the multiplier 2 - a, and so a deviate of 1/sqrt(1 - (2 - a)^2) of the noise."""
-    for map in (Logistic(r=2.5), InPython(a=2.5)):
-        orbit = nsmaps.periodic_orbit(map, [0.5])
+    for return_map in (Logistic(r=2.5), InPython(a=2.5)):
+        orbit = nsmaps.periodic_orbit(return_map, [0.5])
         assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
-        square = nsmaps.observe(map, [0.6], 5, [{"name": "square", "formula": "x**2"}])
+        square = nsmaps.observe(return_map, [0.6], 5, [{"name": "square", "formula": "x**2"}])
         assert square.per_return.value == pytest.approx([0.36])
-        noisy = nsmaps.noisy_orbits(map, [0.6], 20, Noise(sigma=1e-4), 2000).states[-1]
+        noisy = nsmaps.noisy_orbits(return_map, [0.6], 20, Noise(sigma=1e-4), 2000).states[-1]
         assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
         with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
-            track(map, [0.5], 2)
+            track(return_map, [0.5], 2)
     proved = verify(prove_map(Logistic(r=2.5), cycles=[([0.6], 1)]))
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
     found = nsmaps.find_cycles(Logistic(r=2.5), [[0.3, 0.9]], 1)

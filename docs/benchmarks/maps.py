@@ -116,23 +116,23 @@ def memory(n: int, m: int, dim: int, derivative: bool) -> list[Any]:
     return [np.empty(*each) for each in [*shapes, ((n, m, dim, dim if derivative else 0), float)]]
 
 
-def jobs(map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) -> list[Any]:
+def jobs(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) -> list[Any]:
     """The loop by hand and the compiled loop of the map, in the same memory each time and in new memory, for n returns."""
-    dim, rng = len(map.coordinates), np.random.default_rng(0)
-    start, compiled = rng.uniform(0, 0.1, (m, dim)), map._kernel()
+    dim, rng = len(return_map.coordinates), np.random.default_rng(0)
+    start, compiled = rng.uniform(0, 0.1, (m, dim)), return_map._kernel()
     by = compiled.formulas.variables if derivative else ()
-    values, ours, theirs = np.array(list(map.parameters.values())), compiled._room(n, m, by), memory(n, m, dim, derivative)
+    values, ours, theirs = np.array(list(return_map.parameters.values())), compiled._room(n, m, by), memory(n, m, dim, derivative)
     return [
         lambda: loop(values, start, *theirs, derivative),
         lambda: compiled.loop(by)(start, *ours),
         lambda: loop(values, start, *memory(n, m, dim, derivative), derivative),
-        (lambda: map.orbits(start, n, derivative)) if m == 1 else (lambda: map.first_return(start, derivative)),
+        (lambda: return_map.orbits(start, n, derivative)) if m == 1 else (lambda: return_map.first_return(start, derivative)),
     ]
 
 
-def ratios(map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool, rounds: int = ROUNDS) -> tuple[float, ...]:
+def ratios(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool, rounds: int = ROUNDS) -> tuple[float, ...]:
     """The time of the loop by hand, in ns a return, and those of the compiled loop and of the call as multiples of it."""
-    each = jobs(map, loop, n, m, derivative)
+    each = jobs(return_map, loop, n, m, derivative)
 
     def timed(job: Any) -> float:
         begun = time.process_time()
@@ -149,11 +149,12 @@ def main() -> None:
     """Print a table."""
     print("| coordinates | returns | derivative | by hand, ns | loop | call |")
     print("|---|---|---|--:|--:|--:|")
-    for map, loop in ((One(), one), (Two(), two), (Three(), three)):
+    for return_map, loop in ((One(), one), (Two(), two), (Three(), three)):
         for what, n, m in (("orbit", RETURNS, 1), ("batch", 1, RETURNS)):
             for derivative in (False, True):
-                hand, ours, call = ratios(map, loop, n, m, derivative)
-                row = f"{len(map.coordinates)} | {what} | {'yes' if derivative else 'no'} | {hand:.1f} | {ours:.2f} | {call:.2f}"
+                hand, ours, call = ratios(return_map, loop, n, m, derivative)
+                n_coordinates = len(return_map.coordinates)
+                row = f"{n_coordinates} | {what} | {'yes' if derivative else 'no'} | {hand:.1f} | {ours:.2f} | {call:.2f}"
                 print(f"| {row} |", flush=True)
 
 

@@ -17,23 +17,23 @@ MANY, FEW, ROUNDS, START = 200_000, 2_000, 7, (0.3, 1.0)
 class OneByOne(nsmaps.ReturnMap):
     """A map without its compiled loops."""
 
-    def __init__(self, map: Any) -> None:
-        self.coordinates, self.map = map.coordinates, map
+    def __init__(self, return_map: Any) -> None:
+        self.coordinates, self.map = return_map.coordinates, return_map
 
     def first_return(self, states: Any, derivative: bool = False) -> Any:
         return self.map.first_return(states, derivative)
 
 
-def timed(work: Callable[[Any, Any, int], object], map: Any, returns: int) -> float:
+def timed(work: Callable[[Any, Any, int], object], return_map: Any, returns: int) -> float:
     """A return's time."""
     begun = time.perf_counter()
-    work(map, START, returns)
+    work(return_map, START, returns)
     return (time.perf_counter() - begun) / returns * 1e6
 
 
-def exponents(map: Any, start: Any, returns: int) -> object:
+def exponents(return_map: Any, start: Any, returns: int) -> object:
     """Lyapunov exponents without a transient."""
-    return nsmaps.lyapunov(map, start, returns, 0)
+    return nsmaps.lyapunov(return_map, start, returns, 0)
 
 
 def main() -> None:
@@ -42,9 +42,9 @@ def main() -> None:
     print("|---|--:|--:|--:|--:|--:|--:|--:|")
     for name in ("pd", "cd", "auto", "accurate"):
         made = nsmaps.run(f"vi_pair/{name}")
-        map, exact = made.reduced, made.system
-        jobs = [(work, of, MANY) for work in (nsmaps.orbit, exponents) for of in (map, exact)]
-        jobs.append((nsmaps.orbit, OneByOne(map), FEW))
+        return_map, exact = made.reduced, made.system
+        jobs = [(work, of, MANY) for work in (nsmaps.orbit, exponents) for of in (return_map, exact)]
+        jobs.append((nsmaps.orbit, OneByOne(return_map), FEW))
         for job in jobs:
             timed(*job)
         ours, theirs, grown, grows, slow = np.median([[timed(*job) for job in jobs] for _ in range(ROUNDS)], axis=0)

@@ -75,7 +75,7 @@ class AttractingDomain(WithCoordinates, Result):
 
 
 def attracting_domain(
-    map: AnyMap,
+    return_map: AnyMap,
     box: BoxLike,
     updates: int = 11,
     *,
@@ -115,30 +115,30 @@ def attracting_domain(
     Raises:
         NsmapsError: the box is empty or has other coordinates, a number is out of range, or the map has no such bounds.
     """
-    start = as_box(box, map.coordinates)
+    start = as_box(box, return_map.coordinates)
     _check(updates, samples)
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is valid on the given box only; expected: one of the two")
-    make = auxiliary_maps(map, bounds, error, samples)
+    make = auxiliary_maps(return_map, bounds, error, samples)
     centre = None if around is None else np.asarray(around, float)
     with working("attracting domain", progress, max_seconds) as work:
-        found, why = found_box(make, map, start, centre, MOST, work) if grow else (start, "")
+        found, why = found_box(make, return_map, start, centre, MOST, work) if grow else (start, "")
         start = start if found is None else found
         done, boxes, maps = _updates(make, start, updates if found is not None else 0, work)
     invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)
-    reason = why if found is None else _reason(map, done, moved, tolerance, maps.status)
+    reason = why if found is None else _reason(return_map, done, moved, tolerance, maps.status)
     if invariant and len(done) < updates and moved > REST:
         reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {updates}"
     return AttractingDomain(
-        of=of or (error.of if error is not None else name_of(map)),
-        coordinates=Coordinates(map.coordinates),
+        of=of or (error.of if error is not None else name_of(return_map)),
+        coordinates=Coordinates(return_map.coordinates),
         boxes=np.array(boxes),
         updates=tuple(done),
         forward_invariant=invariant,
         converged=invariant and moved <= (tolerance if len(done) == updates else REST),
         status=maps.status,
-        reason=reason if invariant else _why_not(map, reason, start, error),
-        units=units_of(map),
+        reason=reason if invariant else _why_not(return_map, reason, start, error),
+        units=units_of(return_map),
         **_limits(done[-1], maps, _accuracy(maps, start, done[-1]), invariant),
     )
 
@@ -169,7 +169,7 @@ def _updates(make: Maker, start: Floats, max_updates: int, work: Work) -> tuple[
 
 
 def smallest_box(
-    map: AnyMap,
+    return_map: AnyMap,
     box: BoxLike,
     samples: int = 201,
     max_growth: float = MOST,
@@ -184,7 +184,14 @@ def smallest_box(
     """
     centre = None if around is None else np.asarray(around, float)
     with working("smallest box", None, max_seconds) as work:
-        return found_box(auxiliary_maps(map, bounds, None, samples), map, as_box(box, map.coordinates), centre, max_growth, work)
+        return found_box(
+            auxiliary_maps(return_map, bounds, None, samples),
+            return_map,
+            as_box(box, return_map.coordinates),
+            centre,
+            max_growth,
+            work,
+        )
 
 
 def _moved(boxes: list[Floats]) -> float:
@@ -220,13 +227,13 @@ def _distinct(value: float, limit: float) -> str:
     return next((text for text in texts if float(text) != limit), f"{value:.17g}")
 
 
-def _why_not(map: AnyMap, reason: str, start: Floats, error: ErrorBound | None) -> str:
+def _why_not(return_map: AnyMap, reason: str, start: Floats, error: ErrorBound | None) -> str:
     """The reason why a box is not forward invariant, with the criterion of the map's own derivative in the start box."""
-    return "; ".join(filter(None, (reason, about_fixed_point(map, start) if error is None else "")))
+    return "; ".join(filter(None, (reason, about_fixed_point(return_map, start) if error is None else "")))
 
 
-def _reason(map: AnyMap, done: list[Update], moved: float, tolerance: float, status: str) -> str:
-    last, names = done[-1], map.coordinates
+def _reason(return_map: AnyMap, done: list[Update], moved: float, tolerance: float, status: str) -> str:
+    last, names = done[-1], return_map.coordinates
     if last.forward_invariant:
         rests = "" if all(update.converged for update in done) else "; not every worst-case iteration converged"
         beside = f"{_distinct(100 * moved, 100 * tolerance)} % of the start box"
@@ -238,7 +245,7 @@ def _reason(map: AnyMap, done: list[Update], moved: float, tolerance: float, sta
         return f"every box is carried into itself; {verb}: update {last.number} moved a bound by {beside}{more}{rests}"
     image = last.worst[1]
     if not np.isfinite(image).all():
-        return f"update {last.number}: {without_image(map, last.box, status)}"
+        return f"update {last.number}: {without_image(return_map, last.box, status)}"
     leaves = [
         f"{name} {'down' if k == 0 else 'up'} to {image[i, k]:.6g} (box {last.box[i, k]:.6g})"
         for i, name in enumerate(names)

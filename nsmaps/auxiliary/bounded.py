@@ -55,10 +55,12 @@ class Polynomial:
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
         k = np.arange(states.shape[1])
-        boxes = np.repeat([[map.box] for map in maps], len(k), axis=1)
+        boxes = np.repeat([[formulas.box] for formulas in maps], len(k), axis=1)
         boxes[:, k, k] = states[..., None]
         found = ranges(maps[0].hulls, boxes.reshape(-1, *boxes.shape[2:]), np.tile(k, len(maps)), DRAWN, side=side)
-        return found.bounds[:, side].reshape(states.shape) + [map.shift + (2 * side - 1) * map.error for map in maps]
+        return found.bounds[:, side].reshape(states.shape) + [
+            formulas.shift + (2 * side - 1) * formulas.error for formulas in maps
+        ]
 
     def envelopes(self) -> tuple[Envelope, ...]:
         """See AuxiliaryMaps."""
@@ -77,22 +79,22 @@ class Polynomial:
         return Envelope(name, x, lower, upper, *drawn, "closed form", self.status, held, slopes)
 
 
-def of_polynomials(map: PolyMap, error: Floats, status: str, box: Floats) -> Polynomial:
+def of_polynomials(polynomial: PolyMap, error: Floats, status: str, box: Floats) -> Polynomial:
     """The auxiliary maps of polynomials moved out by an error, shape (n,), angles on the turn nearest to the box's centre."""
-    polynomials, centre = bounds_of(map), box.mean(axis=1)
-    turns = TWO_PI * np.round((map(centre[None])[0] - centre) / TWO_PI)
-    shift = np.where(map.coordinates.angles, -turns, 0.0)
-    return Polynomial(box, status, polynomials.hulls, error, map, shift)
+    polynomials, centre = bounds_of(polynomial), box.mean(axis=1)
+    turns = TWO_PI * np.round((polynomial(centre[None])[0] - centre) / TWO_PI)
+    shift = np.where(polynomial.coordinates.angles, -turns, 0.0)
+    return Polynomial(box, status, polynomials.hulls, error, polynomial, shift)
 
 
-def _slopes(map: PolyMap, index: int, box: Floats) -> Floats:
+def _slopes(polynomial: PolyMap, index: int, box: Floats) -> Floats:
     """Outer bounds of the derivatives of one coordinate by the others over a box, shape (n, 2); NaN by its own."""
-    polynomials = bounds_of(map)
+    polynomials = bounds_of(polynomial)
     slopes = np.full((len(box), 2), np.nan)
     for j in range(len(box)):
         if j != index:
             slopes[j] = ranges(polynomials.slope(j).hulls, box[None], index, SIGN).bounds[0]
-    if map.coordinates[index] not in map.absolute:
+    if polynomial.coordinates[index] not in polynomial.absolute:
         return slopes
     plain = replace(polynomials, absolute=(False,) * len(box))
     low, high = ranges(plain.hulls, box[None], index, SIGN).bounds[0]
@@ -130,7 +132,7 @@ class Enclosed:
     @classmethod
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
-        return Sampled.at([map.drawn for map in maps], states, side)
+        return Sampled.at([formulas.drawn for formulas in maps], states, side)
 
     def worst(self, intervals: Floats, known: Extremes | None = None) -> Extremes:
         """See AuxiliaryMaps."""
@@ -156,9 +158,9 @@ def _worst(
     return Extremes(found.bounds, found.at[k, :, k], found)
 
 
-def _box_hulls(map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
+def _box_hulls(return_map: BoxMap, taken: Callable[[Floats], Floats], box: Floats, boxes: Floats) -> Hulls:
     """What the enclosure says of boxes (M, n, 2), with angles on the turn nearest to the centre of `box`."""
-    found, angles = map.image_boxes(boxes), Coordinates(map.coordinates).angles
+    found, angles = return_map.image_boxes(boxes), Coordinates(return_map.coordinates).angles
     known = np.where(np.isfinite(found.images), found.images, 0.0)  # what has no end is on every turn
     turns = TWO_PI * np.round(((known[..., 0] + known[..., 1]) / 2 - box.mean(axis=1)) / TWO_PI)
     images = found.images - np.where(angles, turns, 0.0)[..., None]

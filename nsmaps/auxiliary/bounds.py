@@ -33,7 +33,7 @@ class ErrorBound:
     of: str = "exact map"  #: the map that it approximates
 
 
-def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None = None, samples: int = 201) -> Maker:
+def auxiliary_maps(return_map: AnyMap, how: How | None = None, error: ErrorBound | None = None, samples: int = 201) -> Maker:
     """A function that computes the auxiliary maps of a map on boxes (n, 2).
 
     Args:
@@ -46,38 +46,38 @@ def auxiliary_maps(map: AnyMap, how: How | None = None, error: ErrorBound | None
         NsmapsError: the map has no such bounds, or `inflated` is given without an error or an error without it.
     """
     best: How = "sampled"
-    if isinstance(map, PolyMap):
+    if isinstance(return_map, PolyMap):
         best = "inflated" if error is not None else "outer"
-    elif isinstance(map, BoxMap | CompositeMap | PiecewiseMap):
+    elif isinstance(return_map, BoxMap | CompositeMap | PiecewiseMap):
         best = "enclosed"
     chosen = how or best
     if (chosen == "inflated") != (error is not None):
         given = "no error is" if error is None else "an error is"
         raise NsmapsError(f"bounds are {chosen} and {given} given; expected: an error with inflated bounds, and only there")
-    if chosen in ("outer", "inflated") and isinstance(map, PolyMap):
-        values = np.zeros(len(map.coordinates)) if error is None else error.values
+    if chosen in ("outer", "inflated") and isinstance(return_map, PolyMap):
+        values = np.zeros(len(return_map.coordinates)) if error is None else error.values
         status = "outer" if error is None else f"inflated by {error.how} error"
-        return partial(of_polynomials, map, values, status)
-    if chosen == "enclosed" and isinstance(map, BoxMap | CompositeMap | PiecewiseMap):
-        return partial(Enclosed, box_map(map), samples)
+        return partial(of_polynomials, return_map, values, status)
+    if chosen == "enclosed" and isinstance(return_map, BoxMap | CompositeMap | PiecewiseMap):
+        return partial(Enclosed, box_map(return_map), samples)
     if chosen != "sampled":
         enclosed = "enclosed of a composite map, one given by formulas or one with image_boxes"
         choices = f"outer and inflated of a polynomial map, {enclosed}, sampled of any"
-        raise NsmapsError(f"bounds are {chosen}, of a {type(map).__name__}; expected: {choices}")
-    return lambda box: Sampled.of(map, box, samples)
+        raise NsmapsError(f"bounds are {chosen}, of a {type(return_map).__name__}; expected: {choices}")
+    return lambda box: Sampled.of(return_map, box, samples)
 
 
-def held_out_error(map: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_000, seed: int = 0) -> ErrorBound:
+def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_000, seed: int = 0) -> ErrorBound:
     """The largest error of a polynomial map at random states and at the corners of a box (n, 2); infinite without image."""
-    array = as_box(box, map.coordinates)
+    array = as_box(box, polynomial.coordinates)
     corners = np.stack(np.meshgrid(*array, indexing="ij"), axis=-1).reshape(-1, len(array))
     inside = array[:, 0] + np.ptp(array, axis=1) * np.random.default_rng(seed).random((states, len(array)))
     x = np.concatenate([corners, inside])
-    ours, exact = image_function(map, array)(x), image_function(truth, array)(x)
-    difference = np.abs(map.coordinates.difference(exact, ours))
+    ours, exact = image_function(polynomial, array)(x), image_function(truth, array)(x)
+    difference = np.abs(polynomial.coordinates.difference(exact, ours))
     return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 
-def envelopes(map: AnyMap, box: BoxLike, samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
+def envelopes(return_map: AnyMap, box: BoxLike, samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
     """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds` as in `auxiliary_maps`."""
-    return auxiliary_maps(map, bounds, None, samples)(as_box(box, map.coordinates)).envelopes()
+    return auxiliary_maps(return_map, bounds, None, samples)(as_box(box, return_map.coordinates)).envelopes()

@@ -29,18 +29,18 @@ AnyMap = ReturnMap | PlainMap
 CURVES = 9  #: of a family that are kept
 
 
-def image_function(map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
+def image_function(return_map: AnyMap, box: Floats) -> Callable[[Floats], Floats]:
     """The map as a function of states (N, n) whose angles come out on the turn nearest to the box's centre, shape (n, 2)."""
-    coordinates = Coordinates(map.coordinates)
+    coordinates = Coordinates(return_map.coordinates)
     centre = box.mean(axis=1)
-    if isinstance(map, ReturnMap) or not callable(map):
-        exact = ReturnMap.require(map, "a domain")
+    if isinstance(return_map, ReturnMap) or not callable(return_map):
+        exact = ReturnMap.require(return_map, "a domain")
 
         def of_returns(states: Floats) -> Floats:
             return coordinates.lift(exact.first_return(states).image, centre)
 
         return of_returns
-    plain = map
+    plain = return_map
     image = plain(centre[None, :])[0]
     turns = image - coordinates.lift(image, centre)  # one for all, so that the formula stays continuous
     return lambda states: plain(states) - turns

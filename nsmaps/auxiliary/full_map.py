@@ -41,12 +41,12 @@ class FullAuxiliaryMap:
     def image_boxes(self, boxes: ArrayLike) -> BoxImages:
         """Outer images of boxes of shape (N, n, 2), angles on any turn."""
         given = as_boxes(boxes, self.coordinates)
-        map, inside = box_map(self.map), np.zeros(len(given), bool)
+        return_map, inside = box_map(self.map), np.zeros(len(given), bool)
         parts = []
         for region in as_boxes(self.boxes, self.coordinates):
             common, is_inside = self._common(given, region)
             inside |= is_inside
-            parts.append(_products(map, common, region))
+            parts.append(_products(return_map, common, region))
         for piece, box in self.pieces:
             own, region = box_map(CompositeMap(self.coordinates, (), (piece,))), as_box(box, self.coordinates)
             common, _ = self._common(given, region)
@@ -54,7 +54,7 @@ class FullAuxiliaryMap:
             met[own.image_boxes(common.boxes).source] = True
             parts.append(_products(own, common.of(met), region, is_whole=False))
         others = np.flatnonzero(~inside)
-        plain = map.image_boxes(given[others])
+        plain = return_map.image_boxes(given[others])
         parts.append((others[plain.source], plain.images, plain.words, others[~plain.bounded], others[plain.empty]))
         source, images, words, unknown, empty = (np.concatenate(part) for part in zip(*parts, strict=True))
         order, products = np.argsort(source, kind="stable"), len(source) - len(plain.source)
@@ -77,7 +77,9 @@ class FullAuxiliaryMap:
         return Parts(parts.source, np.stack([low, high], axis=2), parts.turns).of(meets), is_inside
 
 
-def _products(map: BoxMap, parts: Parts, region: Floats, is_whole: bool = True) -> tuple[Ints, Floats, np.ndarray, Ints, Ints]:
+def _products(
+    return_map: BoxMap, parts: Parts, region: Floats, is_whole: bool = True
+) -> tuple[Ints, Floats, np.ndarray, Ints, Ints]:
     """The products of each coordinate's images, over its own interval and all of the region in the others.
 
     With `is_whole` every state of the region must have an image; otherwise the map holds in a part of it alone.
@@ -86,7 +88,7 @@ def _products(map: BoxMap, parts: Parts, region: Floats, is_whole: bool = True) 
     images, unknown, empty = np.empty_like(cut), np.zeros(len(cut), bool), np.zeros(len(cut), bool)
     for k in range(len(region)):
         intervals, of = np.unique(cut[:, k], axis=0, return_inverse=True)
-        ends, is_unknown, is_empty = over_others(map, k, intervals, region)
+        ends, is_unknown, is_empty = over_others(return_map, k, intervals, region)
         images[:, k] = ends[of.ravel()]
         unknown |= is_unknown[of.ravel()]
         empty |= is_empty[of.ravel()] & is_whole
@@ -94,7 +96,7 @@ def _products(map: BoxMap, parts: Parts, region: Floats, is_whole: bool = True) 
     return source[known], images[known], np.full(int(known.sum()), ""), source[unknown], source[empty]
 
 
-def over_others(map: BoxMap, index: int, intervals: Floats, region: Floats) -> tuple[Floats, Bools, Bools]:
+def over_others(return_map: BoxMap, index: int, intervals: Floats, region: Floats) -> tuple[Floats, Bools, Bools]:
     """Outer bounds, shape (M, 2), of the images of one coordinate over intervals of its own, shape (M, 2), and all of a region.
 
     Also, of each interval, whether the images over a part of the region are not known, and whether a state may have none.
@@ -105,9 +107,9 @@ def over_others(map: BoxMap, index: int, intervals: Floats, region: Floats) -> t
     axes = [np.stack([cuts[k, :-1], cuts[k, 1:]], axis=1) for k in range(n)]
     axes[index] = intervals
     place = np.indices([len(axis) for axis in axes]).reshape(n, -1)
-    found = map.image_boxes(np.stack([axis[at] for axis, at in zip(axes, place, strict=True)], axis=1))
+    found = return_map.image_boxes(np.stack([axis[at] for axis, at in zip(axes, place, strict=True)], axis=1))
     images, owner = found.images[:, index], place[index]
-    if Coordinates(map.coordinates).angles[index]:
+    if Coordinates(return_map.coordinates).angles[index]:
         images = _on_one_turn(images, owner[found.source], count)
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(low, owner[found.source], images[:, 0])
@@ -174,7 +176,11 @@ class AuxiliaryOrbit(WithCoordinates, Result):
 
 
 def auxiliary_orbit(
-    map: CompositeMap, box: AuxiliaryRegion, pieces: Sequence[tuple[Piece, AuxiliaryRegion]], start: StateLike, returns: int = 400
+    return_map: CompositeMap,
+    box: AuxiliaryRegion,
+    pieces: Sequence[tuple[Piece, AuxiliaryRegion]],
+    start: StateLike,
+    returns: int = 400,
 ) -> AuxiliaryOrbit:
     """Iterate the full auxiliary map: in a box A_1 and in the regions of some pieces by auxiliary maps, elsewhere by the map.
 
@@ -189,17 +195,17 @@ def auxiliary_orbit(
     """
     if returns < 1:
         raise NsmapsError(f"returns is {returns}; expected: at least 1")
-    coordinates, numbers = map.coordinates, [list(map.pieces).index(piece) for piece, _ in pieces]
+    coordinates, numbers = return_map.coordinates, [list(return_map.pieces).index(piece) for piece, _ in pieces]
     states, region, regions = [as_starts(start, coordinates)], [], (box, *(each for _, each in pieces))
     for step in range(returns):
-        own = int(map.piece_of(states[-1][None])[0])
+        own = int(return_map.piece_of(states[-1][None])[0])
         near = coordinates.lift(states[-1], box.box.mean(axis=1))
         if ((box.box[:, 0] <= near) & (near <= box.box[:, 1])).all():
             region.append(0)
         else:
             region.append(numbers.index(own) + 1 if own in numbers else MAP)
         if region[-1] == MAP:
-            states.append(map.first_return(states[-1][None]).image[0])
+            states.append(return_map.first_return(states[-1][None]).image[0])
         else:
             led = regions[region[-1]]
             states.append(led.step(coordinates.lift(states[-1], led.box.mean(axis=1)), 1 - step % 2))

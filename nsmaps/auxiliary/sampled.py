@@ -32,19 +32,19 @@ class Sampled(WithCoordinates):
     peaks: dict[tuple[int, int, int], tuple[float, float]] = field(default_factory=dict, repr=False)  #: those sought
 
     @classmethod
-    def of(cls, map: AnyMap, box: Floats, samples: int) -> "Sampled":
+    def of(cls, return_map: AnyMap, box: Floats, samples: int) -> "Sampled":
         """From grids over the box."""
-        function, n, curves = image_function(map, box), len(box), []
+        function, n, curves = image_function(return_map, box), len(box), []
         axes = np.linspace(box[:, 0], box[:, 1], samples, axis=-1)
         values = None
         if n == 2 and samples <= AT_MOST:  # one grid serves both coordinates
             grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
             values = function(grid.reshape(-1, n)).reshape(grid.shape)
-        for i, (name, x) in enumerate(zip(map.coordinates, axes, strict=True)):
+        for i, (name, x) in enumerate(zip(return_map.coordinates, axes, strict=True)):
             known = None if values is None else np.moveaxis(values[..., i], i, 0)
             lower, upper = extremes(function, i, x, box, samples, known)
             curves.append(Envelope(name, x, lower, upper, *family(function, i, x, box)))
-        return cls(Coordinates(map.coordinates), box, function, samples, tuple(curves))
+        return cls(Coordinates(return_map.coordinates), box, function, samples, tuple(curves))
 
     def curves(self, index: int, x: ArrayLike) -> tuple[Floats, Floats]:
         """See AuxiliaryMaps."""
@@ -55,7 +55,7 @@ class Sampled(WithCoordinates):
     def at(cls, maps: Sequence[Self], states: Floats, side: int) -> Floats:
         """See AuxiliaryMaps."""
         (count, n), first = states.shape, maps[0]
-        boxes = np.repeat([map.box for map in maps], n, axis=0)
+        boxes = np.repeat([formulas.box for formulas in maps], n, axis=0)
         index = np.tile(np.arange(n), count)
         return _extremes(first.function, boxes, index, states.ravel(), first.samples, (side,)).reshape(states.shape)
 

@@ -17,19 +17,19 @@ TRIFLE = 1e-5  # of its side, by which a growing box exceeds its image
 
 
 def found_box(
-    make: Maker, map: AnyMap, start: Floats, around: Floats | None, max_growth: float, work: Work
+    make: Maker, return_map: AnyMap, start: Floats, around: Floats | None, max_growth: float, work: Work
 ) -> tuple[Floats | None, str]:
     """The smallest box around a given one that a map carries into itself, with auxiliary maps from `make`; or None, and why.
 
     Where the given box cannot be grown, half of it is tried about the state `around`, shape (n,), and half of that, and so on.
     """
     shrunk = start
-    found, why = first = _grown(make, map, start, start, max_growth, work)
+    found, why = first = _grown(make, return_map, start, start, max_growth, work)
     for halves in range(1, MOST_HALVED + 1):
         if found is not None or around is None or work.over:
             break
         shrunk = (shrunk + around[:, None]) / 2
-        found, why = _grown(make, map, shrunk, start, max_growth, work)
+        found, why = _grown(make, return_map, shrunk, start, max_growth, work)
         why += f" from a box halved {halves} times about the state nearest to the diagonals"
     if work.over and found is None:
         return None, why
@@ -37,10 +37,10 @@ def found_box(
 
 
 def _grown(
-    make: Maker, map: AnyMap, start: Floats, reference: Floats, max_growth: float, work: Work
+    make: Maker, return_map: AnyMap, start: Floats, reference: Floats, max_growth: float, work: Work
 ) -> tuple[Floats | None, str]:
     """The start joined with its image until that lies in it, or a side exceeds `max_growth` times the reference box's."""
-    grown, names = start.copy(), map.coordinates
+    grown, names = start.copy(), return_map.coordinates
     for step in range(MOST_GROWN):
         if work.over:
             return None, f"stopped after {work.max_seconds:g} s: grown {step} times to {text(names, grown)}"
@@ -48,7 +48,7 @@ def _grown(
         maps = make(grown)
         image, size = maps.worst(grown).bounds, np.ptp(grown, axis=1)
         if not np.isfinite(image).all():
-            return None, f"grown {step} times to {text(names, grown)}: {without_image(map, grown, maps.status)}"
+            return None, f"grown {step} times to {text(names, grown)}: {without_image(return_map, grown, maps.status)}"
         if is_inside(image, grown):
             return grown, f"grown {step} times"
         below, above = image[:, 0] < grown[:, 0], image[:, 1] > grown[:, 1]

@@ -123,7 +123,7 @@ def _listed(point: tuple[float, ...]) -> str:
 
 @shows
 def exit_times(
-    map: Boxed,
+    return_map: Boxed,
     regions: CompositeMap | Mapping[str, Region],
     window: BoxLike,
     depth: int = 4,
@@ -156,7 +156,7 @@ def exit_times(
     if depth < 0 or (target is not None and not target.forward_invariant):
         wrong = f"the depth is {depth}" if depth < 0 else f"the target is not closed under the map ({target and target.reason})"
         raise NsmapsError(f"{wrong}; expected: a depth of at least 0, and a target that is forward invariant")
-    grids = [Cells.over(map.coordinates, window, cells)]
+    grids = [Cells.over(return_map.coordinates, window, cells)]
     for _ in range(depth):
         grids.append(grids[-1].halved())
     finest = grids[-1]
@@ -166,12 +166,12 @@ def exit_times(
     goals = [region != k for k in range(len(names))]
     if target is not None:
         goals.append(_cells_inside(finest, target))
-    steps = _solved(box_map(map), grids, goals, [k < len(names) for k in range(len(goals))])
+    steps = _solved(box_map(return_map), grids, goals, [k < len(names) for k in range(len(goals))])
     left = np.full(finest.size, NEVER)
     for k in range(len(names)):
         left[region == k] = steps[k][region == k]
     arrived = None if target is None else steps[-1]
-    return ExitTimes(of or name_of(map), finest, names, region, left, arrived, tuple(cycles))
+    return ExitTimes(of or name_of(return_map), finest, names, region, left, arrived, tuple(cycles))
 
 
 def _regions(cells: Cells, regions: CompositeMap | Mapping[str, Region]) -> tuple[tuple[str, ...], Ints]:
@@ -198,7 +198,7 @@ def _blocked(cells: Cells, mask: Bools, found: Targets) -> Bools:
     return np.bincount(found.source[meets], minlength=len(found.stays)) > 0
 
 
-def _solved(map: BoxMap, grids: Sequence[Cells], goals: Sequence[Bools], outside: Sequence[bool]) -> NDArray[np.int64]:
+def _solved(return_map: BoxMap, grids: Sequence[Cells], goals: Sequence[Bools], outside: Sequence[bool]) -> NDArray[np.int64]:
     """After how many returns every state of each cell has been in each goal, shape (goals, size); -1 where not shown.
 
     Args:
@@ -213,7 +213,7 @@ def _solved(map: BoxMap, grids: Sequence[Cells], goals: Sequence[Bools], outside
             row[_coarse(goal, grids[-1].shape, cells.shape)] = 0
         numbers = np.flatnonzero((steps == NEVER).any(axis=0))
         if len(numbers):
-            found = joined(list(targets_of(map, cells, numbers)))
+            found = joined(list(targets_of(return_map, cells, numbers)))
             for row, beyond in zip(steps, outside, strict=True):
                 _layers(cells, row, numbers, found, found.exists if beyond else found.stays)
         beat(2.0 ** (level + 1 - len(grids)), f"level {level} of {len(grids) - 1}")

@@ -162,14 +162,14 @@ class Cells(WithCoordinates):
         return np.clip(np.searchsorted(self.edges(axis), x, side="right") - 1, 0, self.shape[axis] - 1)
 
 
-def images_of(map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -> BoxImages:
+def images_of(return_map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -> BoxImages:
     """The image boxes of boxes (N, n, 2), of parts of a box whose images are unknown or wide, and of parts of these.
 
     Args:
         sides: of the window, shape (n,), by which sides are measured.
         splits: most halvings.
     """
-    found = map.image_boxes(boxes)
+    found = return_map.image_boxes(boxes)
     split = ~found.bounded
     own = (np.ptp(boxes, axis=2) / sides).max(axis=1)
     wide = ~((np.ptp(found.images, axis=2) / sides).max(axis=1) <= WIDE * own[found.source])
@@ -182,7 +182,7 @@ def images_of(map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -
     corners = list(product((0, 1), repeat=middle.shape[1]))
     axes = range(middle.shape[1])
     halves = [np.stack([ends[[corner[k], corner[k] + 1], :, k].T for k in axes], axis=1) for corner in corners]
-    parts = images_of(map, np.stack(halves, axis=1).reshape(-1, middle.shape[1], 2), sides, splits - 1)
+    parts = images_of(return_map, np.stack(halves, axis=1).reshape(-1, middle.shape[1], 2), sides, splits - 1)
     whole = ~split[found.source]
     source = np.concatenate([found.source[whole], unknown[parts.source // len(corners)]])
     order = np.argsort(source, kind="stable")
@@ -193,11 +193,11 @@ def images_of(map: BoxMap, boxes: Floats, sides: Floats, splits: int = SPLITS) -
     return BoxImages(source[order], images, words, bounded, empty)
 
 
-def targets_of(map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
+def targets_of(return_map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
     """The targets of cells of some numbers, a batch at a time: of each `BATCH` numbers in order."""
     for first in range(0, len(numbers), BATCH):
         batch = numbers[first : first + BATCH]
-        yield cells.targets(images_of(map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
+        yield cells.targets(images_of(return_map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
 
 
 def joined(batches: Sequence[Targets]) -> Targets:

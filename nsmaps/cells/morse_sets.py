@@ -92,7 +92,7 @@ class MorseCover(Result):
 
 @shows
 def morse_sets(
-    map: Boxed,
+    return_map: Boxed,
     window: BoxLike,
     depth: int = 5,
     cells: int | Sequence[int] = 8,
@@ -119,8 +119,8 @@ def morse_sets(
     """
     if depth < 0:
         raise NsmapsError(f"the depth is {depth}; expected: at least 0")
-    enclosing = box_map(map)
-    stage, levels = _Stage.first(Cells.over(map.coordinates, window, cells)), list[Level]()
+    enclosing = box_map(return_map)
+    stage, levels = _Stage.first(Cells.over(return_map.coordinates, window, cells)), list[Level]()
     try:
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels))
@@ -129,8 +129,8 @@ def morse_sets(
     except KeyboardInterrupt as error:
         if not levels:
             raise
-        raise Interrupted(_cover(stage, tuple(levels), of or name_of(map), False)) from error
-    return _cover(stage, tuple(levels), of or name_of(map), True)
+        raise Interrupted(_cover(stage, tuple(levels), of or name_of(return_map), False)) from error
+    return _cover(stage, tuple(levels), of or name_of(return_map), True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -151,14 +151,14 @@ class _Stage:
         return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
 
 
-def _next(map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
+def _next(return_map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
     cells, numbers = before.cells, before.numbers
     if before.graph is not None:
         cells, numbers = cells.halved(), cells.parts(numbers[before.kept])
     if len(numbers) > MOST_CELLS:
         raise NsmapsError(f"level {number} has {len(numbers)} cells; expected: {MOST_CELLS}; take less depth or a smaller window")
     start = perf_counter()
-    targets = list(targets_of(map, cells, numbers))
+    targets = list(targets_of(return_map, cells, numbers))
     middle = perf_counter()
     graph = graph_of(cells, numbers, targets)
     component = recurrent(graph)
@@ -205,25 +205,27 @@ class ForwardInvariantSet(Result):
 
 
 @shows
-def forward_invariant_box(map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = "") -> ForwardInvariantSet:
+def forward_invariant_box(
+    return_map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = ""
+) -> ForwardInvariantSet:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 
     Args:
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
     """
-    grid = Cells.over(map.coordinates, box, cells)
-    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(map), grid, np.arange(grid.size)))
+    grid = Cells.over(return_map.coordinates, box, cells)
+    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(return_map), grid, np.arange(grid.size)))
     said = (
         f"{out} of {grid.size} cells have images that leave the box, are not bounded or may not exist"
         if out
         else "the images of all cells lie in it"
     )
-    return ForwardInvariantSet(of or name_of(map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
+    return ForwardInvariantSet(of or name_of(return_map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
 
 
 @shows
-def forward_invariant_set(map: Boxed, cover: MorseCover, component: int = 0) -> ForwardInvariantSet:
+def forward_invariant_set(return_map: Boxed, cover: MorseCover, component: int = 0) -> ForwardInvariantSet:
     """The cells of a component, joined with all cells that their images meet until nothing is added: a forward invariant set.
 
     The set is not forward invariant if an image leaves the window, is not bounded, or may not exist; its cells are then those
@@ -232,7 +234,7 @@ def forward_invariant_set(map: Boxed, cover: MorseCover, component: int = 0) -> 
     if not 0 <= component < len(cover.hulls):
         known = f"from 0 to {len(cover.hulls) - 1}" if len(cover.hulls) else "another window, since the cover has no components"
         raise NsmapsError(f"component {component} of {len(cover.hulls)}; expected: {known}")
-    enclosing, cells = box_map(map), cover.cells
+    enclosing, cells = box_map(return_map), cover.cells
     inside = np.zeros(cells.size, bool)
     fresh = cover.numbers[cover.component == component]
     own, reason = len(fresh), ""

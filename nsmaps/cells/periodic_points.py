@@ -74,7 +74,7 @@ class CycleSearch:
 
 @shows
 def find_cycles(
-    map: ReturnMap | PolyMap,
+    return_map: ReturnMap | PolyMap,
     window: BoxLike,
     period: int = 1,
     depth: int = 6,
@@ -110,9 +110,9 @@ def find_cycles(
     """
     if period < 1 or depth < 0:
         raise NsmapsError(f"period is {period} and depth is {depth}; expected: at least 1 and 0")
-    of, boxed = of or name_of(map), box_map(map)
+    of, boxed = of or name_of(return_map), box_map(return_map)
     returning = ReturnMap.require(boxed, "cycles")
-    grid = Cells.over(map.coordinates, window, cells)
+    grid = Cells.over(return_map.coordinates, window, cells)
     numbers = np.arange(grid.size)
     may, walks = np.ones((grid.size, period), bool), tuple[Ints, ...]()
     for level in range(depth + 1):
@@ -141,29 +141,29 @@ def _not_excluded(graph: "csr_matrix", numbers: Ints, period: int, tries: int) -
     return numbers[again[kept]], may[kept], tuple(place[walk] for walk in walks)
 
 
-def _cycles(map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int) -> tuple[tuple[PeriodicOrbit, ...], int]:
+def _cycles(return_map: ReturnMap, cells: Cells, guesses: Sequence[Floats], period: int) -> tuple[tuple[PeriodicOrbit, ...], int]:
     """The cycles to which Newton's method comes from guesses of shape (W, p, n), then from splices; and how many guesses."""
     found, starts = list[PeriodicOrbit](), 0
     while guesses:
         before, starts = len(found), starts + sum(len(guess) for guess in guesses)
         for guess in guesses:
-            _add(map, cells, guess, found)
+            _add(return_map, cells, guess, found)
         points, sides = [cycle.states for cycle in found], np.ptp(cells.window, axis=1)
-        guesses = spliced(map, np.concatenate(points), sides, period) if len(found) > before else []
+        guesses = spliced(return_map, np.concatenate(points), sides, period) if len(found) > before else []
     return tuple(sorted(found, key=lambda cycle: (len(cycle.states), *cycle.states[0]))), starts
 
 
-def _add(map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
+def _add(return_map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
     """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
     points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
     scale = np.where(cells.coordinates.angles, 1.0, np.ptp(cells.window, axis=1))
-    solutions = _newton(map, guess, scale)
+    solutions = _newton(return_map, guess, scale)
     _, firsts = np.unique(np.rint(solutions / scale / SAME), axis=0, return_index=True)
     for states in solutions[firsts]:
         states = states[: _least_period(states, cells.coordinates, scale)]
         if cells.coordinates.near(points, states[0], SAME, scale).any() or (cells.numbers_of(states) < 0).any():
             continue
-        cycle = periodic_orbit(map, states, len(states), RESIDUAL, scale)
+        cycle = periodic_orbit(return_map, states, len(states), RESIDUAL, scale)
         if cycle.converged and cycle.exists:
             found.append(cycle)
             points = np.concatenate([points, cycle.states])
@@ -175,13 +175,13 @@ def _least_period(states: Floats, coordinates: Coordinates, scale: Floats) -> in
     return next(q for q in shares if coordinates.near(states, np.roll(states, -q, axis=0), SAME, scale).all())
 
 
-def _newton(map: ReturnMap, x: Floats, scale: Floats) -> Floats:
+def _newton(return_map: ReturnMap, x: Floats, scale: Floats) -> Floats:
     """The cycles, shape (C, p, n), to which full Newton steps in all states at once come from guesses (W, p, n)."""
-    coordinates, done, (p, n) = Coordinates(map.coordinates), [x[:0]], x.shape[1:]
+    coordinates, done, (p, n) = Coordinates(return_map.coordinates), [x[:0]], x.shape[1:]
     for _ in range(MOST_STEPS):
         if not len(x):
             break
-        returns = map.first_return(x.reshape(-1, n), derivative=True)
+        returns = return_map.first_return(x.reshape(-1, n), derivative=True)
         assert returns.derivative is not None
         gaps = coordinates.difference(returns.image.reshape(x.shape), np.roll(x, -1, axis=1))
         with np.errstate(invalid="ignore"):

@@ -11,7 +11,7 @@ WALKS = 3000  #: of each length
 MOST_POINTS = 3000  #: among which jumps are looked for, any of them where there are more
 
 
-def spliced(map: ReturnMap, points: Floats, sides: Floats, period: int) -> list[Floats]:
+def spliced(return_map: ReturnMap, points: Floats, sides: Floats, period: int) -> list[Floats]:
     """Pseudo-orbits of 1, 2, ..., `period` of the points of cycles, shape (WALKS, p, n) for each p with any, at random.
 
     Args:
@@ -20,8 +20,8 @@ def spliced(map: ReturnMap, points: Floats, sides: Floats, period: int) -> list[
     """
     rng = np.random.default_rng(len(points))
     points = rng.permutation(points)[:MOST_POINTS]
-    images = map.first_return(points).image
-    near = Coordinates(map.coordinates).near(images[:, None], points, NEAR, sides)
+    images = return_map.first_return(points).image
+    near = Coordinates(return_map.coordinates).near(images[:, None], points, NEAR, sides)
     reach = [np.eye(len(points), dtype=bool)]
     for _ in range(period):
         reach.append(reach[-1].astype(np.float32) @ near.astype(np.float32) > 0)

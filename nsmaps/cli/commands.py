@@ -90,15 +90,17 @@ def new_plugin(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
     into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
     hybrid: Annotated[bool, typer.Option("--hybrid", help="Of a system with modes instead of an impact system.")] = False,
-    map: Annotated[bool, typer.Option("--map", help="Of a map given by formulas in pieces instead of an impact system.")] = False,
+    formulas: Annotated[
+        bool, typer.Option("--map", help="Of a map given by formulas in pieces instead of an impact system.")
+    ] = False,
 ) -> None:
     """Write a little project for a system of your own: class, study, test and pyproject."""
     from nsmaps.cli.newplugin import new_plugin
 
     with reported_errors():
-        if hybrid and map:
+        if hybrid and formulas:
             raise NsmapsError("--hybrid and --map name two kinds of systems; expected: one of them")
-        folder = new_plugin(name, into, "map" if map else "hybrid" if hybrid else "impacts")
+        folder = new_plugin(name, into, "map" if formulas else "hybrid" if hybrid else "impacts")
     typer.echo(f'written to {folder}; next: pip install -e "{folder}[test]" && nsmaps run {name}/first && pytest "{folder}"')
 
 

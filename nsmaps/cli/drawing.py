@@ -85,8 +85,9 @@ def figures(
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="A figure; may be repeated.", autocompletion=_names)
     ] = None,
-    format: Annotated[
-        list[Format] | None, typer.Option(metavar="FORMAT", help="The file format: png, if omitted, svg or pdf; may be repeated.")
+    formats: Annotated[
+        list[Format] | None,
+        typer.Option("--format", metavar="FORMAT", help="The file format: png, if omitted, svg or pdf; may be repeated."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
     dpi: Annotated[
@@ -110,7 +111,7 @@ def figures(
 
     with reported_errors():
         result = read_result(folder, installed_only=installed_only)
-        kinds = [kind.value for kind in format or [Format.png]]
+        kinds = [kind.value for kind in formats or [Format.png]]
         names = only or named_by(result)
         lettered = _lettered(letters or [])
         paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered)
@@ -138,9 +139,9 @@ def _lettered(given: Sequence[str]) -> dict[str, str]:
 def animate(
     folder: Folder,
     name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, turning round once, or cobweb, step by step.")],
-    format: Annotated[
+    file_format: Annotated[
         str | None,
-        typer.Option(metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.", show_default="gif"),
+        typer.Option("--format", metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.", show_default="gif"),
     ] = None,
     out: Annotated[
         Path | None, typer.Option(help="The folder to write to, or the file, ending in .gif or .mp4.", show_default="DIR/figures")
@@ -161,10 +162,10 @@ def animate(
 
     named = out if out is not None and out.suffix in (".gif", ".mp4") and not out.is_dir() else None
     place = named.parent if named else out or folder / "figures"
-    kind = named.suffix[1:] if named else format or "gif"
+    kind = named.suffix[1:] if named else file_format or "gif"
     with of_run(folder), progress_line(quiet):
-        if format not in (None, kind):
-            raise NsmapsError(f"--format {format} and --out {out}; expected: one format")
+        if file_format not in (None, kind):
+            raise NsmapsError(f"--format {file_format} and --out {out}; expected: one format")
         result = read_result(folder, installed_only=installed_only)
         with listed(folder, place) as beside:
             path = animate(result, name, beside, kind, orbit=orbit, frames=frames, fps=fps, dpi=dpi)

@@ -107,11 +107,11 @@ class _Growth:
     outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
 
 
-def _growth(map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
+def _growth(return_map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
     """The growth of frames in n returns of states (M, dim), in parts of many returns if the map computes many in one call."""
-    block = max(BLOCK // len(states), 1) if map.has_orbits and len(states) else 1
+    block = max(BLOCK // len(states), 1) if return_map.has_orbits and len(states) else 1
     for first in range(0, n, block):
-        part = _carried(map.orbits(states, min(block, n - first), derivative=True), frames)
+        part = _carried(return_map.orbits(states, min(block, n - first), derivative=True), frames)
         states, frames = part.states, part.frames
         yield part
 
@@ -136,7 +136,12 @@ def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[n
 
 
 def _summary(
-    map: ReturnMap, sums: Floats, counts: NDArray[np.int64], shape: tuple[int, ...], outcome: NDArray[np.int8], final: Floats
+    return_map: ReturnMap,
+    sums: Floats,
+    counts: NDArray[np.int64],
+    shape: tuple[int, ...],
+    outcome: NDArray[np.int8],
+    final: Floats,
 ) -> Lyapunov:
     """Exponents and errors from the sums over batches, shape (B, M, dim + 3): growth, `log |det|`, time, number of returns."""
     dim, n, some = shape[-1], int(counts.sum()), shape[:-1]
@@ -149,7 +154,7 @@ def _summary(
     means, error, per_time, per_time_error = (x.reshape(shape) for x in (means, error, per_time, per_time_error))
     running = np.moveaxis(running, 0, 1).reshape(*some, BATCHES, dim)
     return Lyapunov(
-        coordinates=Coordinates(map.coordinates),
+        coordinates=Coordinates(return_map.coordinates),
         n_returns=n,
         exponents=means,
         error=error,

@@ -10,31 +10,31 @@ from nsmaps.exact.systems.hybrid import HybridSystem
 RELEASE = 1e-30  #: clearance at the beginning of a flight at speed zero, by rounding of its phase; others have at least rounding
 
 
-def speeds_of(map: ReturnMap, states: Floats, scale: Floats) -> Floats | None:
+def speeds_of(return_map: ReturnMap, states: Floats, scale: Floats) -> Floats | None:
     """The largest speeds towards each guard or wall on the motions through states (N, n) in a scale.
 
     None of maps without flights, and where a state is not a start.
     """
-    if not isinstance(map, HybridSystem):
-        return scale[:1] if isinstance(map, ExactMap) else None
+    if not isinstance(return_map, HybridSystem):
+        return scale[:1] if isinstance(return_map, ExactMap) else None
     try:
-        return map.guard_speeds(states, between=True)
+        return return_map.guard_speeds(states, between=True)
     except StateError:
         return None
 
 
-def margins_of(map: ReturnMap, states: Floats, speeds: Floats | None) -> Floats:
+def margins_of(return_map: ReturnMap, states: Floats, speeds: Floats | None) -> Floats:
     """The margins of N first returns from a graze, shape (2, N): least gap to what is not met, least impact speed.
 
     Speeds are shares of those of `speeds_of`, gaps shares of the distance moved at these in a radian of phase, without forcing in
     a unit of time. Infinity of maps without flights, and where a flight dips below its release by rounding.
     """
-    if speeds is None or not isinstance(map, ExactMap):
+    if speeds is None or not isinstance(return_map, ExactMap):
         return np.full((2, len(states)), np.inf)
-    if isinstance(map, HybridSystem):
-        found, unit = map.itineraries(states, speeds), 1.0
+    if isinstance(return_map, HybridSystem):
+        found, unit = return_map.itineraries(states, speeds), 1.0
     else:
-        found, unit = map.itineraries(states), float(speeds[0])
-    margins = np.array([found.clearance * (map.phase_rate() or 1.0), found.slowest]) / unit
+        found, unit = return_map.itineraries(states), float(speeds[0])
+    margins = np.array([found.clearance * (return_map.phase_rate() or 1.0), found.slowest]) / unit
     margins[0, (margins[0] != 0) & (np.abs(margins[0]) < RELEASE)] = np.inf
     return margins

@@ -78,7 +78,7 @@ class Orbit(WithCoordinates):
 
 
 @shows
-def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
+def orbit(return_map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
 
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
@@ -91,7 +91,7 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     Raises:
         StateError: the state has not the map's coordinates, or n is negative.
     """
-    start, dim = as_starts(state, ReturnMap.require(map, "an orbit").coordinates), len(map.coordinates)
+    start, dim = as_starts(state, ReturnMap.require(return_map, "an orbit").coordinates), len(return_map.coordinates)
     if n < 0:
         raise StateError(f"n is {n}; expected: a number of returns >= 0")
     flat = start.reshape(-1, dim)
@@ -99,9 +99,9 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
     number = np.ones((n, m), np.int32)
-    states[0], none = flat, map.first_return(flat[:0], **how) if not n * m else None
+    states[0], none = flat, return_map.first_return(flat[:0], **how) if not n * m else None
     walls, alphabet = (none.walls, none.alphabet) if none is not None else ((), PLAIN)
-    for part in returns_of(map, flat, n, **how):
+    for part in returns_of(return_map, flat, n, **how):
         rows = slice(done, done + len(part) // m)
         done, walls, alphabet = rows.stop, part.walls, part.alphabet
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
@@ -112,30 +112,30 @@ def orbit(map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
     several = number.reshape(shape[:-1]) if (number > 1).any() else None
-    return Orbit(Coordinates(map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet, several)
+    return Orbit(Coordinates(return_map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet, several)
 
 
-def returns_of(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
+def returns_of(return_map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
     """The first n returns of each of M states, shape (M, dim), in parts: rows as of `ReturnMap.orbits`; no part of no states."""
     if not len(states):
         return
-    if not map.has_orbits or len(states) >= MANY:
-        yield from single_returns(map, states, n, **how)
+    if not return_map.has_orbits or len(states) >= MANY:
+        yield from single_returns(return_map, states, n, **how)
         return
     block, before = BLOCK // len(states), None
     for first in range(0, n, block):
-        part = repeat_outcomes(map.orbits(states, min(block, n - first), **how), before)
+        part = repeat_outcomes(return_map.orbits(states, min(block, n - first), **how), before)
         before = part.select(np.arange(len(part) - len(states), len(part)))
         states = before.image
         yield part
 
 
-def orbit_after(map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
+def orbit_after(return_map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
     """The orbits of states (S, n) after a transient; an orbit that ended in the transient keeps its outcome."""
     part = None
-    for part in returns_of(map, states, discard):
+    for part in returns_of(return_map, states, discard):
         states = part.image[-len(states) :]
-    kept = orbit(map, states, returns)
+    kept = orbit(return_map, states, returns)
     if part is not None:
         ended = np.isnan(states).any(axis=1)
         kept.outcome[:, ended] = part.outcome[-len(states) :][ended]

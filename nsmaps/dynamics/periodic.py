@@ -136,7 +136,7 @@ def stability(multipliers: ArrayLike) -> bool | None:
 
 
 def periodic_orbit(
-    map: ReturnMap, guess: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
+    return_map: ReturnMap, guess: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
@@ -156,34 +156,34 @@ def periodic_orbit(
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
-    states = np.atleast_2d(as_starts(guess, ReturnMap.require(map, "a periodic orbit").coordinates))
-    dim = len(map.coordinates)
+    states = np.atleast_2d(as_starts(guess, ReturnMap.require(return_map, "a periodic orbit").coordinates))
+    dim = len(return_map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
-    states = map.on_section(states)
+    states = return_map.on_section(states)
     if len(states) < period:
-        states = orbit(map, states[0], period - 1).states
+        states = orbit(return_map, states[0], period - 1).states
     size = None if scale is None else np.asarray(scale, float)
-    return refined(map, map.first_return(states, derivative=True), tolerance, size)
+    return refined(return_map, return_map.first_return(states, derivative=True), tolerance, size)
 
 
-def refined(map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:
+def refined(return_map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:
     """As `periodic_orbit`, from the returns of the states of a guess, with derivatives."""
-    coordinates, states, least = Coordinates(map.coordinates), now.start, least_time(map, now)
-    size = scale_of(map, states) if scale is None else scale
+    coordinates, states, least = Coordinates(return_map.coordinates), now.start, least_time(return_map, now)
+    size = scale_of(return_map, states) if scale is None else scale
     for _ in range(MOST_STEPS):
-        nearer = _nearer(map, now, newton_step(now, size), size)
+        nearer = _nearer(return_map, now, newton_step(now, size), size)
         now = now if nearer is None else nearer
         if nearer is None or ends_at_once(now, least):  # in no time states agree with their images, but no motion closes
             break
     start = coordinates.wrap(now.start)
-    returns = now if np.array_equal(start, now.start) else map.first_return(start, derivative=True)
-    return PeriodicOrbit(returns, tolerance, scale_of(map, returns.start, beside=states) if scale is None else size, least)
+    returns = now if np.array_equal(start, now.start) else return_map.first_return(start, derivative=True)
+    return PeriodicOrbit(returns, tolerance, scale_of(return_map, returns.start, beside=states) if scale is None else size, least)
 
 
-def least_time(map: ReturnMap, guess: Returns) -> float:
+def least_time(return_map: ReturnMap, guess: Returns) -> float:
     """The time that an orbit must take, from the period of a map's forcing and the times of a guess; 0 where they are unknown."""
-    rate = map.phase_rate() if isinstance(map, ExactMap) else 0.0
+    rate = return_map.phase_rate() if isinstance(return_map, ExactMap) else 0.0
     times = np.append(guess.time[np.isfinite(guess.time)].sum(), 2 * np.pi / rate if rate else 0.0)
     return INSTANT * float(times.max())
 
@@ -239,7 +239,7 @@ def dependent(jacobian: Floats) -> bool:
     return bool(sizes[-1] <= FAMILY * sizes[0])
 
 
-def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:
+def _nearer(return_map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Returns | None:
     """The returns from states that a step, or a part of it, brings nearer to an orbit in this scale; None where none does.
 
     Parts within the precision of a state are not tried.
@@ -248,10 +248,10 @@ def _nearer(map: ReturnMap, now: Returns, step: Floats, scale: Floats) -> Return
         return None
     before, share, length = np.linalg.norm(_gaps(now) / scale), 1.0, np.abs(step / scale).max()
     while share == 1 or (share >= LEAST_SHARE and share * length > ROUNDING):
-        start = map.on_section(now.start + share * step)
+        start = return_map.on_section(now.start + share * step)
         if np.array_equal(start, now.start):  # below rounding: no shorter part moves a state either
             return None
-        there = map.first_return(start, derivative=True)
+        there = return_map.first_return(start, derivative=True)
         if np.linalg.norm(_gaps(there) / scale) < before:
             return there
         share /= 2

@@ -45,10 +45,10 @@ def map_along(model: System | Callable[..., ReturnMap], *parameters: str) -> Cal
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:
     """The map at values of parameters, or the reason why there is none, on one line: a `map_of` raises a ValueError."""
     try:
-        map = map_of(*values)
+        return_map = map_of(*values)
     except ValueError as error:
         return None, _in_words(error)
-    return ReturnMap.require(map, "returns"), ""
+    return ReturnMap.require(return_map, "returns"), ""
 
 
 def starts_under(map_of: Callable[..., ReturnMap], values: Floats, starts: StateLike) -> Floats:
@@ -61,10 +61,10 @@ def starts_under(map_of: Callable[..., ReturnMap], values: Floats, starts: State
     if not isinstance(starts, Mapping):
         return as_numbers(starts, ("the coordinates",))
     found = (map_or_reason(map_of, *np.atleast_1d(value).tolist()) for value in values)
-    map = next((map for map, _ in found if map is not None), None)
-    if map is None:
+    return_map = next((formulas for formulas, _ in found if formulas is not None), None)
+    if return_map is None:
         raise NsmapsError(f"there is no map at any of {len(values)} values, whose coordinates a start by name has")
-    return as_starts(starts, map.coordinates)
+    return as_starts(starts, return_map.coordinates)
 
 
 def _in_words(error: ValueError) -> str:
@@ -74,9 +74,9 @@ def _in_words(error: ValueError) -> str:
     return " ".join(str(error).split())
 
 
-def nearest_starts(map: ReturnMap, states: Floats) -> Floats:
+def nearest_starts(return_map: ReturnMap, states: Floats) -> Floats:
     """States (..., n) on the section of a map, nearest to these, where its coordinates are not all free."""
-    return map.on_section(states.reshape(-1, states.shape[-1])).reshape(states.shape)
+    return return_map.on_section(states.reshape(-1, states.shape[-1])).reshape(states.shape)
 
 
 def followed(
@@ -93,9 +93,9 @@ def followed(
     runs: list[Run] = []
     reasons = [""] * len(values)
     for k, value in enumerate(values.tolist()):
-        map, reasons[k] = map_or_reason(map_of, value)
-        if map is not None:
-            runs.append(run(map, nearest_starts(map, start)))
+        return_map, reasons[k] = map_or_reason(map_of, value)
+        if return_map is not None:
+            runs.append(run(return_map, nearest_starts(return_map, start)))
             if directed:
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)

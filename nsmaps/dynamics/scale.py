@@ -16,7 +16,7 @@ SMALL = 1e-3  #: share of what a coordinate changes by with the others, below wh
 CONSTANT = 1e-12  #: share of the magnitude of a coordinate, below which its extent is rounding
 
 
-def scale_of(map: ReturnMap, *states: Floats, beside: Floats | None = None) -> Floats:
+def scale_of(return_map: ReturnMap, *states: Floats, beside: Floats | None = None) -> Floats:
     """The unit of each coordinate at some states (..., n) of a map, shape (n,): a radian of an angle.
 
     Of others it is the extent of the states and of the motions through them between events, and of an impact speed the largest
@@ -26,32 +26,32 @@ def scale_of(map: ReturnMap, *states: Floats, beside: Floats | None = None) -> F
     those `beside` them, unless it is far below what the image changes by with the others. It is above zero: 1 where all of these
     are zero.
     """
-    coordinates = Coordinates(map.coordinates)
+    coordinates = Coordinates(return_map.coordinates)
     points = np.concatenate([np.reshape(some, (-1, len(coordinates))) for some in states])
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return np.ones(len(coordinates)) if beside is None else coordinates.magnitudes(beside)
     some = points[np.unique(np.linspace(0, len(points) - 1, min(MOST, len(points))).astype(int))]
-    moved = extents_of(map, some)
+    moved = extents_of(return_map, some)
     if moved is None:
         known = coordinates.magnitudes(points, points if beside is None else beside)
-        linked = (_slopes(map, some) * np.where(coordinates.angles, 0.0, known)).max(axis=1)
+        linked = (_slopes(return_map, some) * np.where(coordinates.angles, 0.0, known)).max(axis=1)
         return np.where(~coordinates.angles & (known < SMALL * linked), linked, known)
     sizes = np.abs(points).max(axis=0, initial=0.0)
     fixed = ~coordinates.angles & ~(moved > CONSTANT * sizes)
     if fixed.any():
-        moved = _linked(map, np.where(fixed, 0.0, np.where(coordinates.angles, 1.0, moved)), some, fixed)
+        moved = _linked(return_map, np.where(fixed, 0.0, np.where(coordinates.angles, 1.0, moved)), some, fixed)
         moved = np.where(moved > CONSTANT * sizes, moved, sizes)
     moved = np.maximum(moved, np.ptp(points, axis=0))
     return np.where(coordinates.angles | (moved == 0), 1.0, moved)
 
 
-def extents_of(map: ReturnMap, points: Floats) -> Floats | None:
+def extents_of(return_map: ReturnMap, points: Floats) -> Floats | None:
     """The extents of the motions through states (N, n) that are starts, shape (n,), zero without one; None if none are known."""
     found = np.zeros(points.shape[1])
     for point in points:
         try:
-            own = map.extents(point[None])
+            own = return_map.extents(point[None])
         except StateError:
             continue
         if own is None:
@@ -60,11 +60,11 @@ def extents_of(map: ReturnMap, points: Floats) -> Floats | None:
     return found
 
 
-def _linked(map: ReturnMap, unit: Floats, points: Floats, fixed: Bools) -> Floats:
+def _linked(return_map: ReturnMap, unit: Floats, points: Floats, fixed: Bools) -> Floats:
     """Units (n,) in which those of fixed coordinates are found from the parameters and the others, by derivatives of images."""
-    slopes = _slopes(map, points)
-    if isinstance(map, ExactMap):
-        moves = [map.sensitivity(points, {name: value}) for name, value in map.parameters.items() if value]
+    slopes = _slopes(return_map, points)
+    if isinstance(return_map, ExactMap):
+        moves = [return_map.sensitivity(points, {name: value}) for name, value in return_map.parameters.items() if value]
         each = np.nan_to_num(np.abs(np.reshape(moves, (-1, *points.shape))), posinf=0.0).max(axis=1, initial=0.0)
         middle = [float(np.median(column[column > 0])) if column.any() else 0.0 for column in each.T]
         unit = np.where(fixed, middle, unit)
@@ -75,10 +75,10 @@ def _linked(map: ReturnMap, unit: Floats, points: Floats, fixed: Bools) -> Float
     return unit
 
 
-def _slopes(map: ReturnMap, points: Floats) -> Floats:
+def _slopes(return_map: ReturnMap, points: Floats) -> Floats:
     """The largest magnitudes of the derivatives of images by other coordinates, shape (n, n); zero where there are none."""
     n = points.shape[1]
-    returns = map.first_return(points, derivative=True)
+    returns = return_map.first_return(points, derivative=True)
     if returns.derivative is None:
         return np.zeros((n, n))
     known = returns.derivative[np.isfinite(returns.derivative).all(axis=(1, 2))]

@@ -14,7 +14,7 @@ from nsmaps.progress import shows
 
 @shows
 def periodic_orbits(
-    map: ReturnMap,
+    return_map: ReturnMap,
     starts: ArrayLike,
     period: int = 1,
     words: Sequence[str] | None = None,
@@ -39,8 +39,8 @@ def periodic_orbits(
     """
     found: list[PeriodicOrbit] = []
     rotations = None if words is None else {(*words[k:], *words[:k]) for k in range(len(words))}
-    for start in as_states(starts, ReturnMap.require(map, "periodic orbits").coordinates):
-        orbit = periodic_orbit(map, start, period, tolerance)
+    for start in as_states(starts, ReturnMap.require(return_map, "periodic orbits").coordinates):
+        orbit = periodic_orbit(return_map, start, period, tolerance)
         if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
             continue
         turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
@@ -52,7 +52,7 @@ def periodic_orbits(
     return tuple(found)
 
 
-def periodic_orbits_by_word(map: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
+def periodic_orbits_by_word(return_map: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
     """All periodic orbits up to a period of a map with affine pieces, in the order of periods and words.
 
     Of each word the one cycle of its formulas is kept if its states lie in the pieces of the word, up to rounding. Words of which
@@ -68,8 +68,10 @@ def periodic_orbits_by_word(map: PiecewiseMap, max_period: int, tolerance: float
     """
     from nsmaps.exact.piecewise.affine import cycles_of_words
 
-    map = PiecewiseMap.require(map, "cycles by their words")
-    return tuple(periodic_orbit(map, states, len(states), tolerance) for _, states in cycles_of_words(map, max_period))
+    return_map = PiecewiseMap.require(return_map, "cycles by their words")
+    return tuple(
+        periodic_orbit(return_map, states, len(states), tolerance) for _, states in cycles_of_words(return_map, max_period)
+    )
 
 
 def _same(one: PeriodicOrbit, states: Floats, near: Floats) -> bool:

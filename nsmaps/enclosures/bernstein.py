@@ -34,11 +34,11 @@ class Polynomials:
     blur: Floats  #: shape (m,), by how much the coefficients' own rounding may move a value for |x - centre| <= scale
 
     @classmethod
-    def of(cls, map: PolyMap) -> "Polynomials":
+    def of(cls, polynomial: PolyMap) -> "Polynomials":
         """The images of a map, with its coefficients unchanged."""
-        tensor = dense(map.exponents, map.coefficients)
-        absolute = tuple(name in map.absolute for name in map.coordinates)
-        return cls(tensor, map.centre, map.scale, absolute, np.zeros(len(tensor)))
+        tensor = dense(polynomial.exponents, polynomial.coefficients)
+        absolute = tuple(name in polynomial.absolute for name in polynomial.coordinates)
+        return cls(tensor, polynomial.centre, polynomial.scale, absolute, np.zeros(len(tensor)))
 
     def slope(self, j: int) -> "Polynomials":
         """The derivatives by coordinate j, of absolute values those within."""

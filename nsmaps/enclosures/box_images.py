@@ -27,16 +27,16 @@ Fitted = PolyMap | CompositeMap | PiecewiseMap
 Boxed = BoxMap | ReturnMap | PolyMap  #: what `box_map` takes
 
 
-def name_of(map: object) -> str:
+def name_of(return_map: object) -> str:
     """The default name of a map in results; a composite map is composed of fitted maps, polynomials of one piece each.
 
     A map of another class has the name of this, such as `map Lozi`.
     """
-    if isinstance(map, FlowSystem):
+    if isinstance(return_map, FlowSystem):
         return "exact map"
-    if isinstance(map, PolyMap):
+    if isinstance(return_map, PolyMap):
         return "fitted map"
-    return map.title if isinstance(map, CompositeMap) else f"map {type(map).__name__}"
+    return return_map.title if isinstance(return_map, CompositeMap) else f"map {type(return_map).__name__}"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,20 +89,20 @@ class FittedBoxes(ReturnMap):
     sides: tuple[Floats, ...]  #: of each piece a box (n, 2) that holds the states of which it is the first
 
     @classmethod
-    def of(cls, map: Fitted) -> "FittedBoxes":
+    def of(cls, polynomial: Fitted) -> "FittedBoxes":
         """Of a PolyMap, one piece that holds everywhere: angles are on the turn nearest to where it was fitted.
 
         Maps given by formulas are enclosed at the values of their parameters, of which the rounding is not counted.
         """
-        if isinstance(map, PolyMap):
-            everywhere = ConditionRegion(coordinates=map.coordinates, text=EVERYWHERE)
-            map = CompositeMap(map.coordinates, (), (Piece("fitted", everywhere, map),))
-        if isinstance(map, PiecewiseMap):
+        if isinstance(polynomial, PolyMap):
+            everywhere = ConditionRegion(coordinates=polynomial.coordinates, text=EVERYWHERE)
+            polynomial = CompositeMap(polynomial.coordinates, (), (Piece("fitted", everywhere, polynomial),))
+        if isinstance(polynomial, PiecewiseMap):
             from nsmaps.reduced.composite.formulas import composite_of
 
-            map = composite_of(map)
-        regions = [piece.region for piece in map.pieces]
-        return cls(map, Winners.of(regions), tuple(first_sides(regions)))
+            polynomial = composite_of(polynomial)
+        regions = [piece.region for piece in polynomial.pieces]
+        return cls(polynomial, Winners.of(regions), tuple(first_sides(regions)))
 
     @property
     def coordinates(self) -> Coordinates:
@@ -144,24 +144,24 @@ class FittedBoxes(ReturnMap):
 
 
 @overload
-def box_map(map: Fitted) -> FittedBoxes: ...
+def box_map(return_map: Fitted) -> FittedBoxes: ...
 @overload
-def box_map(map: Boxed) -> BoxMap: ...
-def box_map(map: Boxed) -> BoxMap:
+def box_map(return_map: Boxed) -> BoxMap: ...
+def box_map(return_map: Boxed) -> BoxMap:
     """A map that encloses the images of boxes: itself where it does, as exact systems, and `FittedBoxes` of a fitted one.
 
     Raises:
         NsmapsError: the map does neither, as a ParametricMap: its map at a value is one.
     """
-    if isinstance(map, BoxMap):
-        return map
-    if isinstance(map, Fitted):
-        return FittedBoxes.of(map)
+    if isinstance(return_map, BoxMap):
+        return return_map
+    if isinstance(return_map, Fitted):
+        return FittedBoxes.of(return_map)
     accepted = (
         "an exact system, a map given by formulas, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), "
         "any map with `image_boxes`"
     )
-    raise NsmapsError(f"a {type(map).__name__} encloses no images of boxes; expected: {accepted}")
+    raise NsmapsError(f"a {type(return_map).__name__} encloses no images of boxes; expected: {accepted}")
 
 
 def _common(piece: Piece, whole: Parts) -> Iterator[Parts]:
@@ -196,13 +196,13 @@ def _cut(parts: Parts, k: int, low: float, high: float, is_moved: bool) -> Parts
     return Parts(parts.source, boxes, parts.turns).of(boxes[:, k, 0] <= boxes[:, k, 1])
 
 
-def _images(map: PolyMap, parts: Parts) -> tuple[Ints, Floats]:
+def _images(polynomial: PolyMap, parts: Parts) -> tuple[Ints, Floats]:
     """The images of parts, moved by the turns of these, of a map whose angles are nearest to where it was fitted."""
-    here = np.where(np.isfinite(map.middle), parts.turns, 0)
-    parts = Parts(parts.source, moved(parts.boxes, parts.turns - here), here).near(map.middle)
-    found = bounds_of(map).hulls(parts.boxes)
+    here = np.where(np.isfinite(polynomial.middle), parts.turns, 0)
+    parts = Parts(parts.source, moved(parts.boxes, parts.turns - here), here).near(polynomial.middle)
+    found = bounds_of(polynomial).hulls(parts.boxes)
     images = found.outer + found.margin[:, :, None] * [-1.0, 1.0]
-    absolute = np.array([name in map.absolute for name in map.coordinates])
+    absolute = np.array([name in polynomial.absolute for name in polynomial.coordinates])
     images[:, absolute, 0] = np.maximum(images[:, absolute, 0], 0.0)
     return parts.source, moved(images, parts.turns)
 

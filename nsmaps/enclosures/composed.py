@@ -26,11 +26,11 @@ FLOAT = 2.0**-48  #: by which a variable in floats may differ, relative to its l
 
 
 @lru_cache(maxsize=64)
-def bounds_of(map: PolyMap) -> "Polynomials | Composed":
+def bounds_of(polynomial: PolyMap) -> "Polynomials | Composed":
     """What bounds the images of a map over boxes, and their derivatives; that of maps that were used last is kept."""
-    if map.variables is None:
-        return Polynomials.of(map)
-    return Composed(map, tuple(name in map.absolute for name in map.coordinates))
+    if polynomial.variables is None:
+        return Polynomials.of(polynomial)
+    return Composed(polynomial, tuple(name in polynomial.absolute for name in polynomial.coordinates))
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +105,9 @@ def _anything(boxes: Floats) -> Interval:
 class _Variables:
     """The enclosures of a map's variables and of their derivatives, and what follows from them for its images."""
 
-    def __init__(self, map: PolyMap) -> None:
-        names, texts = map.coordinates.names, map.variables or ()
-        self.map = map
+    def __init__(self, polynomial: PolyMap) -> None:
+        names, texts = polynomial.coordinates.names, polynomial.variables or ()
+        self.map = polynomial
         self.own = [enclosure_of(text, names) for text in texts]
         self.inner = [
             list(enumerate([_anything] * len(names)))  # across a step there is no mean value form
@@ -115,7 +115,7 @@ class _Variables:
             else [(j, enclosure_of(text, names)) for j, text in enumerate(row) if text != "0"]
             for of, row in zip(texts, slopes_of(texts, names), strict=True)
         ]
-        self.degree = int(max(each.max() for each in map.exponents))
+        self.degree = int(max(each.max() for each in polynomial.exponents))
 
     def values(self, boxes: Floats) -> tuple[Floats, Floats]:
         """Bounds of each image over boxes (N, n, 2), term by term, shape (N, n, 2), and what rounding may add, (N, n)."""

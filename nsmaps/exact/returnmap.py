@@ -133,9 +133,9 @@ class ExactMap(ReturnMap):
         """The derivative of first returns by the parameters, which change at these rates, shape (N, n)."""
 
 
-def letters_of(map: ReturnMap) -> tuple[str, ...]:
+def letters_of(return_map: ReturnMap) -> tuple[str, ...]:
     """The letters of which words of a map consist; none of a map without words."""
-    return tuple(map.first_return(np.empty((0, len(map.coordinates)))).walls)
+    return tuple(return_map.first_return(np.empty((0, len(return_map.coordinates)))).walls)
 
 
 def repeat_outcomes(returns: Returns, before: Returns | None) -> Returns:
@@ -149,11 +149,11 @@ def repeat_outcomes(returns: Returns, before: Returns | None) -> Returns:
     return replace(returns, outcome=outcome.ravel().astype(np.int8))
 
 
-def single_returns(map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
+def single_returns(return_map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:
     """The first n returns of M states, shape (M, dim), by one call for each of the n."""
     before: Returns | None = None
     for _ in range(n):
-        before = repeat_outcomes(map.first_return(states, **how), before)
+        before = repeat_outcomes(return_map.first_return(states, **how), before)
         states = before.image
         yield before
 

@@ -30,7 +30,7 @@ ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, {SYSTEMS
 
 
 def export(
-    result: Any, format: str, path: str | os.PathLike[str] | None = None, *, name: str | None = None
+    result: Any, language: str, path: str | os.PathLike[str] | None = None, *, name: str | None = None
 ) -> str | dict[str, str]:
     """A map, a closed form, an exact system or all that a study's result holds of them, in another language.
 
@@ -41,8 +41,8 @@ def export(
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap, PiecewiseMap or StudyResult; for
             latex also an ImpactSystem or a HybridSystem; for c and julia one whose flights are in closed form, or linear between
             events: its first return at its parameters.
-        format: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too), "javascript"
-            (for a page or node) or "json".
+        language: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too),
+            "javascript" (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
         name: of the file and of the function in it, in letters, digits and _; else by its kind, such as closed_map. The files
             of a study's result are called after what they hold.
@@ -51,7 +51,7 @@ def export(
         The text of the file, or texts by file name where there are several, as of "c" or of a study's result.
 
     Raises:
-        NsmapsError: a format, a name or a result that is not accepted, symbols for coefficients, a region or a map with a
+        NsmapsError: a language, a name or a result that is not accepted, symbols for coefficients, a region or a map with a
             function that formulas do not have, or a system whose exact map has no table: with flights that are integrated or
             nonlinear, or with an impact law or reset that C has no function for.
 
@@ -66,14 +66,14 @@ def export(
         >>> result = nsmaps.read_result("runs/vi_pair/fp")  # doctest: +SKIP
         >>> nsmaps.export(result, "latex", "tex")  # doctest: +SKIP
     """
-    files = _files(result, format, name)
+    files = _files(result, language, name)
     _write(files, path)
     several = len(files) > 1 or not isinstance(result, Exportable | System)
     return files if several else next(iter(files.values()))
 
 
 def export_iterate(
-    result: "StudyResult", n: int, piece: str | None, format: str, path: str | os.PathLike[str] | None = None
+    result: "StudyResult", n: int, piece: str | None, language: str, path: str | os.PathLike[str] | None = None
 ) -> dict[str, str]:
     """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
     if result.composite is None:
@@ -84,7 +84,7 @@ def export_iterate(
     returns = result.composite.piece(source).returns
     counted = f", of {n * returns} returns" if returns > 1 else ""
     about = f"The iterate {n} of the piece {source}, all coordinates{counted}."
-    files = _writer(format)(closed, name, [about, *of_study(result)])
+    files = _writer(language)(closed, name, [about, *of_study(result)])
     _write(files, path)
     return files
 
@@ -97,76 +97,76 @@ def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> Non
             (folder / name).write_text(text, encoding="utf-8")
 
 
-def _writer(format: str) -> Callable[[Exportable, str, Sequence[str]], dict[str, str]]:
+def _writer(language: str) -> Callable[[Exportable, str, Sequence[str]], dict[str, str]]:
     """The function that writes a language."""
-    if format not in LANGUAGES:
-        raise NsmapsError(f"the format {format!r}{near_match(str(format), LANGUAGES)}; expected: {', '.join(LANGUAGES)}")
-    return import_module(f"nsmaps.exports.languages.{format}").files
+    if language not in LANGUAGES:
+        raise NsmapsError(f"the language {language!r}{near_match(str(language), LANGUAGES)}; expected: {', '.join(LANGUAGES)}")
+    return import_module(f"nsmaps.exports.languages.{language}").files
 
 
-def _files(result: Any, format: str, name: str | None) -> dict[str, str]:
+def _files(result: Any, language: str, name: str | None) -> dict[str, str]:
     """The texts by file name."""
-    write = _writer(format)
+    write = _writer(language)
     if name is not None:
-        near = f"{name}_" if format == "c" and name.lower() in MATH_H.split() else identifiers([name])[0]
+        near = f"{name}_" if language == "c" and name.lower() in MATH_H.split() else identifiers([name])[0]
         if near != name:
             raise NsmapsError(f"the name {name!r}; expected: letters, digits and _, but no word of a language, such as {near!r}")
     if isinstance(result, System):
-        return _of_system(result, format, name)
+        return _of_system(result, language, name)
     if isinstance(result, Exportable):
         return write(result, name or kind_of(result).replace(" ", "_"), ())
     if not is_finished(result):
         raise NsmapsError(f"a {type(result).__name__} cannot be exported; expected: {ACCEPTED}")
     if name is not None:
         raise NsmapsError(f"the name {name!r} for all that a result holds; expected: none, or one of its maps with a name")
-    files = {} if _unwritten(result.system, format) else _of_system(result.system, format)
+    files = {} if _unwritten(result.system, language) else _of_system(result.system, language)
     for each in held_by(result).files:
         files |= write(each.map, each.name, each.about)
     if not files:
         raise NsmapsError(
-            f"the result has nothing that can be written as {format!r}; expected: one with a composite map, a parametric map or "
-            "a second iterate (not one of strips, which ask the exact system near edges)"
+            f"the result has nothing that can be written as {language!r}; expected: one with a composite map, a parametric map "
+            "or a second iterate (not one of strips, which ask the exact system near edges)"
         )
     return files
 
 
-def left_out(result: "StudyResult", format: str) -> list[str]:
+def left_out(result: "StudyResult", language: str) -> list[str]:
     """What a study's result holds that is not written in a language, each with the reason."""
-    why = _unwritten(result.system, format) if format in PROGRAMS or isinstance(result.system, PiecewiseMap) else ""
+    why = _unwritten(result.system, language) if language in PROGRAMS or isinstance(result.system, PiecewiseMap) else ""
     return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
 
 
-def _of_system(system: System, format: str, name: str | None = None) -> dict[str, str]:
+def _of_system(system: System, language: str, name: str | None = None) -> dict[str, str]:
     """The equations of an exact system, its first return as a program, or a map given by formulas, by file name."""
-    if why := _unwritten(system, format):
+    if why := _unwritten(system, language):
         expected = "latex, or c and julia of flights in closed form"
         expected = "latex, or a formula of known functions" if isinstance(system, PiecewiseMap) else expected
         expected = expected if isinstance(system, FlowSystem | PiecewiseMap) else FlowSystem.wanted
-        raise NsmapsError(f"{type(system).__name__} as {format!r}: {why}; expected: {expected}")
+        raise NsmapsError(f"{type(system).__name__} as {language!r}: {why}; expected: {expected}")
     if isinstance(system, PiecewiseMap):
         from nsmaps.exports.equations.pieces import piece_files
 
-        return piece_files(system, format, _writer(format), name)
+        return piece_files(system, language, _writer(language), name)
     assert isinstance(system, ImpactSystem | HybridSystem)
-    if format == "latex":
+    if language == "latex":
         return system_files(system, name) if isinstance(system, ImpactSystem) else mode_files(system, name)
     from nsmaps.exports.programs.displacement import displacement_return
     from nsmaps.exports.programs.modes import modes_return
     from nsmaps.exports.programs.program import program_files
 
     what = displacement_return(system) if isinstance(system, ImpactSystem) else modes_return(system)
-    return program_files(what, format, name or identifiers([type(system).__name__.lower()])[0])
+    return program_files(what, language, name or identifiers([type(system).__name__.lower()])[0])
 
 
-def _unwritten(system: System, format: str) -> str:
+def _unwritten(system: System, language: str) -> str:
     """The reason why a system cannot be written in a language, or no text."""
     if isinstance(system, PiecewiseMap):
-        return "" if format == "latex" else _without_text(system)
+        return "" if language == "latex" else _without_text(system)
     if not isinstance(system, FlowSystem):
         return "its returns are given by a program, and not by formulas"
-    if format == "latex":
+    if language == "latex":
         return ""
-    if format not in PROGRAMS:
+    if language not in PROGRAMS:
         return "its map is implicit"
     if isinstance(system, HybridSystem):
         return "its flights are nonlinear, and followed by code of heyoka" if system._definition().smooth else ""

@@ -60,7 +60,7 @@ def animate(
     result: "StudyResult",
     name: str,
     folder: str | Path,
-    format: str = "gif",
+    file_format: str = "gif",
     *,
     orbit: int = 1,
     frames: int | None = None,
@@ -77,15 +77,15 @@ def animate(
     Raises:
         NsmapsError: an unknown animation or format; data that the result lacks; `mp4` without ffmpeg.
     """
-    for kind, word, accepted in (("animation", name, FILMS), ("format", format, _WRITERS)):
+    for kind, word, accepted in (("animation", name, FILMS), ("format", file_format, _WRITERS)):
         if word not in accepted:
             raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
-    if not _WRITERS[format].isAvailable():
+    if not _WRITERS[file_format].isAvailable():
         raise NsmapsError(
-            f"an animation in {format} is written by the program ffmpeg, which is not on the path; install it "
+            f"an animation in {file_format} is written by the program ffmpeg, which is not on the path; install it "
             "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
         )
-    path = Path(folder) / f"{name}.{format}"
+    path = Path(folder) / f"{name}.{file_format}"
     with axes_in(units_of(result.system)), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
         film = FILMS[name](result, frames, orbit)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -93,11 +93,11 @@ def animate(
             unfinished = Path(beside) / path.name
             try:
                 held = 0 if fps else film.early
-                writer = _WRITERS[format](fps=fps or film.fps * (_LONGER if held else 1))
+                writer = _WRITERS[file_format](fps=fps or film.fps * (_LONGER if held else 1))
                 _write(film, writer, unfinished, dpi, held)
             except CalledProcessError as error:
                 raise NsmapsError(
-                    f"no {format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
+                    f"no {file_format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
                 ) from error
             os.replace(unfinished, path)
     return path

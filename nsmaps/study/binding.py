@@ -82,12 +82,12 @@ class Binding:
         with self.study.source.located(loc, type(self.system), **{parameter: key}):
             type(self.system)(**{**self.system.model_dump(), parameter: value})
 
-    def some_values(self, loc: Loc, range: Range) -> None:
+    def some_values(self, loc: Loc, sweep: Range) -> None:
         """Raise StudyError unless at least one value of a sweep is valid; its result names those that are not."""
-        self.study.source.known((*loc, "parameter"), range.parameter, self.system.parameters, "parameter")
-        along = Along(self.system, range.parameter)
-        if all(map_or_reason(along, value)[1] for value in np.linspace(range.low, range.high, range.points).tolist()):
-            self.swept_values(loc, range.parameter, (range.low, range.high))
+        self.study.source.known((*loc, "parameter"), sweep.parameter, self.system.parameters, "parameter")
+        along = Along(self.system, sweep.parameter)
+        if all(map_or_reason(along, value)[1] for value in np.linspace(sweep.low, sweep.high, sweep.points).tolist()):
+            self.swept_values(loc, sweep.parameter, (sweep.low, sweep.high))
 
     def start(self, loc: Loc, start: Mapping[str, float]) -> Floats:
         """A state, shape (n,)."""

@@ -93,7 +93,7 @@ class HeldIterate:
 
 
 def second_iterate(
-    map: "AnyPolynomial",
+    polynomial: "AnyPolynomial",
     phi_min: Held = None,
     phi_max: Held = None,
     order: Order = "max_first",
@@ -124,7 +124,7 @@ def second_iterate(
 
     if order not in ("max_first", "min_first"):
         raise NsmapsError(f"order is {order!r}; expected: 'max_first' (eq. seconditerativev), 'min_first' (eq. auxv2nd)")
-    f = formula(map, piece, coordinates)
+    f = formula(polynomial, piece, coordinates)
     name = _variable(f, variable)
     low, high = _held(f, name, phi_min, "_min"), _held(f, name, phi_max, "_max")
     composed = _held_iterate(f, name, [high, low] if order == "max_first" else [low, high])
@@ -133,7 +133,7 @@ def second_iterate(
 
 
 def held_iterate(
-    map: "AnyPolynomial",
+    polynomial: "AnyPolynomial",
     held: Sequence[Held],
     *,
     variable: str | None = None,
@@ -149,13 +149,13 @@ def held_iterate(
 
     if not held:
         raise NsmapsError("no value is given to hold the other coordinates at; expected: one for each of n >= 1 iterates")
-    f = formula(map, piece, coordinates)
+    f = formula(polynomial, piece, coordinates)
     name = _variable(f, variable)
     return _held_iterate(f, name, [_held(f, name, each, f"_{k}") for k, each in enumerate(held, 1)])
 
 
 def envelope_curves(
-    map: "AnyPolynomial", envelope: ClosedEnvelope, *, piece: str | None = None
+    polynomial: "AnyPolynomial", envelope: ClosedEnvelope, *, piece: str | None = None
 ) -> tuple[HeldIterate, HeldIterate]:
     """The lower and the upper auxiliary map of a coordinate as polynomials, where they are two curves of its family, eq. auxv.
 
@@ -166,9 +166,9 @@ def envelope_curves(
 
     if envelope.kind != HELD or envelope.held is None:
         raise NsmapsError(f"the envelope of {envelope.coordinate!r} is {envelope.kind}; expected: one in closed form")
-    others = [(k, name) for k, name in enumerate(formula(map, piece).coordinates) if name != envelope.coordinate]
+    others = [(k, name) for k, name in enumerate(formula(polynomial, piece).coordinates) if name != envelope.coordinate]
     sides = [{name: float(envelope.held[k, side]) for k, name in others} for side in (0, 1)]
-    lower, upper = (held_iterate(map, [side], variable=envelope.coordinate, piece=piece) for side in sides)
+    lower, upper = (held_iterate(polynomial, [side], variable=envelope.coordinate, piece=piece) for side in sides)
     return lower, upper
 
 

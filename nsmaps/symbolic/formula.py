@@ -51,16 +51,16 @@ def exact(number: Any) -> Any:
     return sp.Rational(value.n(60)) if value.is_number and not value.is_Rational else value
 
 
-def formula(map: AnyPolynomial, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")) -> Formula:
+def formula(polynomial: AnyPolynomial, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")) -> Formula:
     """The exact images of a map, or of one of its pieces.
 
     Raises:
         NsmapsError: there are several pieces and none is named, or a piece is named of what has none.
     """
-    if isinstance(map, PolyFit):
-        return _general(map, Coordinates(coordinates))
-    parameters = (map.parameter,) if isinstance(map, ParametricMap) else ()
-    polymap = _polymap(map, piece)
+    if isinstance(polynomial, PolyFit):
+        return _general(polynomial, Coordinates(coordinates))
+    parameters = (polynomial.parameter,) if isinstance(polynomial, ParametricMap) else ()
+    polymap = _polymap(polynomial, piece)
     if polymap.variables is not None:
         of = f"a map with the variables {', '.join(polymap.variables)}"
         raise NsmapsError(
@@ -86,15 +86,15 @@ def check_closed(polymap: PolyMap) -> None:
         )
 
 
-def _polymap(map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | None) -> PolyMap:
-    if isinstance(map, CompositeMap | ParametricMap):
-        if piece is None and len(map.pieces) > 1:
-            raise NsmapsError(f"no piece is named; expected: one of {', '.join(each.name for each in map.pieces)}")
-        return map.pieces[0].map if piece is None else piece_named(map.pieces, piece).map
+def _polymap(return_map: PolyMap | Piece | CompositeMap | ParametricMap, piece: str | None) -> PolyMap:
+    if isinstance(return_map, CompositeMap | ParametricMap):
+        if piece is None and len(return_map.pieces) > 1:
+            raise NsmapsError(f"no piece is named; expected: one of {', '.join(each.name for each in return_map.pieces)}")
+        return return_map.pieces[0].map if piece is None else piece_named(return_map.pieces, piece).map
     if piece is not None:
-        raise NsmapsError(f"the piece {piece!r} of a {type(map).__name__}; expected: of a composite or parametric map")
-    check_class(map, (PolyMap, Piece), "only images that are polynomials have closed forms")
-    return map.map if isinstance(map, Piece) else map
+        raise NsmapsError(f"the piece {piece!r} of a {type(return_map).__name__}; expected: of a composite or parametric map")
+    check_class(return_map, (PolyMap, Piece), "only images that are polynomials have closed forms")
+    return return_map.map if isinstance(return_map, Piece) else return_map
 
 
 def _general(fit: PolyFit, names: Coordinates) -> Formula:

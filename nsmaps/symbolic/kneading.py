@@ -48,7 +48,7 @@ class Laps:
         return rows
 
 
-def topological_entropy(map: PiecewiseMap) -> float:
+def topological_entropy(return_map: PiecewiseMap) -> float:
     """The topological entropy of a map of one coordinate whose pieces are affine; constant ones as limits of increasing ones.
 
     Itineraries are computed in rational numbers, those that the parameters are, and series to 400 terms: the error is about
@@ -58,7 +58,7 @@ def topological_entropy(map: PiecewiseMap) -> float:
         NsmapsError: the map has several coordinates or an angle, or a piece is not affine, or states between two breaks are in
             no piece.
     """
-    laps = laps_of(PiecewiseMap.require(map, "the entropy by kneading series"))
+    laps = laps_of(PiecewiseMap.require(return_map, "the entropy by kneading series"))
     kneading = np.array([laps.series(k, 1) - laps.series(k, -1) for k in range(len(laps.breaks))])
     if not len(kneading):
         return 0.0
@@ -90,17 +90,19 @@ def _sharpened(series: Floats, zero: float) -> float:
     return low
 
 
-def laps_of(map: PiecewiseMap) -> Laps:
+def laps_of(return_map: PiecewiseMap) -> Laps:
     """The intervals between the borders of the pieces, with the affine map on each."""
     from nsmaps.exact.piecewise.affine import borders, lines
 
-    name, breaks = type(map).__name__, borders(map)
-    if len(map.coordinates) != 1:
-        raise NsmapsError(f"the topological entropy of {name}, which has {len(map.coordinates)} coordinates; expected: one")
+    name, breaks = type(return_map).__name__, borders(return_map)
+    if len(return_map.coordinates) != 1:
+        raise NsmapsError(
+            f"the topological entropy of {name}, which has {len(return_map.coordinates)} coordinates; expected: one"
+        )
     between = [(one + other) / 2 for one, other in pairwise(breaks)]
     places = [breaks[0] - 1, *between, breaks[-1] + 1] if breaks else [Fraction(0)]
-    words = map.first_return([[float(place)] for place in places]).words.tolist()
-    own = dict(zip(map.letters, lines(map), strict=True))
+    words = return_map.first_return([[float(place)] for place in places]).words.tolist()
+    own = dict(zip(return_map.letters, lines(return_map), strict=True))
     if "" in words:
         raise NsmapsError(
             f"the topological entropy of {name}: states next to a border are in no piece; expected: a last piece whose "

@@ -83,7 +83,7 @@ class ClosedMap(WithCoordinates):
 
 
 def symbolic_iterate(
-    map: "AnyPolynomial", n: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
+    polynomial: "AnyPolynomial", n: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
 ) -> ClosedMap:
     """The n-th iterate of a whole polynomial map in closed form.
 
@@ -102,10 +102,10 @@ def symbolic_iterate(
 
     if n < 1:
         raise NsmapsError(f"n is {n}; expected: at least one iterate")
-    return _composition([formula(map, piece, coordinates)] * n)
+    return _composition([formula(polynomial, piece, coordinates)] * n)
 
 
-def compose_pieces(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
+def compose_pieces(return_map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
     """The composition of pieces along a word of regions, such as ["R2", "R1", "R1"], the first applied first.
 
     It is what an orbit does that visits these regions in this order; whether a state stays in them is not looked at. Angles are
@@ -115,11 +115,11 @@ def compose_pieces(map: "CompositeMap | ParametricMap", word: Sequence[str]) -> 
     from nsmaps.reduced.composite.parametric import ParametricMap
     from nsmaps.symbolic.formula import formula
 
-    check_class(map, (CompositeMap, ParametricMap), "a word of regions requires a map of pieces")
+    check_class(return_map, (CompositeMap, ParametricMap), "a word of regions requires a map of pieces")
     if isinstance(word, str) or not word:
-        known = ", ".join(piece.name for piece in map.pieces)
+        known = ", ".join(piece.name for piece in return_map.pieces)
         raise NsmapsError(f"the word is {word!r}; expected: a sequence of one or more of {known}")
-    return _composition([formula(map, name) for name in word])
+    return _composition([formula(return_map, name) for name in word])
 
 
 def _composition(steps: "Sequence[Formula]") -> ClosedMap:

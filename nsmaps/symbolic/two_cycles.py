@@ -60,7 +60,7 @@ def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     return CurveCycles(iterate.expr - x, np.array(rows).reshape(-1, 2), np.array(slopes))
 
 
-def two_cycles(map: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
+def two_cycles(polynomial: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
     """The two-cycles of a polynomial map that lie in a box, with the polynomial system that they solve.
 
     Newton's method from a grid of starts: what it finds are solutions, but nothing proves that it finds all. An angle's image is
@@ -75,35 +75,35 @@ def two_cycles(map: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
     from nsmaps.reduced.fit.polymap import PolyMap
     from nsmaps.symbolic.formula import check_closed
 
-    check_class(map, PolyMap, "the cycles are those of polynomials; `find_cycles` encloses those of other maps")
-    check_closed(map)
-    sides = as_box(map.domain if box is None else box, map.coordinates)
+    check_class(polynomial, PolyMap, "the cycles are those of polynomials; `find_cycles` encloses those of other maps")
+    check_closed(polynomial)
+    sides = as_box(polynomial.domain if box is None else box, polynomial.coordinates)
     middle = sides.mean(axis=1)
-    turns = np.where(map.coordinates.angles, np.round((map(middle[None])[0] - middle) / TWO_PI), 0.0)
-    x, y = _solutions(map, sides, TWO_PI * turns)
-    slopes = map.derivative(y) @ map.derivative(x)
+    turns = np.where(polynomial.coordinates.angles, np.round((polynomial(middle[None])[0] - middle) / TWO_PI), 0.0)
+    x, y = _solutions(polynomial, sides, TWO_PI * turns)
+    slopes = polynomial.derivative(y) @ polynomial.derivative(x)
     values = np.linalg.eigvals(slopes).astype(complex)
     values = np.take_along_axis(values, np.argsort(-np.abs(values), axis=1, kind="stable"), axis=1)
-    gaps = np.hstack([map(x) - TWO_PI * turns - y, map(y) - TWO_PI * turns - x])
+    gaps = np.hstack([polynomial(x) - TWO_PI * turns - y, polynomial(y) - TWO_PI * turns - x])
     residual = np.abs(gaps).max(axis=1, initial=0.0)
-    return TwoCycles(map.coordinates, *_system(map, turns), np.stack([x, y], axis=1), values, residual)
+    return TwoCycles(polynomial.coordinates, *_system(polynomial, turns), np.stack([x, y], axis=1), values, residual)
 
 
-def _solutions(map: "PolyMap", box: Floats, shift: Floats) -> tuple[Floats, Floats]:
+def _solutions(polynomial: "PolyMap", box: Floats, shift: Floats) -> tuple[Floats, Floats]:
     """Both points of each two-cycle found in the box, each (C, n)."""
     n, size = len(box), np.ptp(box, axis=1)
     nodes = [np.linspace(low, high, max(3, round(MOST_STARTS ** (1 / n)))) for low, high in box]
     x = np.stack(np.meshgrid(*nodes, indexing="ij"), axis=-1).reshape(-1, n)
     for _ in range(STEPS):
-        y = map(x) - shift
-        gap = map(y) - shift - x
-        slope = map.derivative(y) @ map.derivative(x) - np.eye(n)
+        y = polynomial(x) - shift
+        gap = polynomial(y) - shift - x
+        slope = polynomial.derivative(y) @ polynomial.derivative(x) - np.eye(n)
         usable = np.isfinite(gap).all(axis=1) & np.isfinite(slope).all(axis=(1, 2)) & (np.abs(np.linalg.det(slope)) > 0)
         x, gap, slope = x[usable], gap[usable], slope[usable]
         x = x - np.linalg.solve(slope, gap[:, :, None])[:, :, 0]
-    y = map(x) - shift
+    y = polynomial(x) - shift
     inside = [((z >= box[:, 0]) & (z <= box[:, 1])).all(axis=1) for z in (x, y)]
-    closes = (np.abs(map(y) - shift - x) <= CLOSE * size).all(axis=1)
+    closes = (np.abs(polynomial(y) - shift - x) <= CLOSE * size).all(axis=1)
     distinct = (np.abs(x - y) > 100 * CLOSE * size).any(axis=1)  # a fixed point is a solution too
     accepted = inside[0] & inside[1] & closes & distinct
     x, y = x[accepted], y[accepted]
@@ -112,18 +112,18 @@ def _solutions(map: "PolyMap", box: Floats, shift: Floats) -> tuple[Floats, Floa
     return first[one_of_each], np.where((x[:, :1] <= y[:, :1]), y, x)[one_of_each]
 
 
-def _system(map: "PolyMap", turns: Floats) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+def _system(polynomial: "PolyMap", turns: Floats) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
     """The unknowns, and the equations of a two-cycle in them."""
     import sympy as sp
 
     from nsmaps.symbolic.formula import formula, symbol
 
-    f = formula(map)
-    x, y = ([symbol(f"{name}_{k}") for name in map.coordinates] for k in (1, 2))
+    f = formula(polynomial)
+    x, y = ([symbol(f"{name}_{k}") for name in polynomial.coordinates] for k in (1, 2))
     equations = []
     for source, target in ((x, y), (y, x)):
-        swaps = dict(zip((symbol(name) for name in map.coordinates), source, strict=True))
-        for name, unknown, turn in zip(map.coordinates, target, turns, strict=True):
+        swaps = dict(zip((symbol(name) for name in polynomial.coordinates), source, strict=True))
+        for name, unknown, turn in zip(polynomial.coordinates, target, turns, strict=True):
             image = f.images[name].as_expr().subs(swaps, simultaneous=True)
             equations.append((sp.Abs(image) if name in f.absolute else image) - 2 * sp.pi * int(turn) - unknown)
     return (*x, *y), tuple(equations)

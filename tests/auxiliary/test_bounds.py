@@ -46,11 +46,11 @@ def test_curves_that_do_not_cross_are_a_closed_form():
 
 
 def test_an_absolute_value_that_changes_sign_is_no_closed_form():
-    map = polynomials(("x", "y"), [{(1, 0): 1, (0, 1): 1}, {(0, 1): 0.5}], absolute=("x",))
-    assert envelopes(map, [[0.5, 1], [0, 1]])[0].kind == "closed form"
-    turned = envelopes(map, [[-2, -1.5], [0, 1]])[0]
+    return_map = polynomials(("x", "y"), [{(1, 0): 1, (0, 1): 1}, {(0, 1): 0.5}], absolute=("x",))
+    assert envelopes(return_map, [[0.5, 1], [0, 1]])[0].kind == "closed form"
+    turned = envelopes(return_map, [[-2, -1.5], [0, 1]])[0]
     assert turned.held[1].tolist() == [1, 0]
-    assert envelopes(map, [[-1, 1], [-1, 1]])[0].kind == "numeric"
+    assert envelopes(return_map, [[-1, 1], [-1, 1]])[0].kind == "numeric"
 
 
 def test_falling_curves_are_part_1_and_p_and_q_agree_to_rounding():
@@ -95,14 +95,14 @@ def test_three_coordinates():
         {(0, 1, 0): 0.3, (1, 0, 1): 0.2},
         {(0, 0, 2): 0.3, (1, 0, 0): 0.1, (0, 0, 0): 0.1},
     ]
-    map = polynomials(("x", "y", "z"), terms)
-    domain = attracting_domain(map, [[-1, 1], [-1, 1], [-1, 1]], updates=6)
+    return_map = polynomials(("x", "y", "z"), terms)
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1], [-1, 1]], updates=6)
     assert domain.forward_invariant
     assert [e.kind for e in domain.updates[0].envelopes] == ["closed form", "numeric", "closed form"]
     assert all(cycle.agree for cycle in domain.cycles)
     states = np.random.default_rng(0).uniform(-1, 1, (500, 3))
     for _ in range(300):
-        states = map(states)
+        states = return_map(states)
     assert (states >= domain.box[:, 0] - 1e-12).all()
     assert (states <= domain.box[:, 1] + 1e-12).all()
 
@@ -197,9 +197,9 @@ def test_a_start_box_is_found_around_a_small_one():
         (PAIR, "outer", ErrorBound(np.zeros(2), "certified"), "bounds are outer and an error is given"),
     ],
 )
-def test_bounds_that_a_map_has_not(map, how, error, text):
+def test_bounds_that_a_map_has_not(return_map, how, error, text):
     with pytest.raises(NsmapsError, match=text):
-        auxiliary_maps(map, how, error)
+        auxiliary_maps(return_map, how, error)
 
 
 def test_a_map_of_pieces_is_enclosed():

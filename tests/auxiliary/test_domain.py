@@ -26,8 +26,8 @@ class Plain:
 
 def test_envelopes_of_a_known_map_have_the_extremes_of_its_parabola():
     """x' = x - (y - 0.3)^2 over y in [0, 1]: the upper map touches at y = 0.3, the lower at y = 1."""
-    map = Plain(lambda x, y: (x - (y - 0.3) ** 2, y))
-    x_map, y_map = envelopes(map, [[0, 1], [0, 1]], samples=21)
+    return_map = Plain(lambda x, y: (x - (y - 0.3) ** 2, y))
+    x_map, y_map = envelopes(return_map, [[0, 1], [0, 1]], samples=21)
     assert x_map.upper == pytest.approx(x_map.x, abs=1e-14)
     assert x_map.lower == pytest.approx(x_map.x - 0.49, abs=1e-14)
     assert y_map.lower == pytest.approx(y_map.x)
@@ -36,30 +36,30 @@ def test_envelopes_of_a_known_map_have_the_extremes_of_its_parabola():
 
 def test_envelopes_in_four_coordinates_are_those_of_the_formula():
     """x' = x - (y - 0.3)^2 + z w over the unit cube: from x - 0.49 at y = 1, z w = 0 to x + 1 at y = 0.3, z w = 1."""
-    map = Plain(lambda x, y, z, w: (x - (y - 0.3) ** 2 + z * w, y / 2, z / 2, w / 2), ("x", "y", "z", "w"))
-    first, *_ = envelopes(map, [[0, 1]] * 4)
+    return_map = Plain(lambda x, y, z, w: (x - (y - 0.3) ** 2 + z * w, y / 2, z / 2, w / 2), ("x", "y", "z", "w"))
+    first, *_ = envelopes(return_map, [[0, 1]] * 4)
     assert first.upper == pytest.approx(first.x + 1, abs=1e-12)
     assert first.lower == pytest.approx(first.x - 0.49, abs=1e-12)
 
 
 def test_the_worst_case_settles_on_its_two_cycle():
     """x' = -0.5 x + 0.1 y with |y| <= 1: xi_U = -0.5 x + 0.1, xi_L = -0.5 x - 0.1; p = -0.2, q = 0.2 in the first update."""
-    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
+    return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1)
     assert domain.forward_invariant
     assert domain.boxes[-1] == pytest.approx(np.array([[-0.2, 0.2], [0, 0]]), abs=1e-9)
     generic = domain.updates[0].generic
     assert sorted(generic[-2:, 0]) == pytest.approx([-0.2, 0.2], abs=1e-9)
     assert domain.generic_agrees
-    shrunk = attracting_domain(map, [[-1, 1], [-1, 1]], updates=8)
+    shrunk = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=8)
     assert shrunk.converged
     assert shrunk.sizes[-1] == pytest.approx(0, abs=1e-9)
 
 
 def test_a_generic_cobweb_may_underestimate_the_worst_case():
     """A hump that the generic iterates miss: x' = 0.8 - 3 (x - 0.35)^2, no y. The worst case keeps the hump's top."""
-    map = Plain(lambda x, y: (0.8 - 3 * (x - 0.35) ** 2 + 0 * y, 0.5 * y))
-    domain = attracting_domain(map, [[-0.2, 0.9], [-1, 1]], updates=2)
+    return_map = Plain(lambda x, y: (0.8 - 3 * (x - 0.35) ** 2 + 0 * y, 0.5 * y))
+    domain = attracting_domain(return_map, [[-0.2, 0.9], [-1, 1]], updates=2)
     assert domain.forward_invariant
     assert domain.boxes[-1][0, 1] == pytest.approx(0.8, abs=1e-9)
 
@@ -99,16 +99,16 @@ def test_p_and_q_of_an_enclosure_agree_to_its_own_accuracy(unit):
 
 
 def test_the_agreement_of_a_formula_is_that_of_rounding():
-    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    (x, _) = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1).cycles
+    return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    (x, _) = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1).cycles
     assert x.agree
     assert not replace(x, roots=x.roots + 1e-8).agree
     assert replace(x, slope=np.nan).stable is None
 
 
 def test_a_box_that_is_left_stops_the_updates_and_says_how():
-    map = Plain(lambda x, y: (2 * x, 0.5 * y))
-    domain = attracting_domain(map, [[-1, 1], [-1, 1]])
+    return_map = Plain(lambda x, y: (2 * x, 0.5 * y))
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]])
     assert not domain.forward_invariant
     assert not domain.converged
     assert len(domain.updates) == 1
@@ -117,8 +117,8 @@ def test_a_box_that_is_left_stops_the_updates_and_says_how():
 
 
 def test_a_contraction_that_is_not_at_rest_is_not_settled():
-    map = Plain(lambda x, y: (-0.9 * x + 0.099 * y, -0.9 * y + 0.099 * x))
-    domain = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1)
+    return_map = Plain(lambda x, y: (-0.9 * x + 0.099 * y, -0.9 * y + 0.099 * x))
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1)
     assert domain.forward_invariant
     assert domain.converged == (np.max(1 - np.abs(domain.boxes[-1])) <= 0.02)
     quick = Plain(lambda x, y: (-0.5 * x + 0.3 * y, -0.5 * y + 0.3 * x))
@@ -128,39 +128,41 @@ def test_a_contraction_that_is_not_at_rest_is_not_settled():
 @pytest.mark.parametrize("share", [0.99, 0.999999])
 def test_what_still_moves_says_by_more_than_what_and_what_to_do(share):
     """Bounds that move by a little more than is allowed, told with digits enough to see it."""
-    map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    moved = np.abs(np.diff(attracting_domain(map, [[-1, 1], [-1, 1]], updates=1).boxes, axis=0)).max() / 2
-    reason = attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, tolerance=share * moved).reason
+    return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
+    moved = np.abs(np.diff(attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1).boxes, axis=0)).max() / 2
+    reason = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1, tolerance=share * moved).reason
     told = float(reason.partition("moved a bound by ")[2].partition(" %")[0])
     assert told == pytest.approx(100 * moved, rel=1e-2)
     assert told > 100 * share * moved
     assert reason.endswith(f"more than {100 * share * moved:g} %; raise `updates`")
-    assert "raise" not in attracting_domain(map, [[-1, 1], [-1, 1]], updates=1, tolerance=moved).reason
+    assert "raise" not in attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1, tolerance=moved).reason
 
 
 def test_an_angle_is_taken_on_the_turn_of_the_box():
     """phi' = phi + 0.5 sin(phi) near phi = pi, given with whole turns to spare."""
-    map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))
-    domain = attracting_domain(map, [[-1, 1], [2.5, 3.8]], updates=3)
+    return_map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))
+    domain = attracting_domain(return_map, [[-1, 1], [2.5, 3.8]], updates=3)
     assert domain.forward_invariant
     assert domain.boxes[-1][1] == pytest.approx([np.pi, np.pi], abs=1e-6)
 
 
 def test_the_smallest_box_is_grown_to_a_trapped_one_or_given_up():
-    map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
-    box, why = smallest_box(map, [[0.5, 0.6], [0.2, 0.21]], max_growth=40)
+    return_map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
+    box, why = smallest_box(return_map, [[0.5, 0.6], [0.2, 0.21]], max_growth=40)
     assert box is not None, why
-    assert attracting_domain(map, box, updates=1).forward_invariant
-    assert attracting_domain(map, [[0.5, 0.6], [0.2, 0.21]], grow=True).forward_invariant is False  # beyond four times the start
+    assert attracting_domain(return_map, box, updates=1).forward_invariant
+    assert (
+        attracting_domain(return_map, [[0.5, 0.6], [0.2, 0.21]], grow=True).forward_invariant is False
+    )  # beyond four times the start
     none, why = smallest_box(Plain(lambda x, y: (1.5 * x, 0.5 * y)), [[-1, 1], [-1, 1]])
     assert none is None
     assert "no useful box: x in [-1, 1]" in why
 
 
 def test_states_without_an_image_are_said():
-    map = Plain(lambda x, y: (np.sqrt(x - 0.5), 0.5 * y))
+    return_map = Plain(lambda x, y: (np.sqrt(x - 0.5), 0.5 * y))
     with np.errstate(invalid="ignore"):
-        domain = attracting_domain(map, [[0, 1], [-1, 1]])
+        domain = attracting_domain(return_map, [[0, 1], [-1, 1]])
     assert not domain.forward_invariant
     assert "no image" in domain.reason
 

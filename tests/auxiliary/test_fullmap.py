@@ -51,12 +51,12 @@ def test_the_map_itself_elsewhere_and_both_on_the_border():
 
 def test_what_the_map_does_is_among_what_it_may_do():
     """The images of 1000 states of every cell by Henon's map lie in the cell's images by its full auxiliary map."""
-    map, rng = Henon(0.6), np.random.default_rng(3)
-    full = FullAuxiliaryMap(map, np.array([[[-0.5, 0.5], [-0.3, 0.3]], [[0.4, 1.2], [-0.3, 0.1]]]))
+    return_map, rng = Henon(0.6), np.random.default_rng(3)
+    full = FullAuxiliaryMap(return_map, np.array([[[-0.5, 0.5], [-0.3, 0.3]], [[0.4, 1.2], [-0.3, 0.1]]]))
     boxes = np.sort(rng.uniform([[-1.5], [-0.5]], [[1.5], [0.5]], (40, 2, 2)), axis=2)
     made = full.image_boxes(boxes)
     for n, box in enumerate(boxes):
-        images = map.first_return(rng.uniform(*box.T, (1000, 2))).image
+        images = return_map.first_return(rng.uniform(*box.T, (1000, 2))).image
         own = made.images[made.source == n]
         held = ((own[:, None, :, 0] <= images) & (images <= own[:, None, :, 1])).all(axis=2)
         assert held.any(axis=0).all()
@@ -92,9 +92,9 @@ def test_a_shift_by_whole_turns_is_rounded_outwards():
 
 
 def test_covers_take_it_as_any_other():
-    map = Henon(0.2)
-    plain = morse_sets(map, [[-2, 2], [-1, 1]], 4)
-    full = morse_sets(FullAuxiliaryMap(map, np.array([[[0.9, 1.3], [0.2, 0.5]]])), [[-2, 2], [-1, 1]], 4)
+    return_map = Henon(0.2)
+    plain = morse_sets(return_map, [[-2, 2], [-1, 1]], 4)
+    full = morse_sets(FullAuxiliaryMap(return_map, np.array([[[0.9, 1.3], [0.2, 0.5]]])), [[-2, 2], [-1, 1]], 4)
     assert np.isin(plain.numbers, full.numbers).all()
     assert len(full.numbers) > len(plain.numbers)
 
@@ -187,7 +187,9 @@ def test_images_that_are_wide_by_themselves_are_not_halved(monkeypatch):
     """A wide image of a thin box of the wedge: no part of the box has a narrower one, and the map is asked once."""
     calls = []
     image_boxes = FullAuxiliaryMap.image_boxes
-    monkeypatch.setattr(FullAuxiliaryMap, "image_boxes", lambda map, boxes: calls.append(len(boxes)) or image_boxes(map, boxes))
+    monkeypatch.setattr(
+        FullAuxiliaryMap, "image_boxes", lambda return_map, boxes: calls.append(len(boxes)) or image_boxes(return_map, boxes)
+    )
     made = images_of(FULL, np.array([[[0.2, 0.2001], [0.1, 0.1001]]]), np.array([2.0, 2.0]))
     assert calls == [1]
     assert np.ptp(made.images, axis=2).max() > 0.2

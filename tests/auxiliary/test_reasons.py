@@ -26,8 +26,8 @@ def turning(share: float, degrees: float) -> PolyMap:
 
 def test_a_stable_point_whose_worst_case_expands_has_no_box_of_any_sides() -> None:
     """0.84 of a turn by 45 degrees: multipliers of size 0.84, |J| all 0.594, whose spectral radius is 1.188."""
-    map = turning(0.84, 45)
-    domain = attracting_domain(map, [[0, 2], [1, 3]])
+    return_map = turning(0.84, 45)
+    domain = attracting_domain(return_map, [[0, 2], [1, 3]])
     assert not domain.forward_invariant
     said = "at its stable fixed point (x = 1, y = 2) the absolute derivatives have spectral radius 1.188, more than 1"
     assert f"; {said}: no small box about it is carried into itself, whatever its sides; cells " in domain.reason
@@ -35,7 +35,7 @@ def test_a_stable_point_whose_worst_case_expands_has_no_box_of_any_sides() -> No
     for aspect in np.geomspace(1e-3, 1e3, 41):
         half = 0.1 * np.array([aspect, 1 / aspect])
         box = np.array([1, 2])[:, None] + half[:, None] * [-1, 1]
-        assert not attracting_domain(map, box, 1).forward_invariant
+        assert not attracting_domain(return_map, box, 1).forward_invariant
 
 
 @pytest.mark.parametrize(("share", "degrees"), [(0.7, 40), (0.5, 80), (0.65, 10)])
@@ -47,15 +47,15 @@ def test_sides_that_are_told_are_those_of_a_box_that_is_trapped(share: float, de
     unit = 20.0
     scaled = np.array([[j[0, 0], j[0, 1] * unit], [j[1, 0] / unit, j[1, 1]]])
     images = {name: {(1, 0): Fraction(a), (0, 1): Fraction(b)} for name, (a, b) in zip("xy", scaled.tolist(), strict=True)}
-    map = PolyMap.of_monomials(("x", "y"), images, [[-9, 9], [-9, 9]])
-    domain = attracting_domain(map, [[-1, 1], [-1, 1]], 1)
+    return_map = PolyMap.of_monomials(("x", "y"), images, [[-9, 9], [-9, 9]])
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], 1)
     radius = np.abs(np.linalg.eigvals(np.abs(scaled))).max()
     assert radius < 1
     assert not domain.forward_invariant
     assert f"spectral radius {radius:.4g}, less than 1" in domain.reason
     sides = [float(side) for side in re.search(r"sides as (\S+) : (\S+) are", domain.reason).groups()]
     box = 0.01 * np.array(sides)[:, None] * [-1, 1]
-    assert attracting_domain(map, box, 1).forward_invariant
+    assert attracting_domain(return_map, box, 1).forward_invariant
 
 
 def test_of_a_fit_that_stands_for_another_map_the_derivative_is_not_told() -> None:

@@ -52,8 +52,8 @@ def test_a_composite_map_is_sampled_within_its_enclosure_at_a_seam():
     falls, room = {(0, 0): Fraction(1, 5), (1, 0): Fraction(-1, 2)}, [[-2, 2], [-2, 2]]
     pieces = []
     for name, sign, slope in (("below", "<", Fraction(3, 10)), ("above", ">=", Fraction(-1, 10))):
-        map = PolyMap.of_monomials(NAMES, {"x": {**falls, (0, 1): slope}, "y": {(0, 1): Fraction(1, 2)}}, room)
-        pieces.append(Piece(name, ConditionRegion(coordinates=NAMES, text=f"y {sign} {SEAM}"), map))
+        return_map = PolyMap.of_monomials(NAMES, {"x": {**falls, (0, 1): slope}, "y": {(0, 1): Fraction(1, 2)}}, room)
+        pieces.append(Piece(name, ConditionRegion(coordinates=NAMES, text=f"y {sign} {SEAM}"), return_map))
     domain = attracting_domain(CompositeMap(NAMES, ("S",), tuple(pieces)), [[-1, 1], [-1, 1]], updates=1)
     assert domain.status == "enclosed"
     assert domain.box[0] == pytest.approx([P, Q], abs=1e-4)
@@ -66,8 +66,8 @@ def test_a_composite_map_is_sampled_within_its_enclosure_at_a_seam():
 
 def test_a_jump_along_the_coordinate_itself():
     """x' = x below 0.2341, else x - 0.6: the upper map is largest just before the jump, and no more than 0.2341."""
-    map = Plain(lambda x, y: (np.where(x < 0.2341, x, x - 0.6) + 0 * y, y / 2))
-    domain = attracting_domain(map, [[-0.5, 0.5], [-1, 1]], updates=1)
+    return_map = Plain(lambda x, y: (np.where(x < 0.2341, x, x - 0.6) + 0 * y, y / 2))
+    domain = attracting_domain(return_map, [[-0.5, 0.5], [-1, 1]], updates=1)
     low, high = domain.updates[0].worst[1, 0]
     assert 0.2341 - 2e-7 < high <= 0.2341
     assert low == -0.5
@@ -92,16 +92,16 @@ def test_axes_that_depend_on_each_other():
 
     hessian = np.array([[4.5, -0.155], [-0.155, 4 + 0.31**2 / 2]])
     at = np.linalg.solve(hessian, [2 * 0.123 - 2 * 0.05, 2 * 0.123 + 2 * 0.05])
-    map = Plain(lambda x, y, z: (x / 2, y / 2, z_map(x, y) + 0 * z), ("x", "y", "z"))
-    *_, z = envelopes(map, [[-1, 1], [-1, 1], [-1, 1]], 21)
+    return_map = Plain(lambda x, y, z: (x / 2, y / 2, z_map(x, y) + 0 * z), ("x", "y", "z"))
+    *_, z = envelopes(return_map, [[-1, 1], [-1, 1], [-1, 1]], 21)
     assert (z.upper <= z_map(*at) + 1e-15).all()
     assert z.upper == pytest.approx(z_map(*at), abs=1e-6)
 
 
 def test_states_without_an_image_between_samples_are_passed_over():
     """An image is missing in |y - 0.1234| < 1e-6 alone, where no sample is: the extreme beside it is found."""
-    map = Plain(lambda x, y: (np.where(np.abs(y - 0.1234) < 1e-6, np.nan, -np.abs(y - 0.1234)), y))
-    x_map, _ = envelopes(map, [[-1, 1], [-1, 1]])
+    return_map = Plain(lambda x, y: (np.where(np.abs(y - 0.1234) < 1e-6, np.nan, -np.abs(y - 0.1234)), y))
+    x_map, _ = envelopes(return_map, [[-1, 1], [-1, 1]])
     assert x_map.upper == pytest.approx(0, abs=1e-5)
     assert x_map.lower == pytest.approx(-1.1234, abs=1e-12)
 

@@ -23,24 +23,26 @@ REGIONS = {
 
 @pytest.fixture(scope="module")
 def found():
-    map = Henon(0.2)
-    cover = morse_sets(map, WINDOW, 5)
-    cycles = find_cycles(map, WINDOW, 2, 6).cycles
-    return exit_times(map, REGIONS, WINDOW, 3, 32, target=forward_invariant_set(map, cover, cover.minimal[0]), cycles=cycles)
+    return_map = Henon(0.2)
+    cover = morse_sets(return_map, WINDOW, 5)
+    cycles = find_cycles(return_map, WINDOW, 2, 6).cycles
+    return exit_times(
+        return_map, REGIONS, WINDOW, 3, 32, target=forward_invariant_set(return_map, cover, cover.minimal[0]), cycles=cycles
+    )
 
 
 def test_every_state_does_what_is_shown_of_its_cell(found):
     """10^5 random states followed: each has left its region within the steps of its cell, and arrived within those."""
-    map, rng = Henon(0.2), np.random.default_rng(7)
+    return_map, rng = Henon(0.2), np.random.default_rng(7)
     start = rng.uniform(*np.array(WINDOW).T, (100_000, 2))
     number = found.cells.numbers_of(start)
     region, left, arrived = found.region[number], found.left[number], found.arrived[number]
-    cover = morse_sets(map, WINDOW, 5)
-    target = forward_invariant_set(map, cover, cover.minimal[0])
+    cover = morse_sets(return_map, WINDOW, 5)
+    target = forward_invariant_set(return_map, cover, cover.minimal[0])
     x = start
     gone = np.zeros(len(x), bool)
     for step in range(1, max(left.max(), arrived.max()) + 1):
-        x = np.clip(map.first_return(x).image, -1e50, 1e50)
+        x = np.clip(return_map.first_return(x).image, -1e50, 1e50)
         here = found.cells.numbers_of(x)
         gone |= np.where(here >= 0, found.region[here], -1) != region
         assert gone[(left >= 0) & (left <= step)].all()

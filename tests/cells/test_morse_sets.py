@@ -58,10 +58,10 @@ def test_image_boxes_meet_the_cells_that_brute_force_finds(sides):
 
 
 def test_arcs_are_those_of_every_cell_by_itself():
-    map, cells = Henon(), Cells.over(("x", "y"), [[-2, 2], [-1, 1]], (9, 7))
+    return_map, cells = Henon(), Cells.over(("x", "y"), [[-2, 2], [-1, 1]], (9, 7))
     numbers = np.flatnonzero(np.arange(cells.size) % 5 != 2)
-    graph = graph_of(cells, numbers, targets_of(map, cells, numbers)).toarray()
-    images = map.image_boxes(cells.boxes(numbers)).images
+    graph = graph_of(cells, numbers, targets_of(return_map, cells, numbers)).toarray()
+    images = return_map.image_boxes(cells.boxes(numbers)).images
     expected = [np.isin(numbers, met(cells, box)) for box in images]
     assert (graph[:-1, :-1] == np.array(expected)).all()
     assert not graph[-1].any()
@@ -87,11 +87,11 @@ def test_the_window_and_periodic_points_of_the_logistic_map():
 
 def test_an_attractor_stays_in_its_cover():
     """Henon's attractor: 10^4 iterates from a start on it, no cell dropped that it visits, finer levels nested in coarser."""
-    map = Henon()
-    covers = [morse_sets(map, [[-1.5, 1.5], [-0.5, 0.5]], depth) for depth in (3, 6)]
+    return_map = Henon()
+    covers = [morse_sets(return_map, [[-1.5, 1.5], [-0.5, 0.5]], depth) for depth in (3, 6)]
     x, seen = np.array([[0.1, 0.1]]), []
     for _ in range(10_100):
-        x = map.first_return(x).image
+        x = return_map.first_return(x).image
         seen.append(x[0])
     for cover in covers:
         assert cover.contains(seen[100:]).all()
@@ -146,9 +146,9 @@ def test_what_is_not_known_is_kept():
 
 
 def test_the_node_of_unknown_images_adds_no_recurrence_of_its_own():
-    map, cells = Patchy(), Cells.over(("x", "y"), [[1.2, 1.9], [-0.9, 0.3]], 3)
+    return_map, cells = Patchy(), Cells.over(("x", "y"), [[1.2, 1.9], [-0.9, 0.3]], 3)
     numbers = np.arange(cells.size)
-    component = recurrent(graph_of(cells, numbers, targets_of(map, cells, numbers)))
+    component = recurrent(graph_of(cells, numbers, targets_of(return_map, cells, numbers)))
     assert (component == 0).all()
     assert (recurrent(graph_of(cells, numbers, targets_of(Henon(), cells, numbers))) == -1).all()
 

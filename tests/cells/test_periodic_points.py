@@ -50,9 +50,9 @@ def test_a_cycle_without_multipliers_is_not_called_unstable():
 
 
 def test_closed_walks_against_powers_of_the_matrix():
-    map, cells = Henon(), Cells.over(("x", "y"), WINDOW, 12)
+    return_map, cells = Henon(), Cells.over(("x", "y"), WINDOW, 12)
     numbers = np.arange(cells.size)
-    graph = graph_of(cells, numbers, targets_of(map, cells, numbers))
+    graph = graph_of(cells, numbers, targets_of(return_map, cells, numbers))
     dense = graph.toarray()[:-1, :-1].astype(float)
     may, walks = on_closed_walks(graph, 4)
     for p in range(1, 5):
@@ -71,9 +71,9 @@ class Unknown(Henon):
 
 
 def test_closed_walks_through_cells_of_unknown_images_against_brute_force():
-    map, cells = Unknown(), Cells.over(("x", "y"), WINDOW, 10)
+    return_map, cells = Unknown(), Cells.over(("x", "y"), WINDOW, 10)
     numbers = np.arange(cells.size)
-    graph = graph_of(cells, numbers, targets_of(map, cells, numbers))
+    graph = graph_of(cells, numbers, targets_of(return_map, cells, numbers))
     dense = graph.toarray()[:-1, :-1].astype(float)
     dense[graph.toarray()[:-1, -1]] = 1
     may, _ = on_closed_walks(graph, 3)

@@ -76,9 +76,9 @@ def test_derivatives_of_means_are_those_of_the_summed_impacts(name, by):
 
 @pytest.mark.parametrize("name", ["zeta", "w", "A", "wall", "r"])
 def test_the_balance_of_energy_holds_in_the_derivatives_by_every_parameter(name):
-    map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
-    cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
-    work, loss, damping = nsmaps.observe_orbit(map, cycle, ["work", "loss", "damping"], {name: 1.0}).per_time.derivative
+    return_map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
+    cycle = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.2, 0.1], 30).states[-1])
+    work, loss, damping = nsmaps.observe_orbit(return_map, cycle, ["work", "loss", "damping"], {name: 1.0}).per_time.derivative
     assert min(abs(work), abs(loss), abs(damping)) > 0.01
     assert work == pytest.approx(loss + damping, abs=1e-12 * max(abs(loss), abs(damping)))
 
@@ -86,8 +86,8 @@ def test_the_balance_of_energy_holds_in_the_derivatives_by_every_parameter(name)
 def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatter():
     oscillator = ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6)
     for name, system, losses in (("A", oscillator, ["loss", "damping"]), ("Gamma", BALL.system, ["loss"])):
-        map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
-        cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
+        return_map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
+        cycle = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.2, 0.1], 30).states[-1])
         branch = continue_branch(map_of, "p", cycle, value, (0.98 * value, 1.02 * value))
         means = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period
         for work, *lost in (means.value.T, means.derivative.T):
@@ -245,17 +245,17 @@ def test_the_scaling_is_that_of_a_force_that_vanishes_in_time(r):
     assert scaling.parameter ** (-scaling.exponent / 2) == pytest.approx(scaling.time)
 
 
-def measured(map, name, orbit, value, bounds, reach, orbits):
+def measured(return_map, name, orbit, value, bounds, reach, orbits):
     """The ratio of the distances of successive grazes from the border orbit, extrapolated by the next power in the theory."""
-    branch = continue_branch(lambda x: map.at(**{name: x}), "x", orbit, value, bounds)
+    branch = continue_branch(lambda x: return_map.at(**{name: x}), "x", orbit, value, bounds)
     end = branch.events[-1]
     assert end.kind == ENDS
-    found = chatter_cascade(lambda x: map.at(**{name: x}), name, end, (bounds[0], end.parameter + reach), orbits)
+    found = chatter_cascade(lambda x: return_map.at(**{name: x}), name, end, (bounds[0], end.parameter + reach), orbits)
     numbers = [each.impacts for each in found]
     assert numbers == list(range(numbers[0], numbers[0] + orbits))
     assert all(each.near.ended == "grazing" for each in found)
     distances = np.array([each.near.events[-1].parameter - end.parameter for each in found])
-    scaling, ratios = chatter_scaling(map.parameters["r"]), distances[:-1] / distances[1:]
+    scaling, ratios = chatter_scaling(return_map.parameters["r"]), distances[:-1] / distances[1:]
     part = scaling.parameter ** (1 - scaling.exponent)
     assert abs(ratios[-1] / scaling.parameter - 1) < 0.02
     return (ratios[-1] - part * ratios[-2]) / (1 - part), scaling.parameter
@@ -269,9 +269,9 @@ def test_orbits_of_the_ball_with_incomplete_chatter_accumulate_by_the_ratio_of_t
 
 @pytest.mark.thorough
 def test_orbits_of_the_oscillator_with_incomplete_chatter_accumulate_so_too():
-    map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
-    orbit = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.2, 0.1], 30).states[-1])
-    ratio, expected = measured(map, "A", orbit, 1.65, (1.6, 1.7), 1.2e-5, 3)
+    return_map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
+    orbit = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.2, 0.1], 30).states[-1])
+    ratio, expected = measured(return_map, "A", orbit, 1.65, (1.6, 1.7), 1.2e-5, 3)
     assert ratio == pytest.approx(expected, rel=1e-3)
 
 

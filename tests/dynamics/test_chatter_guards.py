@@ -28,7 +28,7 @@ def test_the_map_is_that_of_the_impact_system():
     assert (there.turns == here.turns).all()
     signs = np.array([[1, -1], [-1, 1]])
     assert there.derivative * signs == pytest.approx(here.derivative, abs=1e-10)
-    by = [map.sensitivity(given, {"Gamma": 1.0}) for map, given in ((expected, states), (found, states * [-1, 1]))]
+    by = [formulas.sensitivity(given, {"Gamma": 1.0}) for formulas, given in ((expected, states), (found, states * [-1, 1]))]
     assert by[1] * [-1, 1] == pytest.approx(by[0], abs=1e-9)
     chatters = np.char.find(here.words, "~") > 0
     assert found.rests(states * [-1, 1])[chatters] == pytest.approx(expected.rests(states)[chatters], abs=1e-4)
@@ -58,8 +58,8 @@ def test_other_bodies_move_on_and_their_derivatives_are_carried():
 def test_the_rest_shrinks_towards_its_end_as_that_of_the_impact_system():
     at = {"Gamma": 1.5973, "r": 0.5}
     rests = [
-        map.rests(nsmaps.periodic_orbit(map, [sign, 2.0]).states)[0]
-        for map, sign in ((CompleteChatter(BouncingBall(**at)), 1), (CompleteChatter(BallInModes(**at)), -1))
+        formulas.rests(nsmaps.periodic_orbit(formulas, [sign, 2.0]).states)[0]
+        for formulas, sign in ((CompleteChatter(BouncingBall(**at)), 1), (CompleteChatter(BallInModes(**at)), -1))
     ]
     assert rests[1] == pytest.approx(rests[0], abs=2e-7)
     assert 0.01 < rests[1] < 0.02

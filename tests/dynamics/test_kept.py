@@ -37,10 +37,10 @@ def test_multipliers_of_strips(pair):
     assert np.allclose(made.states, [[0.83338599, 0.36361156]], atol=1e-4)
 
 
-def attractor(map):
+def attractor(return_map):
     """States of the attractor from two hundred starts, shape (40000, 2), none of which may leave the map."""
     starts = np.random.default_rng(1).uniform([0.79, 0.29], [0.81, 0.31], (200, 2))
-    made = nsmaps.bifurcation_diagram(lambda _: map, "p", [0.0], starts, n_returns=200, transient=3000)
+    made = nsmaps.bifurcation_diagram(lambda _: return_map, "p", [0.0], starts, n_returns=200, transient=3000)
     assert made.held.all()
     return made.states.reshape(-1, 2)
 

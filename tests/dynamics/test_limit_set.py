@@ -37,8 +37,8 @@ class Henon(ReturnMap):
         return Returns(self.coordinates, ("B",), start, image, turns, codes, outcome, np.ones(n), slopes if derivative else None)
 
 
-def ends_of(map, n=400, start=(0.1, 0.1)):
-    return limit_set(map, nsmaps.orbit(map, start, n))
+def ends_of(return_map, n=400, start=(0.1, 0.1)):
+    return limit_set(return_map, nsmaps.orbit(return_map, start, n))
 
 
 def two_cycle(a, b=0.3):
@@ -140,12 +140,12 @@ def test_a_map_that_does_not_tell_times_has_no_periods_of_the_forcing():
     there = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(7, 2)}}, domain)
     back = PolyMap.of_monomials(names, {"v": {(0, 0): Fraction(1, 2)}, "phi": {(0, 0): Fraction(13, 2)}}, domain)
     low, high = (ConditionRegion(coordinates=names, text=text) for text in ("phi < 3", "phi >= 3"))
-    map = CompositeMap(names, ("B", "T"), (Piece("low", low, there, "BTB"), Piece("high", high, back, "BB")))
-    path = orbit(map, (0.5, 0.2), 60)
-    assert map.first_return([[0.5, 3.5]]).turns.tolist() == [[0, 1]]
+    return_map = CompositeMap(names, ("B", "T"), (Piece("low", low, there, "BTB"), Piece("high", high, back, "BB")))
+    path = orbit(return_map, (0.5, 0.2), 60)
+    assert return_map.first_return([[0.5, 3.5]]).turns.tolist() == [[0, 1]]
     assert (path.turns == 0).all()
-    assert limit_set(map, path).label == "2:1, period 2"
-    assert periodic_orbit(map, (0.5, 0.2), 2).label == "2:1, period 2"
-    assert bifurcation_diagram(lambda a: map, "a", [1.0], (0.5, 0.2), n_returns=8, transient=20).labels.tolist() == [
+    assert limit_set(return_map, path).label == "2:1, period 2"
+    assert periodic_orbit(return_map, (0.5, 0.2), 2).label == "2:1, period 2"
+    assert bifurcation_diagram(lambda a: return_map, "a", [1.0], (0.5, 0.2), n_returns=8, transient=20).labels.tolist() == [
         ["2:1, period 2"]
     ]

@@ -185,10 +185,10 @@ def test_cycles_between_rests_are_those_of_the_map_or_unresolved(release):
     """In floats all of them repeat; differences grow by 3 a return, so that those beyond about 25 returns are not the map's."""
     long = Trapped(0.6, 0.01, release)
     short = Trapped(float(3**8 * Fraction(release) % 1) - 0.001, 0.002, release)
-    for map in (long, short):
-        (found,) = limits(map, np.array([[release]]), np.ones(1))
-        assert found.rests == (map.exact_period() > 25)
-        assert (found.kind, found.period) == (("?", 0) if found.rests else ("", map.exact_period()))
+    for return_map in (long, short):
+        (found,) = limits(return_map, np.array([[release]]), np.ones(1))
+        assert found.rests == (return_map.exact_period() > 25)
+        assert (found.kind, found.period) == (("?", 0) if found.rests else ("", return_map.exact_period()))
     assert long.exact_period() > 25 > short.exact_period()
 
 

@@ -163,7 +163,7 @@ class Slow(ReturnMap):
 
 def test_the_compiled_loop_is_that_of_single_returns(pair):
     starts = np.random.default_rng(2).uniform([0.3, 0], [1, 2 * np.pi], (3, 2, 2))
-    quick, slow = (nsmaps.lyapunov(map, starts, 64, 100) for map in (pair(0.30), Slow(pair(0.30))))
+    quick, slow = (nsmaps.lyapunov(formulas, starts, 64, 100) for formulas in (pair(0.30), Slow(pair(0.30))))
     assert quick.exponents.shape == (3, 2, 2)
     assert quick.outcome.shape == (3, 2)
     assert np.allclose(quick.exponents, slow.exponents, atol=1e-9, equal_nan=True)
@@ -194,8 +194,8 @@ def test_a_plastic_impact_forgets_the_speed():
     h = [0.0, 1e-6]
     ahead, behind = (plastic.first_return(path.states[:-1] + side * np.array(h)).image[:, 1] for side in (1, -1))
     slopes = np.log(np.abs((ahead - behind + np.pi) % (2 * np.pi) - np.pi) / 2e-6)[100:]
-    for map in (plastic, Slow(plastic)):
-        made = nsmaps.lyapunov(map, path.states[80], 220, transient=20)
+    for return_map in (plastic, Slow(plastic)):
+        made = nsmaps.lyapunov(return_map, path.states[80], 220, transient=20)
         assert made.exponents[0] == pytest.approx(slopes.mean(), abs=1e-6)
         assert made.exponents[1] == -np.inf
 

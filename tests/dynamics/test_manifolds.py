@@ -40,9 +40,9 @@ class Bent(ReturnMap):
 @pytest.mark.parametrize("flip", [1.0, -1.0])
 def test_a_closed_form(flip):
     """Also where the map turns the sides over."""
-    map = Bent(flip=flip)
-    saddle = nsmaps.periodic_orbit(map, [0.1, 0.1], scale=[1.0, 1.0])
-    found = nsmaps.manifold(map, saddle, length=8.0, gap=0.05)
+    return_map = Bent(flip=flip)
+    saddle = nsmaps.periodic_orbit(return_map, [0.1, 0.1], scale=[1.0, 1.0])
+    found = nsmaps.manifold(return_map, saddle, length=8.0, gap=0.05)
     x, y = found.states.T
     assert np.abs(y - x**2).max() < 1e-9 * 8
     assert found.ended == ("length 8", "length 8")
@@ -55,7 +55,7 @@ def test_a_closed_form(flip):
         assert found.arclength[own][[100, -1]] == pytest.approx(exact, rel=1e-4)  # of chords
     assert x.max() > 2.5
     assert x.min() < -2.5
-    stable = nsmaps.manifold(map, saddle, "stable", length=3.0, gap=0.05, inverse=Bent(back=True, flip=flip))
+    stable = nsmaps.manifold(return_map, saddle, "stable", length=3.0, gap=0.05, inverse=Bent(back=True, flip=flip))
     assert np.abs(stable.states[:, 0]).max() < 1e-9
     assert stable.states[:, 1].min() < -2.9
     assert stable.states[:, 1].max() > 2.9
@@ -64,8 +64,8 @@ def test_a_closed_form(flip):
 
 def test_a_jump_is_cut_where_it_is():
     """The side to the right is y = x^2 up to x = 2, then the image of [1, 2]: from (-1, -4.5) to (1, -3)."""
-    map = Bent(jump=True)
-    found = nsmaps.manifold(map, nsmaps.periodic_orbit(map, [0.1, 0.1], scale=[1.0, 1.0]), length=8.0, gap=0.05)
+    return_map = Bent(jump=True)
+    found = nsmaps.manifold(return_map, nsmaps.periodic_orbit(return_map, [0.1, 0.1], scale=[1.0, 1.0]), length=8.0, gap=0.05)
     first, second, *_ = (line for line in found.lines if line[0, 0] > 0 or line[-1, 0] > 0)
     assert first[-1] == pytest.approx([2, 4], abs=1e-9)
     assert second[0] == pytest.approx([-1, -4.5], abs=1e-9)
@@ -86,14 +86,14 @@ def henon_series(multiplier, x0, terms=60, a=1.4, b=0.3):
 
 def test_the_henon_map_against_a_series():
     """Each of 14 states is within 1e-9 of the manifold's own curve, wherever on it."""
-    map = Henon()
+    return_map = Henon()
     with mp.workdps(50):
         a, b = mp.mpf("1.4"), mp.mpf("0.3")
         x0 = (b - 1 + mp.sqrt((1 - b) ** 2 + 4 * a)) / (2 * a)
         m = -a * x0 - mp.sqrt((a * x0) ** 2 + b)
         x = henon_series(m, x0, a=a, b=b)
-        saddle = nsmaps.periodic_orbit(map, [float(x0), float(b * x0)])
-        found = nsmaps.manifold(map, saddle, length=4.0, gap=0.02)
+        saddle = nsmaps.periodic_orbit(return_map, [float(x0), float(b * x0)])
+        found = nsmaps.manifold(return_map, saddle, length=4.0, gap=0.02)
 
         def curve(t):
             return mp.polyval(x[::-1], t), b * mp.polyval(x[::-1], t / m)

@@ -17,11 +17,11 @@ def grid(points, low, high, *names):
     return Grid(axes={name: Axis(low=low, high=high, points=points) for name in names})
 
 
-def iterated(map, n):
+def iterated(return_map, n):
     """The largest coordinate on an orbit of the normal form, by hand."""
     x, y, largest = 0.1, 0.1, 0.0
     for _ in range(n):
-        tau, delta = (map.tau_L, map.delta_L) if x < 0 else (map.tau_R, map.delta_R)
+        tau, delta = (return_map.tau_L, return_map.delta_L) if x < 0 else (return_map.tau_R, return_map.delta_R)
         x, y = tau * x + y + 1.0, -delta * x
         largest = max(largest, abs(x))
         if not largest < 1e6:
@@ -33,9 +33,11 @@ def test_an_orbit_escapes_where_it_does():
     rng, escaped = np.random.default_rng(1), 0
     for _ in range(40):
         values = rng.uniform([-3, -2, -3, -2], [3, 2, 3, 2])
-        map = BorderCollision(**dict(zip(("tau_L", "delta_L", "tau_R", "delta_R"), values.tolist(), strict=True)))
-        label = nsmaps.bifurcation_diagram(lambda mu, map=map: map.at(mu=mu), "mu", [1.0], [0.1, 0.1]).labels.item()
-        assert (label == "escapes") == (iterated(map, 10_000) >= 1e6), values
+        return_map = BorderCollision(**dict(zip(("tau_L", "delta_L", "tau_R", "delta_R"), values.tolist(), strict=True)))
+        label = nsmaps.bifurcation_diagram(
+            lambda mu, return_map=return_map: return_map.at(mu=mu), "mu", [1.0], [0.1, 0.1]
+        ).labels.item()
+        assert (label == "escapes") == (iterated(return_map, 10_000) >= 1e6), values
         escaped += label == "escapes"
     assert 10 < escaped < 40
 
@@ -94,7 +96,7 @@ EXPONENTS = [  #: by independent runs of 1.5e8 to 6e8 returns, in closed form of
 
 
 @pytest.mark.parametrize(("map", "expected"), EXPONENTS, ids=lambda each: type(each).__name__)
-def test_exponents(map, expected):
-    found = nsmaps.lyapunov(map, np.full(len(map.coordinates), 0.05), 100_000)
+def test_exponents(return_map, expected):
+    found = nsmaps.lyapunov(return_map, np.full(len(return_map.coordinates), 0.05), 100_000)
     assert found.exponents == pytest.approx(expected, abs=6e-3)
     assert (np.abs(found.exponents - expected) <= 5 * found.error + 2e-4).all()

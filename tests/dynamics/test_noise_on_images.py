@@ -99,8 +99,8 @@ def test_realisations_depend_on_the_seed_alone():
 
 
 @pytest.mark.parametrize("map", [Linear(a=1.2), Program(a=1.2)], ids=["formula", "program"])
-def test_an_orbit_that_leaves_the_map_ends(map):
-    made = nsmaps.noisy_orbits(map, START, 60, NOISE, 5, seed=1)
+def test_an_orbit_that_leaves_the_map_ends(return_map):
+    made = nsmaps.noisy_orbits(return_map, START, 60, NOISE, 5, seed=1)
     assert sum(made.ended().values()) == 5
     assert np.isnan(made.states[-1]).all()
     assert np.isnan(made.eta[-1]).all()

@@ -73,8 +73,8 @@ def cycle_of_fractions(a, mu, word):
 
 
 def test_means_on_a_cycle_are_those_of_its_states():
-    map, a, mu = Gap(), Fraction(1, 2), Fraction(1, 4)
-    orbit = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.1], 200).final, 3)
+    return_map, a, mu = Gap(), Fraction(1, 2), Fraction(1, 4)
+    orbit = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.1], 200).final, 3)
     x = cycle_of_fractions(a, mu, orbit.words)
     right = [k for k in range(3) if orbit.words[k] == "R"]
     assert len(right) == 1
@@ -86,20 +86,20 @@ def test_means_on_a_cycle_are_those_of_its_states():
         max(x),
     ]
     names = ["x", "square", LEFT, HEIGHT, {"name": "top", "formula": "x", "largest": True}]
-    on_cycle = nsmaps.observe_orbit(map, orbit, names)
+    on_cycle = nsmaps.observe_orbit(return_map, orbit, names)
     assert on_cycle.names == ("x", "square", "left", "height", "top")
     assert on_cycle.per_return.value == pytest.approx([float(each) for each in exact], abs=1e-15)
     assert on_cycle.per_time.value == pytest.approx(on_cycle.per_return.value, abs=1e-15)
     assert on_cycle.per_period is None
-    found = nsmaps.observe(map, orbit.states[0], 3 * 4000, names, discard=3, batches=4)
+    found = nsmaps.observe(return_map, orbit.states[0], 3 * 4000, names, discard=3, batches=4)
     assert found.per_return.value == pytest.approx(on_cycle.per_return.value, abs=1e-12)
     assert (found.per_return.error[:4] < 1e-12).all()
 
 
 def test_derivatives_are_those_of_the_cycle_of_fractions():
     """Every observable of the cycle is a rational function of a and mu, whose differences are computed in 60 digits."""
-    map = Gap(a=0.6, mu=0.3)
-    orbit = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.1], 200).final, 3)
+    return_map = Gap(a=0.6, mu=0.3)
+    orbit = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.1], 200).final, 3)
     right = list(orbit.words).index("R")
 
     def means(a, mu):
@@ -110,17 +110,17 @@ def test_derivatives_are_those_of_the_cycle_of_fractions():
         at = mp.mpf(0.6), mp.mpf(0.3)
         for name, k in (("a", 0), ("mu", 1)):
             slopes = [mp.diff(lambda t, i=i, k=k: means(*(t if j == k else at[j] for j in (0, 1)))[i], at[k]) for i in range(3)]
-            found = nsmaps.observe_orbit(map, orbit, ["x", "square", HEIGHT], {name: 1.0}).per_return
+            found = nsmaps.observe_orbit(return_map, orbit, ["x", "square", HEIGHT], {name: 1.0}).per_return
             assert found.derivative == pytest.approx([float(each) for each in slopes], rel=1e-12)
 
 
 @pytest.mark.parametrize("map", [Logistic(r=3.2), Program(r=3.2)], ids=["formula", "program"])
-def test_derivatives_on_a_branch_of_the_logistic_map(map):
+def test_derivatives_on_a_branch_of_the_logistic_map(return_map):
     """The cycle of period two has the sum (r + 1)/r and the product (r + 1)/r^2."""
-    orbit = nsmaps.periodic_orbit(map, [0.5130], 2)
-    branch = nsmaps.continue_branch(map, "r", orbit, 3.2, (3.1, 3.4))
+    orbit = nsmaps.periodic_orbit(return_map, [0.5130], 2)
+    branch = nsmaps.continue_branch(return_map, "r", orbit, 3.2, (3.1, 3.4))
     square = {"name": "square", "formula": "x**2"}
-    found = nsmaps.observe_branch(Along(map, "r"), branch, ["x", square]).per_return
+    found = nsmaps.observe_branch(Along(return_map, "r"), branch, ["x", square]).per_return
     r = branch.values
     assert len(r) > 3
     s, p = (r + 1) / r, (r + 1) / r**2
@@ -130,11 +130,13 @@ def test_derivatives_on_a_branch_of_the_logistic_map(map):
 
 
 @pytest.mark.parametrize("map", [Logistic(), Program()], ids=["formula", "program"])
-def test_means_on_chaos_have_the_law_of_the_map(map):
+def test_means_on_chaos_have_the_law_of_the_map(return_map):
     """At r = 4 the density is 1/(pi sqrt(x (1 - x))): x has the mean 1/2, x^2 3/8, either letter 1/2; x by letter 1/2 -+ 1/pi."""
-    n = 40_000 if isinstance(map, Logistic) else 4000
+    n = 40_000 if isinstance(return_map, Logistic) else 4000
     left = {"name": "on the left", "formula": "x", "at": "L", "per": "1"}
-    found = nsmaps.observe(map, [0.2345], n, ["x", {"name": "square", "formula": "x**2"}, LEFT, left], discard=50).per_return
+    found = nsmaps.observe(
+        return_map, [0.2345], n, ["x", {"name": "square", "formula": "x**2"}, LEFT, left], discard=50
+    ).per_return
     exact = np.array([1 / 2, 3 / 8, 1 / 2, 1 / 2 - 1 / np.pi])
     assert (np.abs(found.value - exact) < 5 * found.error).all()
     assert (found.error < 10 / n**0.5).all()
@@ -172,9 +174,9 @@ def test_batches_do_not_depend_on_blocks(monkeypatch):
 
 def test_means_under_noise():
     """An autoregression has the mean mu/(1 - a) and, of its images, the same variance as of its states."""
-    map = Gap(a=0.5, mu=-2.0)
-    made = nsmaps.noisy_orbits(map, [-4.0], 400, Noise(sigma=0.1), 100, seed=1)
-    found = nsmaps.observe_noisy(map, made, ["x", {"name": "v", "formula": "(x_after + 4)**2"}, LEFT]).per_return
+    return_map = Gap(a=0.5, mu=-2.0)
+    made = nsmaps.noisy_orbits(return_map, [-4.0], 400, Noise(sigma=0.1), 100, seed=1)
+    found = nsmaps.observe_noisy(return_map, made, ["x", {"name": "v", "formula": "(x_after + 4)**2"}, LEFT]).per_return
     assert (np.abs(found.value - [-4, 0.01 / 0.75, 1]) <= 5 * found.error + 2e-4).all()
     assert (found.error < 2e-3).all()
 

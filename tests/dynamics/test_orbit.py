@@ -28,7 +28,7 @@ def test_compiled_orbits_are_those_of_single_returns(count, a):
     assert not OneByOne(system).has_orbits
     starts = np.random.default_rng(count).uniform([-0.2, 0], [3, 7], (count, 2))
     starts[-1] = np.nan
-    ours, theirs = (nsmaps.orbit(map, starts, 150) for map in (system, OneByOne(system)))
+    ours, theirs = (nsmaps.orbit(formulas, starts, 150) for formulas in (system, OneByOne(system)))
     for name in ("states", "turns", "codes", "outcome"):
         assert np.array_equal(getattr(ours, name), getattr(theirs, name), equal_nan=name == "states"), name
     alive, words = np.isfinite(ours.states).all(axis=-1), ours.words
@@ -46,7 +46,9 @@ def test_compiled_orbits_are_those_of_single_returns(count, a):
 
 def test_chatter_is_passed_on(pair):
     for chatter in (0, np.inf):
-        ours, theirs = (nsmaps.orbit(map, [0.2, 0.1], 60, chatter=chatter) for map in (pair(0.35), OneByOne(pair(0.35))))
+        ours, theirs = (
+            nsmaps.orbit(formulas, [0.2, 0.1], 60, chatter=chatter) for formulas in (pair(0.35), OneByOne(pair(0.35)))
+        )
         assert ours.words.tolist() == theirs.words.tolist()
         assert ("B~" in ours.words) == (chatter > 0)
 
@@ -67,8 +69,15 @@ def test_long_orbits_go_in_parts(pair):
 
 @pytest.mark.parametrize("state", [{"v": 0.5, "phi": 1.0}, "abc", [[0.5, 1.0], [0.5]]])
 def test_what_is_no_array_of_numbers_is_told(state):
-    map, told = BouncingBall(a=1.2, r=0.5), r"is not an array of numbers; expected: rows \(v, phi\), such as \[\[v, phi\], ...\]"
-    one = () if isinstance(state, dict) else (lambda x: nsmaps.orbit(map, x, 3), lambda x: nsmaps.lyapunov(map, x, 100))
-    for ask in (map.first_return, *one):  # of one orbit a start may be given by name
+    return_map, told = (
+        BouncingBall(a=1.2, r=0.5),
+        r"is not an array of numbers; expected: rows \(v, phi\), such as \[\[v, phi\], ...\]",
+    )
+    one = (
+        ()
+        if isinstance(state, dict)
+        else (lambda x: nsmaps.orbit(return_map, x, 3), lambda x: nsmaps.lyapunov(return_map, x, 100))
+    )
+    for ask in (return_map.first_return, *one):  # of one orbit a start may be given by name
         with pytest.raises(StateError, match=told):
             ask(state)

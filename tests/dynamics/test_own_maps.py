@@ -117,10 +117,10 @@ def test_the_partition_of_a_map_in_two_pieces_is_this_map():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda map: nsmaps.strip_map(map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
-        lambda map: track(map, [0.1, 0.1], 5),
-        lambda map: nsmaps.export(map, "c"),
-        lambda map: nsmaps.export(map, "latex"),
+        lambda return_map: nsmaps.strip_map(return_map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
+        lambda return_map: track(return_map, [0.1, 0.1], 5),
+        lambda return_map: nsmaps.export(return_map, "c"),
+        lambda return_map: nsmaps.export(return_map, "latex"),
         nsmaps.CompleteChatter,
     ],
 )
@@ -132,10 +132,12 @@ def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda map: nsmaps.observe(map, [0.1, 0.1], 5, "impacts"),
-        lambda map: nsmaps.parameter_plane(map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]),
-        lambda map: nsmaps.noisy_orbits(map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
-        lambda map: nsmaps.optimize(map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
+        lambda return_map: nsmaps.observe(return_map, [0.1, 0.1], 5, "impacts"),
+        lambda return_map: nsmaps.parameter_plane(
+            return_map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]
+        ),
+        lambda return_map: nsmaps.noisy_orbits(return_map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
+        lambda return_map: nsmaps.optimize(return_map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
     ],
 )
 def test_observables_and_noise_of_motions_are_none_of_a_map(call):
@@ -146,15 +148,15 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda map: nsmaps.orbit(map, [0.1], 5),
-        lambda map: nsmaps.periodic_orbit(map, [0.1]),
-        lambda map: nsmaps.lyapunov(map, [0.1], 50),
-        lambda map: nsmaps.return_batch(map, [[0.1]]),
-        lambda map: nsmaps.bifurcation_diagram(lambda a: map, "a", [0.1, 0.2], [0.1]),
-        lambda map: nsmaps.parameter_plane(map, {"a": [0.1], "b": [0.2]}, [0.1]),
-        lambda map: nsmaps.basins(map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
-        lambda map: nsmaps.attracting_domain(map, [[0, 1]]),
-        lambda map: nsmaps.IteratedMap(map, 2),
+        lambda return_map: nsmaps.orbit(return_map, [0.1], 5),
+        lambda return_map: nsmaps.periodic_orbit(return_map, [0.1]),
+        lambda return_map: nsmaps.lyapunov(return_map, [0.1], 50),
+        lambda return_map: nsmaps.return_batch(return_map, [[0.1]]),
+        lambda return_map: nsmaps.bifurcation_diagram(lambda a: return_map, "a", [0.1, 0.2], [0.1]),
+        lambda return_map: nsmaps.parameter_plane(return_map, {"a": [0.1], "b": [0.2]}, [0.1]),
+        lambda return_map: nsmaps.basins(return_map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
+        lambda return_map: nsmaps.attracting_domain(return_map, [[0, 1]]),
+        lambda return_map: nsmaps.IteratedMap(return_map, 2),
     ],
 )
 def test_a_class_that_does_not_inherit_is_refused(call):
@@ -200,7 +202,7 @@ def test_a_class_without_coordinates_is_refused():
 
 
 def test_what_a_map_lacks_is_named():
-    for call in (nsmaps.periodic_orbit, lambda map, state: nsmaps.lyapunov(map, state, 100)):
+    for call in (nsmaps.periodic_orbit, lambda return_map, state: nsmaps.lyapunov(return_map, state, 100)):
         with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
             call(Sine(smooth=False), [0.4])
     with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):

@@ -18,9 +18,9 @@ from nsmaps.errors import NsmapsError
 EXACT = 1e-14
 
 
-def ending(map, name, cycle, bounds, direction):
+def ending(return_map, name, cycle, bounds, direction):
     """The branch of a cycle, and the event at its end."""
-    branch = continue_branch(map, name, cycle, getattr(map, name), bounds, direction, step=0.1)
+    branch = continue_branch(return_map, name, cycle, getattr(return_map, name), bounds, direction, step=0.1)
     event = branch.events[-1]
     assert branch.ended == event.kind
     return branch, event
@@ -28,10 +28,10 @@ def ending(map, name, cycle, bounds, direction):
 
 def gap(mu, q, a=0.5):
     """The map with a gap, and its cycle."""
-    map = BorderCollision1(a_L=a, a_R=a, mu=mu, jump=-1.0)
-    cycle = nsmaps.periodic_orbit(map, nsmaps.orbit(map, [0.1], 500).final, q)
+    return_map = BorderCollision1(a_L=a, a_R=a, mu=mu, jump=-1.0)
+    cycle = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.1], 500).final, q)
     assert cycle.converged
-    return map, cycle
+    return return_map, cycle
 
 
 @pytest.mark.parametrize(("p", "q"), [(1, 2), (2, 5), (1, 9)])
@@ -44,22 +44,24 @@ def test_a_cycle_of_a_gap_map_ends_where_a_state_is_at_the_border(p, q):
         (1 - a) * most(w for w, s in zip(weights, subtracted, strict=True) if s == own) for most, own in ((max, 1), (min, 0))
     )
     assert low < high
-    map, cycle = gap(float((low + high) / 2), q)
+    return_map, cycle = gap(float((low + high) / 2), q)
     for direction, end, letter, other in (("down", low, "R", "L"), ("up", high, "L", "R")):
-        _, event = ending(map, "mu", cycle, (-0.1, 1.1), direction)
+        _, event = ending(return_map, "mu", cycle, (-0.1, 1.1), direction)
         assert abs(event.parameter - float(end)) <= event.precision < 1e-13
         assert event.border == GAP
         k = event.at.states[0]
         assert (cycle.words[k], event.orbit.states[k, 0]) == (letter, pytest.approx(0, abs=EXACT))
         assert event.detail == f"state {k + 1} ({letter}) at x = 0, beyond which is {other}; the map jumps"
     with pytest.raises(NsmapsError, match=r"no branch begins at .*the map jumps.*expected: a border at which the map is contin"):
-        switch_branch(map, "mu", event, (-0.1, 1.1))
+        switch_branch(return_map, "mu", event, (-0.1, 1.1))
 
 
 def test_the_border_of_a_gap_map_is_a_curve():
-    map, cycle = gap(0.5, 2)
-    _, event = ending(map, "mu", cycle, (0.2, 0.8), "up")
-    curve = nsmaps.bifurcation_curve(lambda mu, a: map.at(mu=mu, a_L=a, a_R=a), event, 0.5, ((0.2, 0.8), (0.3, 0.9)), step=0.2)
+    return_map, cycle = gap(0.5, 2)
+    _, event = ending(return_map, "mu", cycle, (0.2, 0.8), "up")
+    curve = nsmaps.bifurcation_curve(
+        lambda mu, a: return_map.at(mu=mu, a_L=a, a_R=a), event, 0.5, ((0.2, 0.8), (0.3, 0.9)), step=0.2
+    )
     mu, a = curve.parameters.T
     assert len(a) > 5
     assert np.abs(mu - 1 / (1 + a)).max() < EXACT
@@ -68,24 +70,26 @@ def test_the_border_of_a_gap_map_is_a_curve():
 
 def test_a_fixed_point_of_tents_passes_the_border_and_doubles_there():
     """For mu < 0 L with the multiplier 1/2; for mu > 0 R with -3/2, unstable, and LR with -3/4."""
-    map = BorderCollision1(a_L=0.5, a_R=-1.5, mu=-0.5)
-    first, event = ending(map, "mu", nsmaps.periodic_orbit(map, [-1.0]), (-1, 1), "up")
+    return_map = BorderCollision1(a_L=0.5, a_R=-1.5, mu=-0.5)
+    first, event = ending(return_map, "mu", nsmaps.periodic_orbit(return_map, [-1.0]), (-1, 1), "up")
     assert abs(event.parameter) <= event.precision < 1e-13
     assert (event.border, event.detail) == (
         PERSISTENCE + WITH_DOUBLING,
         "state 1 (L) at x = 0, beyond which is R; multipliers 0.5 and -1.5",
     )
     assert first.points[-1] == pytest.approx(0, abs=EXACT)
-    beyond = switch_branch(map, "mu", event, (-1, 1))
+    beyond = switch_branch(return_map, "mu", event, (-1, 1))
     assert beyond.points[:, 0, 0] == pytest.approx(beyond.values / 2.5, abs=1e-12)
     assert beyond.multipliers.ravel() == pytest.approx(np.full(len(beyond.values), -1.5))
-    doubled = switch_branch(map, "mu", event, (-1, 1), doubled=True)
+    doubled = switch_branch(return_map, "mu", event, (-1, 1), doubled=True)
     assert sorted(doubled.words[0]) == ["L", "R"]
     assert doubled.multipliers.ravel() == pytest.approx(np.full(len(doubled.values), -0.75))
     assert (beyond.values[-1], doubled.values[-1]) == (1, 1)
-    whole = period_doubling_cascade(map, "mu", nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
+    whole = period_doubling_cascade(return_map, "mu", nsmaps.periodic_orbit(return_map, [-1.0]), -0.5, (-1, 1), step=0.1)
     assert [branch.period for branch in whole] == [1, 2]
-    passing = period_doubling_cascade(map.at(a_R=-0.5), "mu", nsmaps.periodic_orbit(map, [-1.0]), -0.5, (-1, 1), step=0.1)
+    passing = period_doubling_cascade(
+        return_map.at(a_R=-0.5), "mu", nsmaps.periodic_orbit(return_map, [-1.0]), -0.5, (-1, 1), step=0.1
+    )
     assert [(branch.period, str(branch.words[0, 0])) for branch in passing] == [(1, "L"), (1, "R")]
 
 
@@ -97,19 +101,19 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     tau = sp.Symbol("tau")
     left, right = (sp.Matrix([[t, 1], [-d, 0]]) for t, d in ((sp.Rational(1, 5), sp.Rational(4, 5)), (tau, sp.Rational(9, 10))))
     (infinite,) = sp.solve((sp.eye(2) - right * left**2).det(), tau)
-    map = BorderCollision(**{name: float(value) for name, value in PLANE.items()}, tau_R=-1.5)
-    cycle = nsmaps.periodic_orbit(map, [[-0.5, -0.5], [-0.3, 0.4], [1.3, 0.2]], 3)
+    return_map = BorderCollision(**{name: float(value) for name, value in PLANE.items()}, tau_R=-1.5)
+    cycle = nsmaps.periodic_orbit(return_map, [[-0.5, -0.5], [-0.3, 0.4], [1.3, 0.2]], 3)
     assert sorted(cycle.words) == ["L", "L", "R"]
-    _, event = ending(map, "tau_R", cycle, (-4, 0), "up")
+    _, event = ending(return_map, "tau_R", cycle, (-4, 0), "up")
     assert event.parameter == pytest.approx(-1.02, abs=1e-13)
     assert event.border == NONSMOOTH_FOLD
-    curve = nsmaps.bifurcation_curve(Along(map, "tau_R", "delta_R"), event, 0.9, ((-3, 0), (0.5, 2)), step=0.2)
+    curve = nsmaps.bifurcation_curve(Along(return_map, "tau_R", "delta_R"), event, 0.9, ((-3, 0), (0.5, 2)), step=0.2)
     assert curve.ended[1].startswith("state 1 is at x = 0 too, two borders at once")
     assert curve.parameters[-1] == pytest.approx([-1, 1], abs=1e-6)  # there x = 0, 0, 1 and y = -1, 0, 0
-    partner = switch_branch(map, "tau_R", event, (-2, 0), max_points=5)
+    partner = switch_branch(return_map, "tau_R", event, (-2, 0), max_points=5)
     assert sorted(partner.words[0]) == ["L", "R", "R"]
     assert (partner.values[1:] < -1.02).all()
-    gone, at = ending(map, "tau_R", cycle, (-4, 0), "down")
+    gone, at = ending(return_map, "tau_R", cycle, (-4, 0), "down")
     assert at.kind == "cycle at infinity"
     assert at.parameter == pytest.approx(float(infinite), abs=1e-12)
     assert len(gone.values) < 100
@@ -117,9 +121,9 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
 
 def test_a_doubling_of_affine_pieces_is_degenerate():
     """At tau_R = -1 - delta_R a segment of states has period two; the cycle LR begins where it meets the border."""
-    map = BorderCollision(tau_L=1.4, delta_L=0.5, tau_R=-1.2, delta_R=0.4)
+    return_map = BorderCollision(tau_L=1.4, delta_L=0.5, tau_R=-1.2, delta_R=0.4)
     branches = period_doubling_cascade(
-        map, "tau_R", nsmaps.periodic_orbit(map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", n_doublings=3, step=0.1
+        return_map, "tau_R", nsmaps.periodic_orbit(return_map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", n_doublings=3, step=0.1
     )
     assert [sorted(branch.words[0]) for branch in branches] == [["R"], ["R", "R"], ["L", "R"]]
     assert branches[0].events[0].detail.startswith("degenerate: the pieces are affine")
@@ -130,25 +134,25 @@ def test_a_doubling_of_affine_pieces_is_degenerate():
 
 def test_square_roots_have_an_infinite_slope_at_the_border():
     """LR of Nordmark's map ends at mu = 1; in the plane 0.169720659347409857371 was found with sixty digits."""
-    map = SquareRoot(a=0.5, mu=0.5625)
-    cycle = nsmaps.periodic_orbit(map, [0.49], 2)
-    _, event = ending(map, "mu", cycle, (0.1, 1.2), "up")
+    return_map = SquareRoot(a=0.5, mu=0.5625)
+    cycle = nsmaps.periodic_orbit(return_map, [0.49], 2)
+    _, event = ending(return_map, "mu", cycle, (0.1, 1.2), "up")
     assert event.parameter == pytest.approx(1.0, abs=1e-14)
     assert event.border == NONSMOOTH_FOLD
     assert event.detail.endswith("(L) at x = 0, beyond which is R; the slope of R is infinite")
-    curve = nsmaps.bifurcation_curve(Along(map, "mu", "a"), event, 0.5, ((0.1, 1.2), (0.1, 0.9)), step=0.2)
+    curve = nsmaps.bifurcation_curve(Along(return_map, "mu", "a"), event, 0.5, ((0.1, 1.2), (0.1, 0.9)), step=0.2)
     assert curve.parameters[:, 0] == pytest.approx(np.ones(len(curve.parameters)), abs=1e-13)  # R maps 1 to 0 at mu = 1
     plane = SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)
     cycle = nsmaps.periodic_orbit(plane, nsmaps.orbit(plane, [0.1, 0.0], 300).final, 3)
     _, event = ending(plane, "rho", cycle, (0.005, 0.5), "up")
     assert event.parameter == pytest.approx(0.169720659347409857371, abs=1e-15)
     whole = period_doubling_cascade(
-        map, "mu", nsmaps.periodic_orbit(map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), n_doublings=1, step=0.1
+        return_map, "mu", nsmaps.periodic_orbit(return_map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), n_doublings=1, step=0.1
     )
     assert [str(branch.words[0, 0]) for branch in whole] == ["L", "R"]
     assert whole[1].events[0].parameter == pytest.approx(0.75, abs=1e-12)  # 1/(2 sqrt(x)) = 1 at x = 1/4
-    low = nsmaps.periodic_orbit(map.at(mu=0.07), [0.0596], 3)
-    _, event = ending(map.at(mu=0.07), "mu", low, (0.0, 0.2), "down")
+    low = nsmaps.periodic_orbit(return_map.at(mu=0.07), [0.0596], 3)
+    _, event = ending(return_map.at(mu=0.07), "mu", low, (0.0, 0.2), "down")
     assert event.kind == "period doubling" or event.detail.startswith("all 3 states")
 
 
@@ -175,8 +179,8 @@ def test_borders_lie_at_the_cut_of_an_angle_too():
 class Hidden(nsmaps.ReturnMap):
     """A map of which no formulas are known."""
 
-    def __init__(self, map):
-        self.map, self.coordinates = map, map.coordinates
+    def __init__(self, return_map):
+        self.map, self.coordinates = return_map, return_map.coordinates
 
     def first_return(self, states, derivative=False):
         return self.map.first_return(states, derivative)
@@ -184,16 +188,18 @@ class Hidden(nsmaps.ReturnMap):
 
 def test_a_jump_to_another_state_of_the_cycle_is_one():
     """In narrow windows states are so close that the jump leads next to another one; a return is not left out."""
-    map, cycle = gap(0.0118, 7)
-    branch = continue_branch(lambda mu: Hidden(map.at(mu=mu)), "mu", cycle, 0.0118, (-0.1, 1.1), step=0.1)
+    return_map, cycle = gap(0.0118, 7)
+    branch = continue_branch(lambda mu: Hidden(return_map.at(mu=mu)), "mu", cycle, 0.0118, (-0.1, 1.1), step=0.1)
     assert branch.events[-1].border == GAP
     assert branch.events[-1].parameter == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there
 
 
 def test_events_on_the_way_to_infinity_are_met():
     """The fixed point R is at infinity where delta_R = tau_R - 1, and on the way a pair of multipliers passes the unit circle."""
-    map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=1.1)
-    branch = continue_branch(map, "delta_R", nsmaps.periodic_orbit(map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1)
+    return_map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=1.1)
+    branch = continue_branch(
+        return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1
+    )
     found = [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in branch.events]
     assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]
 

@@ -53,12 +53,12 @@ class Cubed(PiecewiseMap):
     "map",
     [Lozi(), Parabola(), Parabola(told=True),
      SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)],
-    ids=lambda map: type(map).__name__,
+    ids=lambda return_map: type(return_map).__name__,
 )  # fmt: skip
-def test_an_inverse_leads_back(map):
+def test_an_inverse_leads_back(return_map):
     states = np.random.default_rng(0).uniform(-1, 1, (500, 2))
-    images = map.first_return(states, derivative=True)
-    back = map.inverse().first_return(images.image, derivative=True)
+    images = return_map.first_return(states, derivative=True)
+    back = return_map.inverse().first_return(images.image, derivative=True)
     assert np.abs(back.image - states).max() < 1e-13
     assert back.words.tolist() == images.words.tolist()
     assert np.abs(back.derivative @ images.derivative - np.eye(2)).max() < 1e-11
@@ -89,24 +89,26 @@ def test_inverses_of_maps_of_the_circle_are_to_be_given():
 
 def test_the_manifolds_of_lozi_are_polygons():
     """The unstable one of R has the corner (Z, 0) and its images; its inverse leads back to R, the map along the other."""
-    map = Lozi(a=1.7, b=0.5)
-    saddle = nsmaps.periodic_orbit(map, [0.45, 0.22])
-    unstable, stable = (nsmaps.manifold(map, saddle, which, length=25) for which in ("unstable", "stable"))
-    corner = np.array([(2 + map.a + np.sqrt(map.a**2 + 4 * map.b)) / (2 * (1 + map.a - map.b)), 0.0])
-    path = nsmaps.orbit(map, corner, 4).states
+    return_map = Lozi(a=1.7, b=0.5)
+    saddle = nsmaps.periodic_orbit(return_map, [0.45, 0.22])
+    unstable, stable = (nsmaps.manifold(return_map, saddle, which, length=25) for which in ("unstable", "stable"))
+    corner = np.array(
+        [(2 + return_map.a + np.sqrt(return_map.a**2 + 4 * return_map.b)) / (2 * (1 + return_map.a - return_map.b)), 0.0]
+    )
+    path = nsmaps.orbit(return_map, corner, 4).states
     for state in path:
         assert np.abs(unstable.states - state).max(axis=1).min() < 1e-14
     assert (unstable.gap, unstable.ended, len(unstable.lines)) == (np.inf, ("length 25", "length 25"), 2)
     assert max(unstable.error, stable.error) < 1e-14
     assert len(unstable.states) < 40
-    for manifold, towards in ((unstable, map.inverse()), (stable, map)):
+    for manifold, towards in ((unstable, return_map.inverse()), (stable, return_map)):
         sides = [manifold.states[manifold.side == k] for k in (0, 1)]
         middles = np.concatenate([(side[1:] + side[:-1]) / 2 for side in sides])
         ends = nsmaps.orbit(towards, middles, 12).final
         assert np.abs(ends - saddle.states[0]).max() < (0.05 if manifold is unstable else 1e-3)
         off = nsmaps.orbit(towards, middles + 1e-3, 12).final
         assert np.abs(off - saddle.states[0]).max() > 0.1
-    curve = nsmaps.manifold(_Hidden(map), saddle, "unstable", length=5, gap=0.01)
+    curve = nsmaps.manifold(_Hidden(return_map), saddle, "unstable", length=5, gap=0.01)
     for state in curve.states[::20]:
         assert distance(unstable.lines, state) < 1e-9
 
@@ -114,8 +116,8 @@ def test_the_manifolds_of_lozi_are_polygons():
 class _Hidden(nsmaps.ReturnMap):
     """A map of which no formulas are known."""
 
-    def __init__(self, map):
-        self.map, self.coordinates = map, map.coordinates
+    def __init__(self, return_map):
+        self.map, self.coordinates = return_map, return_map.coordinates
 
     def first_return(self, states, derivative=False):
         return self.map.first_return(states, derivative)
@@ -129,11 +131,11 @@ def distance(lines, state):
 
 
 def test_a_polygon_is_torn_where_the_map_jumps():
-    map = Torn()
-    saddle = nsmaps.periodic_orbit(map, [0.45, 0.22])
+    return_map = Torn()
+    saddle = nsmaps.periodic_orbit(return_map, [0.45, 0.22])
     assert saddle.words == ("R",)
-    found = nsmaps.manifold(map, saddle, "unstable", length=20)
+    found = nsmaps.manifold(return_map, saddle, "unstable", length=20)
     assert len(found.lines) > 4
     middles = np.concatenate([(line[1:] + line[:-1]) / 2 for line in found.lines])
-    back = nsmaps.orbit(map.inverse(), middles, 12).final
+    back = nsmaps.orbit(return_map.inverse(), middles, 12).final
     assert np.abs(back - saddle.states[0]).max() < 0.05

@@ -173,14 +173,14 @@ class Henon(ReturnMap):
 @pytest.mark.parametrize(("unit", "origin"), [(1.0, 40.0), (1e-9, -1e-9), (1e6, -1e6)])
 def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_origin(unit: float, origin: float) -> None:
     """At a = b = 0.3 the fixed point is (1, 0.3), so that x is zero there from an origin of -1 unit."""
-    map = Henon(unit=unit, origin=origin)
-    orbit = nsmaps.periodic_orbit(map, map.states([0.9, 0.25]))
-    assert orbit.states == pytest.approx(map.states([[1.0, 0.3]]), abs=1e-12 * unit + 1e-15 * abs(origin))
-    on_it = nsmaps.periodic_orbit(map, orbit.states[0])
+    return_map = Henon(unit=unit, origin=origin)
+    orbit = nsmaps.periodic_orbit(return_map, return_map.states([0.9, 0.25]))
+    assert orbit.states == pytest.approx(return_map.states([[1.0, 0.3]]), abs=1e-12 * unit + 1e-15 * abs(origin))
+    on_it = nsmaps.periodic_orbit(return_map, orbit.states[0])
     assert on_it.converged
 
     def along(a: float, b: float = 0.3) -> Henon:
-        return map.at(a=a, b=b)
+        return return_map.at(a=a, b=b)
 
     branch = nsmaps.continue_branch(along, "p", on_it, 0.3, (0.1, 1.0), step=0.05)
     (event,) = branch.events
@@ -190,13 +190,13 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
     assert doubled.ended == "the range ends at 0.6"
     curve = nsmaps.bifurcation_curve(along, event, 0.3, ((0.1, 1.0), (0.2, 0.4)), step=0.1)
     assert curve.parameters[:, 0] == pytest.approx(0.75 * (1 - curve.parameters[:, 1]) ** 2, abs=1e-9)
-    two = nsmaps.periodic_orbits(map.at(a=0.5), map.states(np.random.default_rng(0).uniform(-1, 1, (10, 2))), 2)
+    two = nsmaps.periodic_orbits(return_map.at(a=0.5), return_map.states(np.random.default_rng(0).uniform(-1, 1, (10, 2))), 2)
     assert len(two) == 1
     assert two[0].states[:, 1].sum() / unit == pytest.approx(0.3 * 0.7 / 0.5, rel=1e-9)  # x + x' = (1 - b)/a
-    found = limit_set(map, nsmaps.orbit(map, on_it.states[0], 100))
+    found = limit_set(return_map, nsmaps.orbit(return_map, on_it.states[0], 100))
     assert found is not None
     assert found.period == 1
-    basins = nsmaps.basins(map.at(a=0.5), map.states(np.random.default_rng(0).uniform(-1, 1, (20, 2))))
+    basins = nsmaps.basins(return_map.at(a=0.5), return_map.states(np.random.default_rng(0).uniform(-1, 1, (20, 2))))
     assert [(attractor.period, share) for attractor, share in zip(basins.attractors, basins.fractions, strict=False)] == [
         (2, 1.0)
     ]

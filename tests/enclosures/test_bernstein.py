@@ -28,16 +28,16 @@ def rational(x):
     return fmpq(*float(x).as_integer_ratio())
 
 
-def exactly(map, states):
+def exactly(return_map, states):
     """The first image of states in rational arithmetic, by recurrences from the floats that the map holds."""
-    values, keys = [], [tuple(key) for key in map.exponents[0].tolist()]
-    terms = dict(zip(keys, [rational(c) for c in map.coefficients[0]], strict=True))
+    values, keys = [], [tuple(key) for key in return_map.exponents[0].tolist()]
+    terms = dict(zip(keys, [rational(c) for c in return_map.coefficients[0]], strict=True))
     for state in states:
         total = terms
         for k in reversed(range(len(state))):
-            s, parts = (rational(state[k]) - rational(map.centre[k])) / rational(map.scale[k]), {}
+            s, parts = (rational(state[k]) - rational(return_map.centre[k])) / rational(return_map.scale[k]), {}
             t = [fmpq(1), s]
-            while len(t) <= map.exponents[0].max():
+            while len(t) <= return_map.exponents[0].max():
                 t.append(2 * s * t[-1] - t[-2])
             for key, c in total.items():
                 parts[key[:k]] = parts.get(key[:k], 0) + c * t[key[k]]
@@ -55,18 +55,18 @@ def random_map(rng, n, degree, size=1.0):
 @pytest.mark.parametrize("width", [1.0, 1e-3, 1e-9, 0.0])
 def test_the_range_holds_every_exact_value(n, degree, size, width):
     rng = np.random.default_rng(1000 * n + degree)
-    map = random_map(rng, n, degree, size)
-    middle = map.centre + map.scale * rng.uniform(-1, 1, (4, n))
-    half = width * map.scale * rng.uniform(0.1, 1, (4, n))
+    return_map = random_map(rng, n, degree, size)
+    middle = return_map.centre + return_map.scale * rng.uniform(-1, 1, (4, n))
+    half = width * return_map.scale * rng.uniform(0.1, 1, (4, n))
     boxes = np.stack([middle - half, middle + half], axis=2)
-    found = ranges(Polynomials.of(map).hulls, boxes)
+    found = ranges(Polynomials.of(return_map).hulls, boxes)
     for box, (low, high) in zip(boxes, found.bounds, strict=True):
         inside = np.clip(box[:, 0] + np.ptp(box, axis=1) * rng.random((30, n)), *box.T)
         corners = np.array(list(product(*box)))
-        values = exactly(map, np.concatenate([inside, corners]))
+        values = exactly(return_map, np.concatenate([inside, corners]))
         assert rational(low) <= min(values)
         assert max(values) <= rational(high)
-        floats = map(inside)[:, 0]
+        floats = return_map(inside)[:, 0]
         assert low <= floats.min()
         assert floats.max() <= high
 
@@ -74,10 +74,10 @@ def test_the_range_holds_every_exact_value(n, degree, size, width):
 def test_the_range_is_that_of_the_critical_points():
     """A degree of 10 with several turning points: ends and zeros of the derivative in 50 digits."""
     rng = np.random.default_rng(5)
-    map = polymap({(k,): rng.normal() for k in range(11)}, [0.3], [0.7])
-    low, high = ranges(Polynomials.of(map).hulls, np.array([[[-0.4, 0.95]]])).bounds[0]
+    return_map = polymap({(k,): rng.normal() for k in range(11)}, [0.3], [0.7])
+    low, high = ranges(Polynomials.of(return_map).hulls, np.array([[[-0.4, 0.95]]])).bounds[0]
     with mpmath.workdps(50):
-        plain = [mpmath.mpf(c.numerator) / c.denominator for c in map.exact_monomials("x").values()]
+        plain = [mpmath.mpf(c.numerator) / c.denominator for c in return_map.exact_monomials("x").values()]
         roots = mpmath.polyroots([k * plain[k] for k in range(10, 0, -1)], maxsteps=500, extraprec=200)
         places = [-0.4, 0.95, *(r.real for r in roots if abs(r.imag) < 1e-30 and -0.4 <= r.real <= 0.95)]
         values = [mpmath.polyval(plain[::-1], mpmath.mpf(x)) for x in places]
@@ -92,9 +92,9 @@ def test_the_range_is_that_of_the_critical_points():
 def test_cancelling_coefficients_on_a_thin_box_where_the_value_is_zero():
     """(x - y)^4 times 3e10 about the diagonal: plain terms of 3e10 that cancel to nothing."""
     monomials = {(4 - k, k): Fraction(30_000_000_000) * (-1) ** k * [1, 4, 6, 4, 1][k] for k in range(5)}
-    map = PolyMap.of_monomials(("x", "y"), {"x": monomials, "y": monomials}, [[0, 1], [0, 1]])
+    return_map = PolyMap.of_monomials(("x", "y"), {"x": monomials, "y": monomials}, [[0, 1], [0, 1]])
     box = np.array([[[0.5, 0.5], [0.499999, 0.500001]], [[0.25, 0.75], [0.25, 0.75]]])
-    thin, wide = ranges(Polynomials.of(map).hulls, box).bounds
+    thin, wide = ranges(Polynomials.of(return_map).hulls, box).bounds
     assert thin[0] <= 0 <= 3e10 * 1e-24 <= thin[1]
     assert thin[1] - thin[0] < 1e-2  # 3e10 times what rounding of its coefficients allows
     assert wide[0] <= 0
@@ -103,9 +103,9 @@ def test_cancelling_coefficients_on_a_thin_box_where_the_value_is_zero():
 
 def test_an_absolute_value_has_its_kink():
     """|T_1| of x over [-1, 1] and beyond zero: 0 is taken where the polynomial changes sign."""
-    map = polymap({(1,): 2.0}, [0.0], [1.0], absolute=("x",))
+    return_map = polymap({(1,): 2.0}, [0.0], [1.0], absolute=("x",))
     boxes = np.array([[[-0.5, 0.25]], [[0.5, 0.75]], [[-0.75, -0.5]]])
-    found = ranges(Polynomials.of(map).hulls, boxes)
+    found = ranges(Polynomials.of(return_map).hulls, boxes)
     assert found.bounds == pytest.approx(np.array([[0, 1], [1, 1.5], [1, 1.5]]), abs=1e-12)
     assert found.at[1:, 1, 0] == pytest.approx(np.array([[0.75, 0.75], [-0.75, -0.75]]))
 
@@ -113,8 +113,8 @@ def test_an_absolute_value_has_its_kink():
 def test_the_sign_of_a_slope_is_proved():
     """x^3 - 3x + y: the slope by x is between -3 and 9 over [-1, 2], by y one."""
     terms = {(3, 0): Fraction(1), (1, 0): Fraction(-3), (0, 1): Fraction(1)}
-    map = PolyMap.of_monomials(("x", "y"), {"x": terms, "y": terms}, [[-1, 2], [0, 1]])
-    polynomials, box = Polynomials.of(map), np.array([[[-1.0, 2.0], [0.0, 1.0]]])
+    return_map = PolyMap.of_monomials(("x", "y"), {"x": terms, "y": terms}, [[-1, 2], [0, 1]])
+    polynomials, box = Polynomials.of(return_map), np.array([[[-1.0, 2.0], [0.0, 1.0]]])
     assert ranges(polynomials.slope(0).hulls, box).bounds[0] == pytest.approx([-3, 9], abs=1e-10)
     assert ranges(polynomials.slope(1).hulls, box).bounds[0] == pytest.approx([1, 1], abs=1e-12)
     low, high = ranges(polynomials.slope(0).hulls, box).bounds[0]

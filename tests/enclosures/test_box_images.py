@@ -52,9 +52,9 @@ def random_boxes(window, count, seed):
     return np.stack([middle - half, middle + half], axis=2)
 
 
-def assert_held(map, boxes, seed=0):
+def assert_held(return_map, boxes, seed=0):
     """Images of 200 random states and the corners of each box lie in its image boxes, or in none and it is called empty."""
-    made = box_map(map).image_boxes(boxes)
+    made = box_map(return_map).image_boxes(boxes)
     assert (np.diff(made.source) >= 0).all()
     assert made.bounded.all()
     rng, (count, n) = np.random.default_rng(seed), boxes.shape[:2]
@@ -62,11 +62,11 @@ def assert_held(map, boxes, seed=0):
     inside = boxes[:, None, :, 0] + rng.random((count, 200, n)) * np.ptp(boxes, axis=2)[:, None]
     inside = np.clip(inside, boxes[:, None, :, 0], boxes[:, None, :, 1])
     states = np.concatenate([inside, corners.reshape(count, -1, n)], axis=1)
-    returns = map.first_return(states.reshape(-1, n))
+    returns = return_map.first_return(states.reshape(-1, n))
     image, gone = returns.image.reshape(states.shape), (returns.outcome != Outcome.returned).reshape(count, -1)
     words = returns.words.reshape(count, -1)
     assert not (gone.any(axis=1) & ~made.empty).any()
-    angles = np.array([isinstance(name, Angle) for name in map.coordinates])
+    angles = np.array([isinstance(name, Angle) for name in return_map.coordinates])
     for k in range(count):
         rows = made.source == k
         images, x = made.images[rows][:, None], image[k][~gone[k]]
@@ -81,20 +81,20 @@ def assert_held(map, boxes, seed=0):
 
 @pytest.mark.parametrize("names", [("x",), NAMES, ("x", "y", Angle("t"))], ids="123")
 def test_polynomials_in_one_to_three_coordinates(names):
-    map, window = polymap(names, 4, 1), [[-0.5, 1.5]] * len(names)
-    made = assert_held(FittedBoxes.of(map), random_boxes(window, 150, 2))
+    return_map, window = polymap(names, 4, 1), [[-0.5, 1.5]] * len(names)
+    made = assert_held(FittedBoxes.of(return_map), random_boxes(window, 150, 2))
     assert not made.empty.any()
     thin = random_boxes(window, 150, 3) * 0 + 0.3
     thin = thin + np.array([0.0, 1e-9])
-    sides = np.ptp(box_map(map).image_boxes(thin).images, axis=2)
-    slopes = np.abs(map.derivative(thin[:1].mean(axis=2))[0]).sum(axis=1)
+    sides = np.ptp(box_map(return_map).image_boxes(thin).images, axis=2)
+    slopes = np.abs(return_map.derivative(thin[:1].mean(axis=2))[0]).sum(axis=1)
     assert (sides <= 1e-9 * slopes * 1.01 + 1e-12).all()  # tight: the image of a thin box is as wide as the slopes say
 
 
 def test_a_polynomial_by_its_own_formula():
     """x -> |x^2 - 1/4| over [0, 1] is [0, 3/4]."""
-    map = PolyMap.of_monomials(("x",), {"x": {(2,): 1, (0,): -0.25}}, [[0, 1]], ("x",))
-    (image,) = box_map(map).image_boxes(np.array([[[0.0, 1.0]]])).images
+    return_map = PolyMap.of_monomials(("x",), {"x": {(2,): 1, (0,): -0.25}}, [[0, 1]], ("x",))
+    (image,) = box_map(return_map).image_boxes(np.array([[[0.0, 1.0]]])).images
     assert image[0, 0] == 0
     assert image[0, 1] == pytest.approx(0.75, abs=1e-12)
 
@@ -121,17 +121,17 @@ def composite(pieces):
 
 @pytest.mark.parametrize("name", SEAMS)
 def test_pieces_with_seams(name):
-    map = composite(SEAMS[name])
+    return_map = composite(SEAMS[name])
     boxes = random_boxes([[0, 1], [-3, 9]], 400, 5)
-    made = assert_held(map, boxes)
+    made = assert_held(return_map, boxes)
     assert (np.bincount(made.source, minlength=len(boxes)) > 1).any()
     if name == "where":  # the three cover the plane, also along the lines that they share
         assert not made.empty.any()
 
 
 def test_regions_that_share_a_border_leave_no_gap():
-    map = composite(SEAMS["boxes"])
-    made = box_map(map).image_boxes(np.array([[[0.4, 0.6], [1, 2]], [[0.4, 0.6], [2.9, 3.1]], [[0.9, 1.1], [1, 2]]]))
+    return_map = composite(SEAMS["boxes"])
+    made = box_map(return_map).image_boxes(np.array([[[0.4, 0.6], [1, 2]], [[0.4, 0.6], [2.9, 3.1]], [[0.9, 1.1], [1, 2]]]))
     assert made.empty.tolist() == [False, False, True]
     assert [made.words[made.source == k].tolist() for k in range(2)] == [["BB", "BTB"], ["BB", "BTB", "B"]]
 
@@ -143,16 +143,16 @@ def test_the_first_piece_that_surely_holds_a_box_is_the_last_asked():
 
 
 def test_resets_keep_the_turn_and_restrict_to_the_region():
-    map = CompositeMap(NAMES, (), (Piece("reset", box((0, 1), (-1, 1)), PolyMap.reset(NAMES, {"v": 0.25})),))
-    made = assert_held(map, np.array([[[0.2, 0.3], [12.4, 12.8]], [[0.2, 0.3], [-1.5, -0.5]]]))
+    return_map = CompositeMap(NAMES, (), (Piece("reset", box((0, 1), (-1, 1)), PolyMap.reset(NAMES, {"v": 0.25})),))
+    made = assert_held(return_map, np.array([[[0.2, 0.3], [12.4, 12.8]], [[0.2, 0.3], [-1.5, -0.5]]]))
     assert made.source.tolist() == [0, 0, 1]  # the first on both sides of a whole turn
     assert made.hulls() == pytest.approx(np.array([[[0.25, 0.25], [12.4, 12.8]], [[0.25, 0.25], [-1.0, -0.5]]]))
     assert made.empty.tolist() == [False, True]
 
 
 def test_overflow_is_not_bounded():
-    map = PolyMap.of_monomials(("x",), {"x": {(3,): 1}}, [[0, 1]])
-    made = box_map(map).image_boxes(np.array([[[1e200, 1e201]], [[0.0, 1.0]]]))
+    return_map = PolyMap.of_monomials(("x",), {"x": {(3,): 1}}, [[0, 1]])
+    made = box_map(return_map).image_boxes(np.array([[[1e200, 1e201]], [[0.0, 1.0]]]))
     assert made.bounded.tolist() == [False, True]
     assert made.empty.tolist() == [True, False]
     assert np.isinf(made.images[0]).all()
@@ -161,12 +161,12 @@ def test_overflow_is_not_bounded():
 def test_a_region_of_a_class_is_enclosed_by_its_condition():
     """A disc about a state on the circle; inside of it boxes have the images of its piece alone, outside only the others."""
     disc = Disc(coordinates=NAMES, centre=(0.3, 1.0), radius=0.25)
-    map = composite([("disc", disc, "BB"), ("b", where("v <= 0.7"), "BTB")])
-    made = assert_held(map, random_boxes([[0, 0.69], [0, 3]], 100, 1))
+    return_map = composite([("disc", disc, "BB"), ("b", where("v <= 0.7"), "BTB")])
+    made = assert_held(return_map, random_boxes([[0, 0.69], [0, 3]], 100, 1))
     assert set(made.words) == {"BB", "BTB"}
     side = 0.02 * np.array([[-1, 1], [-1, 1]])
     boxes = np.array([[0.3, 1.1], [0.5, 0.9], [0.6, 2.0]])[:, :, None] + side
-    made = box_map(map).image_boxes(boxes)
+    made = box_map(return_map).image_boxes(boxes)
     assert [made.words[made.source == k].tolist() for k in range(3)] == [["BB"], ["BB", "BTB"], ["BTB"]]
     assert not made.empty.any()
 
@@ -180,8 +180,8 @@ def test_a_region_of_a_class_is_enclosed_by_its_condition():
 def test_whatever_the_condition(parts, joints, ends):
     text = parts[0] + "".join(f" {joint} ({part})" for joint, part in zip(joints, parts[1:], strict=False))
     v, phi = sorted(ends[:2]), sorted(ends[2:])
-    map = composite([("a", where(text), "BB"), ("b", where("v > 0.5"), "BTB")])
-    assert_held(map, np.array([[v, phi]]))
+    return_map = composite([("a", where(text), "BB"), ("b", where("v > 0.5"), "BTB")])
+    assert_held(return_map, np.array([[v, phi]]))
 
 
 SETTING = "vi_pair/fp vi_pair/paper vi_pair/auto"
@@ -219,22 +219,22 @@ CONTRACTION = {"v": {(1, 0): 0.4, (0, 1): 0.1, (0, 0): 0.5}, "phi": {(0, 1): -0.
 
 def test_what_takes_box_maps_takes_fitted_maps():
     """v' = 0.4 v + 0.1 phi + 0.5, phi' = 0.1 v - 0.5 phi + 0.3: one fixed point, v = 0.48/0.89, phi = ..., solved here."""
-    map = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
+    return_map = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
     fixed = np.linalg.solve(np.eye(2) - [[0.4, 0.1], [0.1, -0.5]], [0.5, 0.3])
     window = [[0.2, 1.3], [-0.3, 0.8]]
-    cover = morse_sets(map, window, 3)
+    cover = morse_sets(return_map, window, 3)
     assert cover.of == "fitted map"
     assert cover.contains(fixed[None]).all()
-    held = forward_invariant_set(map, cover)
+    held = forward_invariant_set(return_map, cover)
     assert held.forward_invariant
-    assert forward_invariant_box(map, window).forward_invariant
-    found = find_cycles(map, window, 1, 3)
+    assert forward_invariant_box(return_map, window).forward_invariant
+    found = find_cycles(return_map, window, 1, 3)
     assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
     regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}
-    made = exit_times(map, regions, window, 2, 16, target=held, cycles=found.cycles)
+    made = exit_times(return_map, regions, window, 2, 16, target=held, cycles=found.cycles)
     assert made.rows[0].left == 1.0
     boxes = np.array([[[0.6, 1.0], [0.1, 0.4]]])
-    full = FullAuxiliaryMap(map, boxes)
+    full = FullAuxiliaryMap(return_map, boxes)
     assert morse_sets(full, window, 3).contains(fixed[None]).all()
 
 
@@ -248,7 +248,7 @@ def test_a_map_is_called_what_it_is():
     fitted = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
     composite = CompositeMap(NAMES, ("B",), (Piece("all", where("v < 2"), fitted),))
     window = [[0.2, 1.3], [0.1, 0.4]]
-    for map, name in ((fitted, "fitted map"), (composite, "composite map")):
-        assert attracting_domain(map, window, 1).of == name
-        assert find_cycles(map, window, 1, 1).of == name
-        assert morse_sets(map, window, 1).of == name
+    for return_map, name in ((fitted, "fitted map"), (composite, "composite map")):
+        assert attracting_domain(return_map, window, 1).of == name
+        assert find_cycles(return_map, window, 1, 1).of == name
+        assert morse_sets(return_map, window, 1).of == name

@@ -65,11 +65,11 @@ def test_a_fitted_map_of_several_returns_in_parts():
         nsmaps.Piece(name, nsmaps.Box.of(("x",), [side]), nsmaps.PolyMap.of_monomials(("x",), {"x": {(0,): 0.5}}, [side]), "", n)
         for name, side, n in (("left", (0.0, 1.0), 1), ("right", (1.0, 2.0), 2))
     ]
-    map = nsmaps.CompositeMap(("x",), (), tuple(pieces))
+    return_map = nsmaps.CompositeMap(("x",), (), tuple(pieces))
     states = np.linspace(0.05, 1.95, 12)[:, None]
-    whole = map.orbits(states, 3)
+    whole = return_map.orbits(states, 3)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(map, states, 3, jobs=Jobs(executor, part=4))
+        parts = return_batch(return_map, states, 3, jobs=Jobs(executor, part=4))
     assert whole.numbers[:12].tolist() == [1] * 6 + [2] * 6
     assert parts.numbers.tolist() == whole.numbers.tolist()
     assert parts.fitted

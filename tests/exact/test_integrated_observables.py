@@ -81,14 +81,14 @@ def test_the_work_of_the_forcing_is_what_impacts_and_damping_take(system, start)
 def test_largest_values_and_derivatives_are_those_of_the_closed_form():
     (system, exact), start = (Pair(d=0.35, g_bar=0.2113), VIPair(d=0.35, g_bar=0.2113)), [0.83, 0.36]
     chosen = ["displacement", {"name": "fastest", "formula": "abs(velocity)", "of": "flights", "largest": True}]
-    found, expected = (nsmaps.observe(map, start, 20, chosen, batches=2).totals for map in (system, exact))
+    found, expected = (nsmaps.observe(formulas, start, 20, chosen, batches=2).totals for formulas in (system, exact))
     assert found == pytest.approx(expected, abs=1e-12)
-    cycles = (nsmaps.periodic_orbit(map, start) for map in (system, exact))
+    cycles = (nsmaps.periodic_orbit(formulas, start) for formulas in (system, exact))
     names = ["loss", "work", "momentum", "mean speed"]
     asked = [*names[:3], {"name": names[3], "formula": "velocity**2", "of": "flights", "at": "B"}]
     slopes = [
-        nsmaps.observe_orbit(map, cycle, asked, {"d": 1.0}).per_period.derivative
-        for map, cycle in zip((system, exact), cycles, strict=True)
+        nsmaps.observe_orbit(formulas, cycle, asked, {"d": 1.0}).per_period.derivative
+        for formulas, cycle in zip((system, exact), cycles, strict=True)
     ]
     assert np.isfinite(slopes[1]).all()
     assert slopes[0] == pytest.approx(slopes[1], rel=1e-9, abs=1e-11)

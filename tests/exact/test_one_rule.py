@@ -111,12 +111,12 @@ def test_a_horizon_is_a_positive_number():
     [VIPair(d=0.35, g_bar=0.2), Pair(d=0.35, g_bar=0.2), Friction(mu=0.5), nsmaps.CompleteChatter(VIPair(d=0.35, g_bar=0.2))],
     ids=["closed form", "integrated", "modes", "complete chatter"],
 )
-def test_a_direction_has_parameters_alone(map):
-    states = np.full((1, len(map.coordinates.names)), 0.3)
+def test_a_direction_has_parameters_alone(return_map):
+    states = np.full((1, len(return_map.coordinates.names)), 0.3)
     with pytest.raises(ParameterError, match="unknown parameter 'nothing'; expected: "):
-        map.sensitivity(states, {"nothing": 1.0})
+        return_map.sensitivity(states, {"nothing": 1.0})
     with pytest.raises(ParameterError, match="is nan; expected: a finite number"):
-        map.sensitivity(states, {getattr(map, "system", map).parameter_names()[0]: np.nan})
+        return_map.sensitivity(states, {getattr(return_map, "system", return_map).parameter_names()[0]: np.nan})
 
 
 class Shaken(ImpactSystem):

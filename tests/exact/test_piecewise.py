@@ -97,15 +97,15 @@ def test_orbits_are_those_of_exact_numbers():
 
 
 def test_derivatives_follow_from_the_formulas():
-    map, states = BorderCollision(**FORM), np.array([[-0.3, 0.1], [0.3, 0.2], [0.0, 1.0]])
-    returns = map.first_return(states, derivative=True)
+    return_map, states = BorderCollision(**FORM), np.array([[-0.3, 0.1], [0.3, 0.2], [0.0, 1.0]])
+    returns = return_map.first_return(states, derivative=True)
     left, right = [[1.4, 1], [-0.5, 0]], [[-1.2, 1], [-0.4, 0]]
     assert returns.derivative.tolist() == [left, right, left]
-    assert map.sensitivity(states, {"mu": 1, "tau_R": 2}) == pytest.approx(np.array([[1, 0], [1.6, 0], [1, 0]]), abs=1e-15)
-    assert map.sensitivity([[np.nan, 0]], {"mu": 1}).tolist() == [[pytest.approx(np.nan, nan_ok=True)] * 2]
-    many = map.orbits(states, 3, derivative=True)
+    assert return_map.sensitivity(states, {"mu": 1, "tau_R": 2}) == pytest.approx(np.array([[1, 0], [1.6, 0], [1, 0]]), abs=1e-15)
+    assert return_map.sensitivity([[np.nan, 0]], {"mu": 1}).tolist() == [[pytest.approx(np.nan, nan_ok=True)] * 2]
+    many = return_map.orbits(states, 3, derivative=True)
     for k in range(3):
-        step = map.first_return(states, derivative=True)
+        step = return_map.first_return(states, derivative=True)
         assert np.array_equal(step.image, many.image[3 * k : 3 * k + 3])
         assert np.array_equal(step.derivative, many.derivative[3 * k : 3 * k + 3])
         states = step.image
@@ -133,8 +133,8 @@ def test_a_cycle_ends_at_its_gap():
 
 def test_angles_are_on_the_circle():
     """Images are those of the formula, on whichever turn the state is given."""
-    map = Turned(tau=0.3)
-    returns = map.first_return([[6.0], [6.0 + 4 * np.pi], [-0.5]])
+    return_map = Turned(tau=0.3)
+    returns = return_map.first_return([[6.0], [6.0 + 4 * np.pi], [-0.5]])
     lifted = 6.0 + 0.6 * np.pi - 0.4 * np.sin(6.0)
     assert returns.lifted[:2, 0] == pytest.approx([lifted, lifted + 4 * np.pi], abs=1e-13)
     assert returns.image[:2, 0] == pytest.approx([lifted - 2 * np.pi] * 2, abs=1e-13)
@@ -157,7 +157,7 @@ def test_states_without_an_image_have_their_outcome():
 
 def test_fields_that_are_not_numbers_are_part_of_the_formulas():
     first, second = Polynomial(scale=2.0, coefficients=[1, 0, 3]), Polynomial(coefficients=[1, 1])
-    assert [map.first_return([[0.5]]).image.item() for map in (first, second, first.at(scale=1.0))] == [3.5, 1.5, 1.75]
+    assert [formulas.first_return([[0.5]]).image.item() for formulas in (first, second, first.at(scale=1.0))] == [3.5, 1.5, 1.75]
     assert first.parameter_names() == ("scale",)
 
 

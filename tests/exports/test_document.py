@@ -39,9 +39,9 @@ def same(a, b):
 
 @pytest.mark.parametrize("format", ["json", "python"])
 @pytest.mark.parametrize("name", CASES)
-def test_what_is_read_back_is_identical(name, format, tmp_path):
+def test_what_is_read_back_is_identical(name, language, tmp_path):
     result, box, _ = CASES[name]
-    nsmaps.export(result, format, tmp_path)
+    nsmaps.export(result, language, tmp_path)
     (file,) = tmp_path.iterdir()
     read = nsmaps.load_map(file)
     assert same(read, result) or name == "functions"  # which has a region that is read back as its condition

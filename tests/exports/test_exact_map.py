@@ -138,13 +138,14 @@ def test_julia(tmp_path):
 
 
 @pytest.mark.parametrize("format", ["c", "julia"])
-def test_what_cannot_be_written_is_refused_by_name(format):
-    with pytest.raises(NsmapsError, match=f"DuffingStop as '{format}': its flights are integrated"):
+def test_what_cannot_be_written_is_refused_by_name(language):
+    with pytest.raises(NsmapsError, match=f"DuffingStop as '{language}': its flights are integrated"):
         nsmaps.export(
-            nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)), format
+            nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)),
+            language,
         )
     with pytest.raises(NsmapsError, match="the name 'flow', by which the program would have flow twice"):
-        nsmaps.export(SYSTEMS["vi_pair"][0](), format, name="flow")
+        nsmaps.export(SYSTEMS["vi_pair"][0](), language, name="flow")
 
 
 def test_a_program_may_have_the_name_of_a_function_of_the_engine(tmp_path):

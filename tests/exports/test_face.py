@@ -51,7 +51,7 @@ def test_one_file_is_its_text_and_several_are_texts_by_name(tmp_path):
 def test_errors_name_what_is_accepted():
     plane = exported.random_map([[0.5, 1.0], [0.1, 0.9]])
     with pytest.raises(
-        NsmapsError, match=r"the format 'pyton', did you mean 'python'.; expected: latex, python, c, julia, matlab"
+        NsmapsError, match=r"the language 'pyton', did you mean 'python'.; expected: latex, python, c, julia, matlab"
     ):
         nsmaps.export(plane, "pyton")
     with pytest.raises(NsmapsError, match="a dict cannot be exported; expected: PolyMap, CompositeMap"):
@@ -84,16 +84,16 @@ def test_names_become_identifiers():
 
 
 @pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "javascript", "latex", "json"])
-def test_awkward_names_do_no_harm(format, tmp_path):
-    nsmaps.export(exported.awkward(), format, tmp_path)
-    if format == "python":
+def test_awkward_names_do_no_harm(language, tmp_path):
+    nsmaps.export(exported.awkward(), language, tmp_path)
+    if language == "python":
         namespace = {}
         exec(next(tmp_path.glob("*.py")).read_text(), namespace)
         states = np.random.default_rng(0).random((20, 2))
         images, pieces = namespace["composite_map"](states)
         np.testing.assert_allclose(images, exported.awkward().first_return(states).image, rtol=1e-14, atol=1e-15)
         assert set(pieces.tolist()) == {0, -1}
-    if format == "c":
+    if language == "c":
         subprocess.run(["gcc", "-Wall", "-Werror", "-std=c99", "-c", "composite_map.c"], cwd=tmp_path, check=True)
 
 
@@ -163,8 +163,8 @@ def test_the_command_writes_beside_the_run(run):
 
 
 @pytest.mark.parametrize("format", ["latex", "python", "c", "julia", "matlab", "javascript"])
-def test_the_command_knows_every_format_and_a_folder(run, format, tmp_path):
-    answer = CliRunner().invoke(app, ["export", str(run), "--to", format, "--out", str(tmp_path / "out")])
+def test_the_command_knows_every_format_and_a_folder(run, language, tmp_path):
+    answer = CliRunner().invoke(app, ["export", str(run), "--to", language, "--out", str(tmp_path / "out")])
     assert answer.exit_code == 0, answer.output
     assert sorted(answer.stdout.split()) == sorted(map(str, (tmp_path / "out").iterdir()))
     *_, domain = nsmaps.read_result(run).domains.values()
@@ -190,7 +190,7 @@ def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
     for more, why in (
         (["--to", "c", "--iterate", "2", "--piece", "al"], "al"),
         (["--to", "c", "--piece", "all"], "expected: --iterate N --piece all"),
-        (["--to", "d", "--iterate", "2"], "the format 'd'"),
+        (["--to", "d", "--iterate", "2"], "the language 'd'"),
     ):
         answer = CliRunner().invoke(app, ["export", str(run), *more])
         assert answer.exit_code == 2
@@ -201,9 +201,9 @@ FORMATS = ["latex", "python", "c", "julia", "matlab", "javascript", "json"]
 
 
 @pytest.mark.parametrize("format", FORMATS)
-def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
+def test_every_format_says_what_a_second_iterate_is_of(run, language, tmp_path):
     """The study, the parameters, the piece, the domain with its verdict, the order, and the values held."""
-    nsmaps.export(nsmaps.read_result(run), format, tmp_path)
+    nsmaps.export(nsmaps.read_result(run), language, tmp_path)
     text = "\n".join(path.read_text() for path in sorted(tmp_path.glob("second_iterate.*")))
     domain = nsmaps.read_result(run).domains["fitted"]
     low, high = domain.updates[-1].box[1].tolist()
@@ -216,13 +216,13 @@ def test_every_format_says_what_a_second_iterate_is_of(run, format, tmp_path):
         "first the curve at the largest",
     ]
     for part in [*told, f"phi_min = {low}", f"phi_max = {high}", "updates[-1].box"]:
-        assert (part.replace("_", "\\_") if format == "latex" else part) in text
+        assert (part.replace("_", "\\_") if language == "latex" else part) in text
     assert ("CAUTION: " in text) is not (domain.forward_invariant and domain.converged)
 
 
 @pytest.mark.parametrize("format", FORMATS)
-def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(format):
-    texts = nsmaps.export(a_result(), format)
+def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(language):
+    texts = nsmaps.export(a_result(), language)
     for name, text in texts.items():
         if name.partition(".")[0] in ("first_v_lower", "second_iterate") and not name.endswith(".c"):
             assert "CAUTION: as the domain is not forward invariant" in text
@@ -231,17 +231,17 @@ def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(format):
 
 
 @pytest.mark.parametrize("format", FORMATS)
-def test_a_name_is_that_of_file_and_function(format, tmp_path):
+def test_a_name_is_that_of_file_and_function(language, tmp_path):
     twice, thrice = (nsmaps.symbolic_iterate(exported.line(), n) for n in (2, 3))
-    nsmaps.export(twice, format, tmp_path, name="line_twice")
-    nsmaps.export(thrice, format, tmp_path, name="line_thrice")
+    nsmaps.export(twice, language, tmp_path, name="line_twice")
+    nsmaps.export(thrice, language, tmp_path, name="line_thrice")
     assert {path.stem for path in tmp_path.iterdir()} == {"line_twice", "line_thrice"}
-    if format == "python":
+    if language == "python":
         namespace = {}
         exec((tmp_path / "line_twice.py").read_text(), namespace)
         states = np.array([[0.1], [0.7]])
         np.testing.assert_allclose(namespace["line_twice"](states), exported.line()(exported.line()(states)), atol=1e-14)
-    if format == "c":  # both in one program
+    if language == "c":  # both in one program
         (tmp_path / "main.c").write_text(
             '#include "line_twice.h"\n#include "line_thrice.h"\n#include <stdio.h>\n'
             "int main(void) { double x[1] = {0.1}, a[1], b[1]; line_twice(x, a); line_thrice(x, b); "
@@ -279,7 +279,7 @@ def test_the_call_explains_itself():
 def test_bad_commands_end_with_two(run, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", "fortran"])
     assert answer.exit_code == 2
-    assert "the format 'fortran'; expected: latex, python, c, julia, matlab, javascript, json" in answer.output
+    assert "the language 'fortran'; expected: latex, python, c, julia, matlab, javascript, json" in answer.output
     answer = CliRunner().invoke(app, ["export", str(tmp_path), "--to", "c"])
     assert answer.exit_code == 2
     assert "contains no result.json" in answer.output

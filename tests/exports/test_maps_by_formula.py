@@ -12,35 +12,35 @@ import nsmaps
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
 node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
-of_each = pytest.mark.parametrize("map", given.MAPS, ids=lambda map: type(map).__name__.lower())
+of_each = pytest.mark.parametrize("map", given.MAPS, ids=lambda return_map: type(return_map).__name__.lower())
 
 
-def compare(map, answer):
+def compare(return_map, answer):
     """The images and pieces of an answer of (states) against those of the compiled map, to the last bits."""
-    box = np.array(given.MAPS[map], float)
+    box = np.array(given.MAPS[return_map], float)
     states = np.random.default_rng(8).uniform(*box.T, (10_000, len(box)))
     states[:4, 0] = [0.0, 2 * np.pi, np.nextafter(0, -1), np.nan]
     images, pieces = answer(states)
-    expected = map.first_return(states)
-    letters = np.array([*map.letters, ""])[pieces]
+    expected = return_map.first_return(states)
+    letters = np.array([*return_map.letters, ""])[pieces]
     assert letters.tolist() == expected.words.tolist()
-    assert set(letters) >= set(map.letters)
+    assert set(letters) >= set(return_map.letters)
     assert (np.isnan(images) == np.isnan(expected.image)).all()
-    away = np.abs(map.coordinates.difference(images, expected.image)) / (1 + np.abs(expected.image))
+    away = np.abs(return_map.coordinates.difference(images, expected.image)) / (1 + np.abs(expected.image))
     assert np.nanmax(away) <= 4e-15
 
 
 @of_each
-def test_python(map):
+def test_python(return_map):
     namespace = {}
-    exec(nsmaps.export(map, "python"), namespace)
-    compare(map, namespace[type(map).__name__.lower()])
+    exec(nsmaps.export(return_map, "python"), namespace)
+    compare(return_map, namespace[type(return_map).__name__.lower()])
 
 
 @gcc
 @of_each
-def test_c(map, tmp_path):
-    nsmaps.export(map, "c", tmp_path, name="it")
+def test_c(return_map, tmp_path):
+    nsmaps.export(return_map, "c", tmp_path, name="it")
     strict = ["-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-std=c99"]
     subprocess.run(["gcc", *strict, "-shared", "-fPIC", "it.c", "-o", "it.so", "-lm"], cwd=tmp_path, check=True)
     library = ctypes.CDLL(str(tmp_path / "it.so"))
@@ -51,13 +51,13 @@ def test_c(map, tmp_path):
         library.it_batch(ctypes.c_size_t(len(states)), *pointers)
         return images, pieces
 
-    compare(map, answer)
+    compare(return_map, answer)
 
 
 @node
 @of_each
-def test_javascript(map, tmp_path):
-    nsmaps.export(map, "javascript", tmp_path, name="it")
+def test_javascript(return_map, tmp_path):
+    nsmaps.export(return_map, "javascript", tmp_path, name="it")
     script = """
         const fs = require("fs"), map = require("./it.js"), n = Number(process.argv[1])
         const numbers = new Float64Array(new Uint8Array(fs.readFileSync("states.bin")).buffer), rows = []
@@ -74,17 +74,17 @@ def test_javascript(map, tmp_path):
         rows = np.fromfile(tmp_path / "images.bin").reshape(len(states), -1)
         return rows[:, :-1], rows[:, -1].astype(int)
 
-    compare(map, answer)
+    compare(return_map, answer)
 
 
 @of_each
-def test_other_languages_and_data(map, tmp_path):
+def test_other_languages_and_data(return_map, tmp_path):
     """MATLAB and Julia are written, and JSON is read back as the composite map of the formulas."""
-    assert "function" in nsmaps.export(map, "matlab")
-    assert "module " in nsmaps.export(map, "julia")
-    nsmaps.export(map, "json", tmp_path, name="it")
+    assert "function" in nsmaps.export(return_map, "matlab")
+    assert "module " in nsmaps.export(return_map, "julia")
+    nsmaps.export(return_map, "json", tmp_path, name="it")
     read = nsmaps.load_map(tmp_path / "it.json")
-    compare(map, lambda states: (read.first_return(states).image, read.piece_of(states)))
+    compare(return_map, lambda states: (read.first_return(states).image, read.piece_of(states)))
 
 
 def test_latex_has_the_cases_with_symbols_of_parameters():

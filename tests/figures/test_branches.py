@@ -119,8 +119,8 @@ def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, 
 
 
 def test_a_cycle_at_infinity_is_an_asymptote(ax):
-    map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
-    branch = continue_branch(map, "delta_R", nsmaps.periodic_orbit(map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
+    return_map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
+    branch = continue_branch(return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
     branches([branch], ax)
     dotted = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
     assert pytest.approx([0.7, 0.7]) in [list(x) for x in dotted if len(x) == 2]

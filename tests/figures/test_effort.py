@@ -86,7 +86,7 @@ def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_p
 
 
 @pytest.mark.parametrize("format", ["png", "svg"])
-def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, format):
+def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, file_format):
     paths, once = [], Collection.draw
 
     def drawn(self, renderer):
@@ -94,7 +94,7 @@ def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, 
         return once(self, renderer)
 
     monkeypatch.setattr(Collection, "draw", drawn)
-    (path,) = draw(result, ["surfaces"], tmp_path, [format], dpi=40)
+    (path,) = draw(result, ["surfaces"], tmp_path, [file_format], dpi=40)
     assert len(result.mesh("BTB").triangles) > 1000 > 10 * max(paths, default=0)
     assert path.stat().st_size < 400_000
 

@@ -334,9 +334,9 @@ def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
 
 def test_the_last_row_of_a_whole_circle_is_not_phase_zero():
     grid = Grid(axes={"v": Axis(low=0.1, high=1.0, points=3), "phi": Axis(low=0.0, high=2 * np.pi, points=5)})
-    names, map = ("v", Angle("phi")), PolyMap.reset(("v", Angle("phi")), {"phi": 1.2})
+    names, return_map = ("v", Angle("phi")), PolyMap.reset(("v", Angle("phi")), {"phi": 1.2})
     regions = [ConditionRegion(text=text, coordinates=names) for text in ("phi < 1", "phi >= 1")]
-    made = CompositeMap(names, ("B", "T"), tuple(Piece(region.text, region, map) for region in regions))
+    made = CompositeMap(names, ("B", "T"), tuple(Piece(region.text, region, return_map) for region in regions))
     assert pieces_on(made, grid).reshape(3, 5).tolist() == [[0, 1, 1, 1, 1]] * 3
     assert made.piece_of([[0.5, 2 * np.pi]]).tolist() == [0], "where a state at 2 pi is one at zero"
 

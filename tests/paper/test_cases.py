@@ -216,13 +216,13 @@ def test_a_bound_holds_the_attractor_of_the_map_that_it_names(case):
 def test_the_composite_map_of_a_study_is_the_one_that_is_bounded(case):
     """A million states of the start box and of the last one stay there under it, and its attractor is in the last one."""
     _, result = case
-    domain, map = result.domains["composite"], result.composite
+    domain, return_map = result.domains["composite"], result.composite
     assert (domain.of, domain.status, domain.forward_invariant, domain.converged) == ("composite map", "enclosed", True, True)
     for low, high in (domain.boxes[0].T, domain.boxes[-1].T):
         states = np.random.default_rng(7).uniform(low, high, (10**6, 2))
-        images = map.first_return(states).image
+        images = return_map.first_return(states).image
         assert ((images >= low) & (images <= high)).all()
-    tail = orbit(map, [0.2, 0.1], 2000).states[-500:]
+    tail = orbit(return_map, [0.2, 0.1], 2000).states[-500:]
     assert ((tail >= domain.box[:, 0]) & (tail <= domain.box[:, 1])).all()
     held = verdict(result, "domain fitted: holds for the composite map")
     assert (held.of, held.holds, held.required) == ("composite map", True, True)
@@ -326,7 +326,7 @@ def test_boxes_shrink_with_every_update_from_one_that_is_larger(case):
 def test_what_is_shown_of_the_full_auxiliary_map_holds_for_the_composite_map(case):
     """Eq. auxM: 10^5 sampled states leave their regions, and arrive in R1+, as soon as it says."""
     name, result = case
-    times, map, box = result.auxiliary_exits, result.composite, result.auxiliary_map.regions[0].box
+    times, return_map, box = result.auxiliary_exits, result.composite, result.auxiliary_map.regions[0].box
     said = verdict(result, "auxiliary map: other regions are left")
     assert (said.holds, said.of) == (name != "fp", "full auxiliary map")
     rows = {row.region: row for row in times.rows}
@@ -340,7 +340,7 @@ def test_what_is_shown_of_the_full_auxiliary_map_holds_for_the_composite_map(cas
     number = times.region.copy()
     out, here = np.zeros(len(states), bool), states
     for step in range(1, 1 + max(times.left.max(), times.arrived.max())):
-        here = map.first_return(here).image
+        here = return_map.first_return(here).image
         there = times.cells.numbers_of(here)
         out |= (there < 0) | (number[there] != region)
         assert out[left == step].all()

@@ -73,13 +73,13 @@ def test_the_table_is_printed_and_sums_up(ran):
 
 def test_shares_are_those_of_the_cells_and_states_do_as_is_shown(ran, pair):
     """5000 random states, followed by the exact map: each has left its region within the steps of its cell."""
-    made, map = read_result(ran[0]).exit_times, pair(0.35)
+    made, return_map = read_result(ran[0]).exit_times, pair(0.35)
     x = np.random.default_rng(3).uniform(*made.cells.window.T, (5000, 2))
     number = made.cells.numbers_of(x)
     region, left = made.region[number], made.left[number]
     gone = np.zeros(len(x), bool)
     for step in range(1, left.max() + 1):
-        x = map.first_return(x).image
+        x = return_map.first_return(x).image
         here = made.cells.numbers_of(x)
         gone |= np.where(here >= 0, made.region[here], -1) != region
         assert gone[(left > 0) & (left <= step)].all()

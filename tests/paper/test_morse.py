@@ -18,15 +18,15 @@ START = [0.8, 0.3]
 )
 def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d, depth, most):
     """10^5 returns of the exact orbit, once it is there, lie in the component and in the closed set."""
-    map = pair(d)
-    cover = morse_sets(map, WINDOW, depth)
+    return_map = pair(d)
+    cover = morse_sets(return_map, WINDOW, depth)
     assert len(cover.minimal) == 1
     k = cover.minimal[0]
     assert (np.ptp(cover.hulls[k], axis=1) <= most).all()
-    held = forward_invariant_set(map, cover, k)
+    held = forward_invariant_set(return_map, cover, k)
     assert held.forward_invariant
     assert (np.ptp(held.hull, axis=1) <= most).all()
-    states = orbit(map, START, 102_000).states[2000:]
+    states = orbit(return_map, START, 102_000).states[2000:]
     assert held.contains(states).all()
     own = cover.numbers[cover.component == k]
     assert np.isin(cover.cells.numbers_of(states), own).all()
@@ -50,15 +50,15 @@ def test_the_unstable_fixed_point_of_case_pd_is_a_morse_set_of_its_own(pair):
 
 def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
     """v in [0.55, 0.5640625], phi in [0.125, 0.1625]: a state goes 9 sides of a 32 x 32 grid beyond the hull of the corners."""
-    map, box = pair(0.35), np.array([[0.55, 0.5640625], [0.125, 0.1625]])
+    return_map, box = pair(0.35), np.array([[0.55, 0.5640625], [0.125, 0.1625]])
     share = np.linspace(0, 1, 41)
     states = box[:, 0] + np.stack(np.meshgrid(share, share), axis=-1).reshape(-1, 2) * np.ptp(box, axis=1)
-    images = map.first_return(states).image
+    images = return_map.first_return(states).image
     corners = images[np.isin(states[:, 0], box[0]) & np.isin(states[:, 1], box[1])]
     assert len(corners) == 4
     missed = np.maximum(corners.min(axis=0) - images.min(axis=0), images.max(axis=0) - corners.max(axis=0))
     assert missed[1] > 9 * 1.2 / 32
-    boxes = map.image_boxes(box[None]).images[:, None]
+    boxes = return_map.image_boxes(box[None]).images[:, None]
     lifted = [images + np.array([0, 2 * np.pi * turn]) for turn in range(-1, 4)]
     held = [((boxes[..., 0] <= x) & (x <= boxes[..., 1])).all(axis=2).any(axis=0) for x in lifted]
     assert np.any(held, axis=0).all()

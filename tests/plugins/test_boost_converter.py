@@ -166,12 +166,12 @@ CIRCUITS = [
 def test_it_is_the_circuit_from_clock_to_clock(given, letters):
     """Currents, derivatives and letters are those of a system with modes, whose events are S, Z and the clock C."""
     currents = np.linspace(0.011, given["I_ref"] - 0.013, 40)[:, None]
-    map, circuit = (cls(**given).first_return(currents, derivative=True) for cls in (BoostConverter, Circuit))
+    return_map, circuit = (cls(**given).first_return(currents, derivative=True) for cls in (BoostConverter, Circuit))
     assert circuit.valid.all()
-    assert map.image == pytest.approx(circuit.image, abs=1e-14)
-    assert map.derivative == pytest.approx(circuit.derivative, abs=1e-12)
+    assert return_map.image == pytest.approx(circuit.image, abs=1e-14)
+    assert return_map.derivative == pytest.approx(circuit.derivative, abs=1e-12)
     last = [max(set(word) - {"C"}, default="N", key="SZ".index) for word in circuit.words.tolist()]
-    assert map.words.tolist() == last
+    assert return_map.words.tolist() == last
     assert set(last) == set(letters)
 
 

@@ -238,8 +238,8 @@ def test_domains_and_morse_sets_of_series():
     """Of phi' = phi + 0.3 + 0.6 sin phi, which rests at sin phi = -1/2."""
     polymap = Fourier(harmonics=1).fit(on_circle(lambda x: x + 0.3 + 0.6 * np.sin(x)))
     rest, saddle = np.pi + np.arcsin(0.5), 2 * np.pi - np.arcsin(0.5)
-    for map, bounds in ((polymap, "outer"), (whole(polymap), "enclosed")):
-        domain = nsmaps.attracting_domain(map, [[3.4, 3.9]], bounds=bounds)
+    for return_map, bounds in ((polymap, "outer"), (whole(polymap), "enclosed")):
+        domain = nsmaps.attracting_domain(return_map, [[3.4, 3.9]], bounds=bounds)
         assert domain.forward_invariant
         assert domain.status == bounds
         assert domain.boxes[-1][0, 0] <= rest <= domain.boxes[-1][0, 1]

@@ -147,12 +147,12 @@ def random_map(names: Sequence[str], seed: int) -> CompositeMap:
 SPACES = [("x",), (Angle("phi"),), NAMES, ("v", "x", Angle("phi"))]
 
 
-def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, str, NDArray[np.float64]]:
+def by_numpy(return_map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, str, NDArray[np.float64]]:
     """The outcome, the word and the image, angles not wrapped, of one state, by the regions' and polynomials' own NumPy."""
-    angles, nowhere = map.coordinates.angles, np.full(len(state), np.nan)
+    angles, nowhere = return_map.coordinates.angles, np.full(len(state), np.nan)
     if not np.isfinite(state).all():
         return Outcome.invalid, "", nowhere
-    for piece in map.pieces:
+    for piece in return_map.pieces:
         if piece.region.contains(np.where(angles, wrap(state), state)[None])[0]:
             bounded = np.isfinite(piece.map.domain).all(axis=1)
             near = np.where(angles & bounded, nearest_turn(state, piece.map.centre), state)
@@ -165,11 +165,11 @@ def by_numpy(map: CompositeMap, state: NDArray[np.float64]) -> tuple[Outcome, st
 @pytest.mark.parametrize("names", SPACES, ids=[" ".join(names) for names in SPACES])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_return_is_that_of_the_regions_and_polynomials(names: tuple[str, ...], seed: int) -> None:
-    map, rng, angles = random_map(names, seed), np.random.default_rng(seed), Coordinates(names).angles
+    return_map, rng, angles = random_map(names, seed), np.random.default_rng(seed), Coordinates(names).angles
     states = np.concatenate([rng.uniform(-2, 7, (400, len(names))), rng.uniform(-0.3, 0.4, (20, len(names)))])
     states[0], states[1, 0], states[2:9, -1] = np.nan, np.inf, [-1e-20, 2 * np.pi, -2 * np.pi, 12.6, -6.3, 4 * np.pi, 100.0]
-    outcomes, words, lifted = zip(*(by_numpy(map, state) for state in states), strict=True)
-    made = map.first_return(states, derivative=True)
+    outcomes, words, lifted = zip(*(by_numpy(return_map, state) for state in states), strict=True)
+    made = return_map.first_return(states, derivative=True)
     assert made.outcome.tolist() == list(outcomes)
     assert len(set(outcomes)) >= 3
     assert made.words.tolist() == list(words)
@@ -182,13 +182,13 @@ def test_a_return_is_that_of_the_regions_and_polynomials(names: tuple[str, ...],
 
 
 def test_an_orbit_is_a_chain_of_first_returns_to_the_last_bit() -> None:
-    map = random_map(NAMES, 1)
+    return_map = random_map(NAMES, 1)
     start = np.random.default_rng(5).uniform(-1, 3, (50, 2))
     start[0], start[1, 0], start[2, 1] = np.nan, -np.inf, -0.0
-    made = orbit(map, start, 12)
+    made = orbit(return_map, start, 12)
     now, ended = start, np.full(50, Outcome.invalid, np.int8)
     for k in range(12):
-        asked = map.first_return(now)
+        asked = return_map.first_return(now)
         ended = np.where(np.isnan(now).any(axis=1), ended, asked.outcome).astype(np.int8)
         assert np.array_equal(made.outcome[k], ended)
         assert np.array_equal(made.states[k + 1], asked.image, equal_nan=True)
@@ -204,8 +204,10 @@ def test_exponents_of_a_map_known_by_hand() -> None:
     line = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2)}, "y": quarter}, domain)
     back = PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): Fraction(2), (0, 0): Fraction(-1)}, "y": quarter}, domain)
     low = Piece("low", ConditionRegion(coordinates=("x", "y"), text="x < 0.5"), line)
-    map = CompositeMap(("x", "y"), ("B",), (low, Piece("high", ConditionRegion(coordinates=("x", "y"), text="x >= 0.5"), back)))
-    found = lyapunov(map, (0.2137, 0.6), 40, 0)
+    return_map = CompositeMap(
+        ("x", "y"), ("B",), (low, Piece("high", ConditionRegion(coordinates=("x", "y"), text="x >= 0.5"), back))
+    )
+    found = lyapunov(return_map, (0.2137, 0.6), 40, 0)
     assert np.allclose(found.exponents, [math.log(2), -math.log(4)], rtol=1e-12)
     assert np.isclose(found.log_det, math.log(0.5))
 
@@ -216,12 +218,12 @@ def test_a_region_of_a_class_is_compiled_by_its_condition() -> None:
     states[0] = np.nan
     assert numbers(disc, Coordinates(NAMES).wrap(states[1:]).tolist()) == disc.contains(states[1:]).tolist()
     pieces = Piece("disc", disc, polymap(NAMES, rng := np.random.default_rng(0))), Piece("rest", LOW, polymap(NAMES, rng))
-    map = CompositeMap(NAMES, ("B",), pieces)
-    found = map.piece_of(states)
+    return_map = CompositeMap(NAMES, ("B",), pieces)
+    found = return_map.piece_of(states)
     assert set(found.tolist()) == {-1, 0, 1}
     assert np.array_equal(found == 0, disc.contains(states))
-    assert np.array_equal(found, map.piece_once(states))
-    assert map.orbits(states, 3).outcome.shape == (12000,)
+    assert np.array_equal(found, return_map.piece_once(states))
+    assert return_map.orbits(states, 3).outcome.shape == (12000,)
     with pytest.raises(ConditionError, match=r"the region Unknown: .* has the function gamma"):
         CompositeMap(NAMES, ("B",), (Piece("x", Unknown(coordinates=NAMES), pieces[0].map),)).piece_of(states)
 

@@ -153,26 +153,28 @@ def test_a_piece_over_the_seam_of_the_circle():
 
     surfaces = {"F": surface_of(f, lambda v, phi: "BB", phi=(0, TWO_PI, 201))}
     piece = PieceSpec(name="F", region=Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (-0.4, 0.4)}), family="F", fit=LINEAR)
-    map = build_composite(NAMES, WALLS, surfaces, [piece])
-    assert map.pieces[0].map.report.max_error.max() < 1e-12
-    np.testing.assert_allclose(map.first_return([[0.5, 0.3], [0.5, TWO_PI - 0.3], [0.5, -0.3]]).image[:, 1], [1.15, 0.85, 0.85])
-    assert map.piece_of([[0.5, 1.0], [0.5, -0.41]]).tolist() == [-1, -1]
+    return_map = build_composite(NAMES, WALLS, surfaces, [piece])
+    assert return_map.pieces[0].map.report.max_error.max() < 1e-12
+    np.testing.assert_allclose(
+        return_map.first_return([[0.5, 0.3], [0.5, TWO_PI - 0.3], [0.5, -0.3]]).image[:, 1], [1.15, 0.85, 0.85]
+    )
+    assert return_map.piece_of([[0.5, 1.0], [0.5, -0.41]]).tolist() == [-1, -1]
 
 
 def test_a_negative_image_is_data_and_then_lies_in_no_piece():
     surfaces = {"F": surface_of(lambda v, phi: (v - 0.5, phi), lambda v, phi: "BB")}
-    map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "0 <= v <= 1", "F")])
-    first = map.first_return([[0.2, 1.0]])
+    return_map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "0 <= v <= 1", "F")])
+    first = return_map.first_return([[0.2, 1.0]])
     assert first.image[0, 0] == pytest.approx(-0.3)
     assert first.outcome.tolist() == [Outcome.returned]
-    second = map.first_return(first.image)
+    second = return_map.first_return(first.image)
     assert second.outcome.tolist() == [Outcome.uncovered]
 
 
 def test_a_polynomial_that_overflows_escapes():
     surfaces = {"F": surface_of(lambda v, phi: (v**3, phi), lambda v, phi: "BB")}
-    map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "v >= 0", "F", SeparableFit(degrees={"v": 3, "phi": 1}))])
-    returns = map.first_return([[1e200, 1.0], [1.0, 1.0]])
+    return_map = build_composite(NAMES, WALLS, surfaces, [fitted("F", "v >= 0", "F", SeparableFit(degrees={"v": 3, "phi": 1}))])
+    returns = return_map.first_return([[1e200, 1.0], [1.0, 1.0]])
     assert returns.outcome.tolist() == [Outcome.escaped, Outcome.returned]
     assert returns.valid.tolist() == [False, True]
     assert np.isnan(returns.image[0]).all()
@@ -186,16 +188,16 @@ def test_a_piece_is_fitted_to_all_its_region_and_nothing_else():
     first = PieceSpec(
         name="inner", region=Box(coordinates=NAMES, bounds={"v": (0.6, 0.9), "phi": (0.1, 0.5)}), family="F", fit=LINEAR
     )
-    map = build_composite(NAMES, WALLS, surfaces, [first, fitted("outer", "v > 0.5", "F")])
+    return_map = build_composite(NAMES, WALLS, surfaces, [first, fitted("outer", "v > 0.5", "F")])
     inside = surfaces["F"].start[:, 0] > 0.5
-    assert map.pieces[1].map.report.points.tolist() == [inside.sum()] * 2
-    assert map.pieces[1].map.report.max_error.max() < 1e-12
+    assert return_map.pieces[1].map.report.points.tolist() == [inside.sum()] * 2
+    assert return_map.pieces[1].map.report.max_error.max() < 1e-12
 
 
 def test_the_word_of_a_piece_is_the_commonest_of_its_data():
     surfaces = {"F": surface_of(low, lambda v, phi: np.where(phi > 2, "BTTB", "BTB"))}
-    map = build_composite(NAMES, WALLS, surfaces, [fitted("all", "v >= 0", "F"), fitted("late", "phi > 1.9", "F")])
-    assert [piece.word for piece in map.pieces] == ["BTB", "BTTB"]
+    return_map = build_composite(NAMES, WALLS, surfaces, [fitted("all", "v >= 0", "F"), fitted("late", "phi > 1.9", "F")])
+    assert [piece.word for piece in return_map.pieces] == ["BTB", "BTTB"]
     assert [piece.word for piece in MAP.pieces] == ["", "BTB", "BTB", "BB"]
 
 

@@ -136,8 +136,8 @@ class Born(Slit):
 
 
 @pytest.mark.parametrize(("map", "count"), [(Slit(), 2), (Born(), 1)])
-def test_a_jump_within_a_word_is_an_edge_and_a_birth_of_turning_points_is_none(map, count):
-    found = sheets(map, sample(map, Cell(NAMES, ((0.0, 1.0), (0.0, 3.0)))), jump=1e-3)
+def test_a_jump_within_a_word_is_an_edge_and_a_birth_of_turning_points_is_none(return_map, count):
+    found = sheets(return_map, sample(return_map, Cell(NAMES, ((0.0, 1.0), (0.0, 3.0)))), jump=1e-3)
     assert found.number.max() + 1 == count
     assert (len(found.points) > 0) == (count == 2)
 
@@ -192,7 +192,7 @@ def test_the_vibro_impact_pair_arrives_where_the_exact_map_does(pair: Callable, 
     x = x[result.attracting_map.piece_of(x) >= 0]
     assert len(x) > 3000
     assert apart(result.composite.first_return(x).image, system.first_return(x).image).max() < 1e-3
-    exact, ours = (orbit(map, [0.35, np.pi / 2], 800).states[-500:] for map in (system, result.composite))
+    exact, ours = (orbit(formulas, [0.35, np.pi / 2], 800).states[-500:] for formulas in (system, result.composite))
     far = 0.01 if d == 0.26 else 2e-3 if d == 0.3 else 1e-3
     assert np.abs(ours.min(axis=0) - exact.min(axis=0)).max() < far
     assert np.abs(ours.max(axis=0) - exact.max(axis=0)).max() < far

@@ -102,8 +102,8 @@ def test_orbits_periods_and_names_count_returns():
 def test_exponents_are_per_return(slope):
     """Every return of a tent with slopes of one size stretches by it."""
     tent = Tent(slope, -slope)
-    for map in (tent, augmented(tent)):
-        assert nsmaps.lyapunov(map, [0.3], 2000).exponents[0] == pytest.approx(log(slope), rel=1e-9)
+    for return_map in (tent, augmented(tent)):
+        assert nsmaps.lyapunov(return_map, [0.3], 2000).exponents[0] == pytest.approx(log(slope), rel=1e-9)
     found = limit_set(augmented(tent), nsmaps.orbit(augmented(tent), [0.3], 200))
     assert found.meaning == "chaos"
     assert found.exponent == pytest.approx(log(slope), rel=0.02)  # of images that count one or two
@@ -113,7 +113,7 @@ def test_basins_count_returns():
     """An orbit comes to its cycle by a factor of left right in two returns."""
     tent = Tent()
     made, states = augmented(tent), np.linspace(-0.6, -0.05, 9)[:, None]
-    ours, exact = (nsmaps.basins(map, states, max_returns=200) for map in (made, tent))
+    ours, exact = (nsmaps.basins(formulas, states, max_returns=200) for formulas in (made, tent))
     assert [(each.period, each.label, len(each.states)) for each in ours.attractors] == [(2, "2:1, period 2", 1)]
     assert [(each.period, each.label, len(each.states)) for each in exact.attractors] == [(2, "2:1, period 2", 2)]
     cycle = (1 + RIGHT) / (1 - LEFT * RIGHT)

@@ -30,11 +30,11 @@ def same(result: nsmaps.StudyResult) -> nsmaps.Verdict:
     return verdict
 
 
-def by_hand(map: nsmaps.ReturnMap, start: list[float], returns: int) -> np.ndarray:
+def by_hand(return_map: nsmaps.ReturnMap, start: list[float], returns: int) -> np.ndarray:
     """The last two states of an orbit, by nothing but returns."""
     states = np.array([start])
     for _ in range(returns):
-        last, states = states, map.first_return(states).image
+        last, states = states, return_map.first_return(states).image
     return np.sort(np.concatenate([last, states]), axis=0)
 
 
@@ -42,7 +42,7 @@ def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
     result = nsmaps.run(pd, out="out")
     verdict = same(result)
     assert (verdict.of, verdict.holds, verdict.required) == ("composite map", True, False)
-    exact, ours = (by_hand(map, [0.2, 0.1], 400) for map in (result.system, result.composite))
+    exact, ours = (by_hand(formulas, [0.2, 0.1], 400) for formulas in (result.system, result.composite))
     sides = [axis.high - axis.low for axis in result.study.grid.values()]
     apart = (np.abs(exact - ours) / sides).max()  # each is nearest to its like: the cycles are 0.2 long
     assert verdict.text.startswith("yes: period 2 (1:1/2T) of the exact map, period 2 (1:1) of the composite map, ")
@@ -64,7 +64,7 @@ def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
     result = nsmaps.run(nsmaps.load_study(pd, parameters={"r": 0.45}))
     returning = [v for v in result.verdicts if v.name.endswith(": completes all returns")]
     assert [v.holds for v in returning] == [True, True]
-    exact, ours = (by_hand(map, [0.2, 0.1], 4000) for map in (result.system, result.composite))
+    exact, ours = (by_hand(formulas, [0.2, 0.1], 4000) for formulas in (result.system, result.composite))
     assert np.linalg.norm(exact - ours, axis=1).min() > 0.5
     verdict = same(result)
     assert not verdict.holds
@@ -96,8 +96,8 @@ LEAST, MOST = [0.6756, 6.2245], [0.75, 0.3]  #: starts that come to 2:1/2T, up t
 def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told) -> None:
     """The exact map at another d stands for the composite one: both of its attractors there are known (docs/dynamics.md)."""
     maps = [pair(value) for value in d]
-    paths = [nsmaps.orbit(map, start, 2000) for map, start in zip(maps, starts, strict=True)]
-    ends = [limit_set(map, path) for map, path in zip(maps, paths, strict=True)]
+    paths = [nsmaps.orbit(formulas, start, 2000) for formulas, start in zip(maps, starts, strict=True)]
+    ends = [limit_set(formulas, path) for formulas, path in zip(maps, paths, strict=True)]
     orbits = OrbitPair(paths[0].states[0], *paths, ends=ends[0], composite_ends=ends[1])
     study = nsmaps.load_study(pd)
     (verdict,) = (

@@ -149,10 +149,10 @@ def test_the_module_is_the_program() -> None:
     assert (answer.returncode, answer.stderr) == (0, "")
     assert answer.stdout.startswith("nsmaps ")
     assert CliRunner().invoke(app, ["run"]).exit_code == 2
-    help = CliRunner().invoke(app, ["--help"])
-    assert help.exit_code == 0
-    assert all(command in help.stdout for command in ("systems", "check", "run", "figures"))
-    assert "\x1b" not in help.stdout
+    help_text = CliRunner().invoke(app, ["--help"])
+    assert help_text.exit_code == 0
+    assert all(command in help_text.stdout for command in ("systems", "check", "run", "figures"))
+    assert "\x1b" not in help_text.stdout
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")

@@ -122,7 +122,9 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     assert len(list(Path("out/parts/bifurcation").rglob("part-*.npz"))) == 2
     made: list[float] = []
     attractor = diagrams.settled
-    monkeypatch.setattr(diagrams, "settled", lambda map, *given: (made.append(map.a), attractor(map, *given))[1])
+    monkeypatch.setattr(
+        diagrams, "settled", lambda return_map, *given: (made.append(return_map.a), attractor(return_map, *given))[1]
+    )
     again = run("s.yaml", out="out", resume=True)
     assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
     assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
@@ -162,7 +164,9 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     monkeypatch.setattr(refits, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
     exact = diagrams.settled
     of: list[type] = []
-    monkeypatch.setattr(diagrams, "settled", lambda map, *given: (of.append(type(map)), exact(map, *given))[1])
+    monkeypatch.setattr(
+        diagrams, "settled", lambda return_map, *given: (of.append(type(return_map)), exact(return_map, *given))[1]
+    )
     again = run("s.yaml", out="out", resume=True)
     assert np.allclose(sorted(set(np.round(values, 9))), np.linspace(0.2, 0.4, 7))
     assert values[:3] == before

@@ -387,11 +387,11 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
 
     whole, levels = cover._next, []
 
-    def stopped(map: Any, stage: Any, level: int) -> Any:
+    def stopped(return_map: Any, stage: Any, level: int) -> Any:
         levels.append(level)
         if level == 1:
             raise KeyboardInterrupt
-        return whole(map, stage, level)
+        return whole(return_map, stage, level)
 
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\nmorse: {box: {v: [0.1, 0.3], phi: [0.2, 1]}, depth: 2}\n")
     with monkeypatch.context() as patched:
@@ -452,11 +452,11 @@ def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
         )
         alone = run("one.yaml")
         assert alone.composite is not None
-        for of, map in (("exact", alone.system), ("composite", alone.composite)):
+        for of, return_map in (("exact", alone.system), ("composite", alone.composite)):
             state = np.array([[0.3, 1.0]])
             path = []
             for _ in range(14):
-                state = map.first_return(state).image
+                state = return_map.first_return(state).image
                 path.append(state[0])
             for made in (result, again):
                 assert np.allclose(made.bifurcation[of].states[k, 0], path[10:], atol=1e-12, equal_nan=True)

@@ -95,9 +95,9 @@ def test_a_sound_map_passes():
         (Backwards(), {}, "`preimages` of Backwards leads from "),
     ],
 )
-def test_a_mistake_in_pieces_is_named(map, how, text):
+def test_a_mistake_in_pieces_is_named(return_map, how, text):
     with pytest.raises(CheckError, match=re.escape(text)):
-        check_system(map, **how)
+        check_system(return_map, **how)
 
 
 @pytest.mark.parametrize(
@@ -109,8 +109,8 @@ def test_a_mistake_in_pieces_is_named(map, how, text):
         (Unturned(), r"the same a whole turn further in 'phi', which is not an angle; expected: Angle\(\"phi\"\)"),
     ],
 )
-def test_what_may_be_a_mistake_is_a_warning(map, text):
+def test_what_may_be_a_mistake_is_a_warning(return_map, text):
     with warnings.catch_warnings(record=True) as given:
         warnings.simplefilter("always")
-        check_system(map)
+        check_system(return_map)
     assert any(re.search(text, str(each.message)) for each in given), [str(each.message) for each in given]

@@ -83,13 +83,13 @@ def proved(certificate: Certificate, folder: Path) -> VerifiedMap:
 
 def test_balls_hold_images_and_derivatives_in_sixty_digits() -> None:
     system, rng, counts = Kinked(), np.random.default_rng(4), {0: 0, 1: 0, 2: 0}
-    map, symbols = map_of(stated_map(system)), sp.symbols("x phi", real=True)
+    return_map, symbols = map_of(stated_map(system)), sp.symbols("x phi", real=True)
     pieces = list(system.pieces(type("State", (), dict(zip(("x", "phi"), symbols, strict=True)))).values())
     with mp.workdps(60), ctx.workprec(80):
         for _ in range(60):
             point, radius = rng.uniform([-1.9, 0.3], [1.9, 5.9]), 10.0 ** rng.uniform(-6, -0.8)
             box = [arb(x, radius) for x in point]
-            for k, part, known in pieces_of(map, box):
+            for k, part, known in pieces_of(return_map, box):
                 inner = [
                     mp.mpf(x) + mp.mpf(radius) * (2 * mp.mpf(share) - 1) for x, share in zip(point, rng.random(2), strict=True)
                 ]
@@ -98,7 +98,9 @@ def test_balls_hold_images_and_derivatives_in_sixty_digits() -> None:
                     continue
                 counts[k] += 1
                 formulas = [sp.sympify(pieces[k][1][name]) for name in ("x", "phi")]
-                for ball, jet, formula in zip(hull(map, k, part, known), jets(map, k, part, known), formulas, strict=True):
+                for ball, jet, formula in zip(
+                    hull(return_map, k, part, known), jets(return_map, k, part, known), formulas, strict=True
+                ):
                     value = sp.lambdify(symbols, formula, "mpmath")(*inner)
                     assert ball.overlaps(arb(mp.nstr(value, 50)))
                     for slope, symbol in zip(jet.slopes, symbols, strict=True):
@@ -108,17 +110,17 @@ def test_balls_hold_images_and_derivatives_in_sixty_digits() -> None:
 
 
 def test_a_box_across_borders_is_in_all_pieces_that_it_meets_and_a_gap_is_found() -> None:
-    map = map_of(stated_map(Kinked()))
-    assert [k for k, _, _ in pieces_of(map, [arb(0.3, 0.1), arb(3.1, 0.2)])] == [0, 1]
-    assert [k for k, _, _ in pieces_of(map, [arb(1, 0.25), arb(3, 0.5)])] == [1, 2]
+    return_map = map_of(stated_map(Kinked()))
+    assert [k for k, _, _ in pieces_of(return_map, [arb(0.3, 0.1), arb(3.1, 0.2)])] == [0, 1]
+    assert [k for k, _, _ in pieces_of(return_map, [arb(1, 0.25), arb(3, 0.5)])] == [1, 2]
     data = stated_map(Kinked())
     with pytest.raises(Doubtful, match="no piece"):
         list(pieces_of(map_of(data | {"pieces": data["pieces"][:2]}), [arb(1, 0.25), arb(3, 0.5)]))
 
 
 def test_a_root_is_bounded_up_to_the_border_that_its_condition_states() -> None:
-    map = map_of(stated_map(Root()))
-    found = {k: hull(map, k, part, known)[0] for k, part, known in pieces_of(map, [arb(0.005, 0.02)])}
+    return_map = map_of(stated_map(Root()))
+    found = {k: hull(return_map, k, part, known)[0] for k, part, known in pieces_of(return_map, [arb(0.005, 0.02)])}
     assert set(found) == {0, 1}
     assert found[1].contains(arb("0.2"))
     assert abs(found[1].lower() - (arb("0.2") - arb("0.025").sqrt())) < 1e-8
@@ -126,9 +128,9 @@ def test_a_root_is_bounded_up_to_the_border_that_its_condition_states() -> None:
     image = {"letter": "R", "condition": "x > -1", "image": {"x": "mu - sqrt(x)"}}
     with pytest.raises(Doubtful, match="square root"):
         [
-            hull(map, k, part, known)
-            for map in [map_of(data | {"pieces": [image]})]
-            for k, part, known in pieces_of(map, [arb(0.1, 0.2)])
+            hull(formulas, k, part, known)
+            for formulas in [map_of(data | {"pieces": [image]})]
+            for k, part, known in pieces_of(formulas, [arb(0.1, 0.2)])
         ]
 
 
@@ -159,15 +161,15 @@ def test_cycles_of_the_lozi_map_are_those_of_exact_fractions(lozi: Lozi, tmp_pat
 
 def test_claims_of_cycles_that_are_wrong_are_refused(lozi: Lozi) -> None:
     made = certificate_of(lozi, [nsmaps.periodic_orbit(lozi, [0.45, 0.22], 1)])
-    map, (cycle,) = map_of(made.system), made.cycles
-    assert verified(map, stated_of(json.loads(json.dumps(cycle)), map)).kind == "unstable"
+    return_map, (cycle,) = map_of(made.system), made.cycles
+    assert verified(return_map, stated_of(json.loads(json.dumps(cycle)), return_map)).kind == "unstable"
     for change, match in (
         ({"states": [[0.46, 0.227]], "radii": [[1e-4, 1e-4]]}, "not shown to exist"),
         ({"radii": [[1.0, 1.0]]}, "may be in the pieces"),
         ({"pieces": [0]}, "not in L alone"),
     ):
         with pytest.raises(Doubtful, match=match):
-            verified(map, stated_of(cycle | change, map))
+            verified(return_map, stated_of(cycle | change, return_map))
     with pytest.raises(Refused, match="differ"):
         verify(replace(made, cycles=[cycle, cycle]))
     twice = {key: value * 2 for key, value in cycle.items()}

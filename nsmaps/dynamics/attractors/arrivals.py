@@ -44,7 +44,7 @@ class Ends(NamedTuple):
 
 
 def follow(
-    map: ReturnMap,
+    return_map: ReturnMap,
     start: Floats,
     attractors: Sequence[Attractor],
     returns: int,
@@ -56,20 +56,20 @@ def follow(
     """
     ends = Ends.unreached(len(start))
     try:
-        _follow(map, start, attractors, returns, progress, ends)
+        _follow(return_map, start, attractors, returns, progress, ends)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, ends) from None
     return ends
 
 
 def _follow(
-    map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, progress: Progress | None, ends: Ends
+    return_map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, progress: Progress | None, ends: Ends
 ) -> None:
     """As `follow`, written to ends."""
     n, (label, arrival, outcome, stuck) = len(start), ends
     streak, since = np.zeros((2, len(attractors), n), np.int32)  # successive states near each, and the returns before the first
-    going, states = np.arange(n), Coordinates(map.coordinates).wrap(start)
-    scale = Coordinates(map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
+    going, states = np.arange(n), Coordinates(return_map.coordinates).wrap(start)
+    scale = Coordinates(return_map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
     for k in range(returns + 1):
         open_ = np.isfinite(states).all(axis=1)
         if not open_.all():
@@ -90,7 +90,7 @@ def _follow(
             progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
         if not len(going) or k == returns:
             break
-        next_returns = map.first_return(states)
+        next_returns = return_map.first_return(states)
         outcome[going], states = next_returns.outcome, next_returns.image
         arrival[going] += next_returns.numbers * next_returns.valid
         gone = vast(next_returns.coordinates, states, scale)

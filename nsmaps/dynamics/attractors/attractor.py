@@ -103,7 +103,7 @@ def may_be_one(one: Attractor, other: Attractor) -> bool:
 
 
 def find_attractors(
-    map: ReturnMap,
+    return_map: ReturnMap,
     starts: Floats,
     discard: int = 1000,
     tolerance: float = 1e-6,
@@ -121,39 +121,39 @@ def find_attractors(
     nor chaos was shown make no attractor.
     """
     last = np.array(starts, float)
-    for part in returns_of(map, last, discard):
+    for part in returns_of(return_map, last, discard):
         last = part.image[-len(last) :]
-    coordinates, first = Coordinates(map.coordinates), np.array(starts, float)
+    coordinates, first = Coordinates(return_map.coordinates), np.array(starts, float)
     last = last[np.isfinite(last).all(axis=1) & ~vast(coordinates, last, coordinates.magnitudes(first))]
     if not len(last):
         return []
-    path = followed(map, last, 2 * max_period)
+    path = followed(return_map, last, 2 * max_period)
     bounded = ~vast(coordinates, path.states[-1], coordinates.magnitudes(first))
-    scale = scale_of(map, path.states[:, bounded], beside=first)
+    scale = scale_of(return_map, path.states[:, bounded], beside=first)
     held = np.flatnonzero(np.isfinite(path.states[-1]).all(axis=1) & bounded)
     found, open_ = list[Attractor](), list[int]()
     for k in held.tolist():
         if not _is_of(path, k, (*known, *found)):
-            cycle = cycle_in(map, path.of_one(k), scale, tolerance)
+            cycle = cycle_in(return_map, path.of_one(k), scale, tolerance)
             if cycle is None:
                 open_.append(k)
             else:
                 found += _new(_cycle(cycle, tolerance, scale), (*known, *found))
-    found += _followed_on(map, path, open_, scale, tolerance, (*known, *found))
-    return [replace(each, units=units_of(map)) for each in found]
+    found += _followed_on(return_map, path, open_, scale, tolerance, (*known, *found))
+    return [replace(each, units=units_of(return_map)) for each in found]
 
 
 def _followed_on(
-    map: ReturnMap, path: Path, open_: list[int], scale: Floats, tolerance: float, known: Sequence[Attractor]
+    return_map: ReturnMap, path: Path, open_: list[int], scale: Floats, tolerance: float, known: Sequence[Attractor]
 ) -> list[Attractor]:
     """The new attractors of the orbits of these numbers, which do not repeat: of one, then of four times as many at a time."""
     found, count = list[Attractor](), 1
     while open_:
         open_ = [k for k in open_ if not _is_of(path, k, (*known, *found))]
         here, open_, count = open_[:count], open_[count:], 4 * count
-        for one in limits(map, path.states[-1, here], scale, tolerance):
+        for one in limits(return_map, path.states[-1, here], scale, tolerance):
             if one.held and (one.kind != UNRESOLVED or one.rests):
-                attractor = _cycle(one, tolerance, scale) if one.period else _visited(map, one, scale)
+                attractor = _cycle(one, tolerance, scale) if one.period else _visited(return_map, one, scale)
                 found += _new(attractor, (*known, *found))
     return found
 
@@ -174,13 +174,13 @@ def _cycle(one: Limit, tolerance: float, scale: Floats) -> Attractor:
     return Attractor(one.path.coordinates, one.states, one.period, one.label, one.words, tolerance, scale)
 
 
-def _visited(map: ReturnMap, one: Limit, unit: Floats) -> Attractor | None:
+def _visited(return_map: ReturnMap, one: Limit, unit: Floats) -> Attractor | None:
     """The attractor of an orbit without a period, as the states that it visits; None if it ends.
 
     Where rounding decides when it rests again, the states are those that orbits visit from states up to rounding beside one.
     """
-    starts = beside_release(map, one.path, unit) if one.rests else one.path.states[-1]
-    path = orbit(map, starts, VISITED // len(starts))
+    starts = beside_release(return_map, one.path, unit) if one.rests else one.path.states[-1]
+    path = orbit(return_map, starts, VISITED // len(starts))
     held = np.isfinite(path.final).all(axis=1)
     if not held.any():
         return None

@@ -123,7 +123,7 @@ class BasinBoundary(WithCoordinates, Result):
 
 @divides
 def basins(
-    map: ReturnMap,
+    return_map: ReturnMap,
     starts: Grid | ArrayLike,
     attractors: Sequence[Attractor] | None = None,
     max_returns: int = 1000,
@@ -159,48 +159,50 @@ def basins(
     if max_returns < 1 or max_period < 1 or not tolerance > 0:
         text = f"{max_returns} returns, max_period {max_period}, tolerance {tolerance}"
         raise NsmapsError(f"{text}; expected: at least 1 return, max_period at least 1, a tolerance above 0")
-    coordinates = Coordinates(ReturnMap.require(map, "basins").coordinates)
+    coordinates = Coordinates(ReturnMap.require(return_map, "basins").coordinates)
     if isinstance(starts, Grid):
         check_axes(starts, coordinates)
     named = quantifiers_of(quantifiers, Basins)
     grid, states = (starts, starts.states()) if isinstance(starts, Grid) else (None, starts)
     start = as_states(states, coordinates)
-    known, ends = list(attractors or ()), follow(map, start, (), 0)
+    known, ends = list(attractors or ()), follow(return_map, start, (), 0)
 
     def result() -> Basins:
         order = np.argsort([-(ends.label == k).sum() for k in range(len(known) if attractors is None else 0)], kind="stable")
         renamed = np.append(np.argsort(order), [ENDED, UNRESOLVED])[ends.label].astype(np.int32)
         found, label = (known, ends.label) if attractors is not None else ([known[k] for k in order], renamed)
-        values = quantified(named, (len(found),), (((k,), each.states, map) for k, each in enumerate(found)))
-        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(map), values)
+        values = quantified(named, (len(found),), (((k,), each.states, return_map) for k, each in enumerate(found)))
+        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(return_map), values)
 
     try:
         if attractors:
-            _arrive(map, start, np.arange(len(start)), known, max_returns, jobs.share(0.0, 1.0, "given"), ends)
+            _arrive(return_map, start, np.arange(len(start)), known, max_returns, jobs.share(0.0, 1.0, "given"), ends)
         else:
-            _search(map, start, known, (max_returns, tolerance, max_period), jobs, ends)
+            _search(return_map, start, known, (max_returns, tolerance, max_period), jobs, ends)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, result() if known else None) from None
     return result()
 
 
-def _search(map: ReturnMap, start: Floats, known: list[Attractor], how: tuple[int, float, int], jobs: Jobs, ends: Ends) -> None:
+def _search(
+    return_map: ReturnMap, start: Floats, known: list[Attractor], how: tuple[int, float, int], jobs: Jobs, ends: Ends
+) -> None:
     """Add attractors to those known, from samples of the starts that reached none, and write which starts reach them."""
     for number in range(ROUNDS):
         open_ = np.flatnonzero(ends.label == UNRESOLVED)
         sample = start[open_[np.unique(np.linspace(0, len(open_) - 1, min(SAMPLE, len(open_))).astype(int))]]
-        found = find_attractors(map, sample, *how, known)
+        found = find_attractors(return_map, sample, *how, known)
         if not found and known:
             break
         known += found
         round = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
-        _arrive(map, start, open_, known, how[0], round, ends)
+        _arrive(return_map, start, open_, known, how[0], round, ends)
         if not found:
             break
 
 
 def _arrive(
-    map: ReturnMap, start: Floats, which: Ints, attractors: Sequence[Attractor], returns: int, jobs: Jobs, ends: Ends
+    return_map: ReturnMap, start: Floats, which: Ints, attractors: Sequence[Attractor], returns: int, jobs: Jobs, ends: Ends
 ) -> None:
     """Write the ends of some starts: at once, or in parts that are computed by an executor or stored in a folder.
 
@@ -216,23 +218,23 @@ def _arrive(
 
     try:
         if jobs.divided and attractors and cuts:
-            parts = [(map, start[which[cut]], tuple(attractors), returns) for cut in cuts]
+            parts = [(return_map, start[which[cut]], tuple(attractors), returns) for cut in cuts]
             found = gathered(dict(enumerate(jobs.run(_followed, parts, gathered))))
         else:
-            found = follow(map, start[which], attractors, returns, jobs.progress)
+            found = follow(return_map, start[which], attractors, returns, jobs.progress)
     except Interrupted as stopped:
         ends.write(which, stopped.result or ())
         raise
     ends.write(which, found)
 
 
-def _followed(map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
+def _followed(return_map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int) -> Arrays:
     """The arrays of `follow` by name."""
-    return follow(map, start, attractors, returns)._asdict()
+    return follow(return_map, start, attractors, returns)._asdict()
 
 
 @shows
-def basin_boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
+def basin_boundary(return_map: ReturnMap, basins: Basins, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
     """Points between basins, by bisection along the edges of their grid.
 
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.
@@ -248,10 +250,10 @@ def basin_boundary(map: ReturnMap, basins: Basins, tolerance: float = 1e-6, max_
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; expected: a positive length")
     ends, sides = basins.edges()
-    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(map, ends)
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(return_map, ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
-        return follow(map, states, basins.attractors, max_returns)[0]
+        return follow(return_map, states, basins.attractors, max_returns)[0]
 
     low, high, beyond = bisect_change(label, ends[:, 0], ends[:, 1], sides[:, 0], sides[:, 1], tolerance * scale)
     middle = basins.coordinates.wrap((low + high) / 2)

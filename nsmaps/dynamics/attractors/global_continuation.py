@@ -108,9 +108,9 @@ def _check(values: Floats, samples: int, step: float) -> None:
 def _coordinates(map_of: Callable[[float], ReturnMap], values: Floats) -> tuple[Coordinates, dict[str, str]]:
     """The coordinates of the first map that there is, and its units."""
     for value in values.tolist():
-        map, reason = map_or_reason(map_of, value)
-        if map is not None:
-            return Coordinates(map.coordinates), units_of(map)
+        return_map, reason = map_or_reason(map_of, value)
+        if return_map is not None:
+            return Coordinates(return_map.coordinates), units_of(return_map)
     raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[-1]:g}: {reason}")
 
 
@@ -146,8 +146,8 @@ class _Work:
             for before, here in pairwise(order):
                 seeds = np.array([each.states[-1] for each in self.attractors[before]])
                 if len(seeds):
-                    known, map = self.attractors[here], self.map_of(self.values[here])
-                    known += find_attractors(map, seeds, *self.how, known)
+                    known, return_map = self.attractors[here], self.map_of(self.values[here])
+                    known += find_attractors(return_map, seeds, *self.how, known)
 
     def measure(self, jobs: Jobs) -> None:
         """The basins and the stability at each value with a map."""
@@ -205,10 +205,10 @@ def _found(
     map_of: Callable[[float], ReturnMap], value: float, start: Floats, returns: int, tolerance: float, max_period: int
 ) -> Arrays:
     """The attractors that starts reach at one value, and the label of each start, as in `Basins`; or the reason of no map."""
-    map, reason = map_or_reason(map_of, value)
-    if map is None:
+    return_map, reason = map_or_reason(map_of, value)
+    if return_map is None:
         return {"reason": np.array(reason)}
-    found = basins(map, start, None, returns, tolerance, max_period)
+    found = basins(return_map, start, None, returns, tolerance, max_period)
     return {"reason": np.array(""), "label": found.label, **_packed(found.coordinates, found.attractors)}
 
 
@@ -223,9 +223,9 @@ def _stability(
     returns: int,
 ) -> Arrays:
     """The labels of the starts with all attractors at one value, and the arrays of `Stability`."""
-    map, open_, label = map_of(value), label == UNRESOLVED, label.copy()
-    label[open_] = follow(map, start[open_], attractors, returns).label
-    found = nonlocal_stability(map, attractors, kicks, scale, returns)
+    return_map, open_, label = map_of(value), label == UNRESOLVED, label.copy()
+    label[open_] = follow(return_map, start[open_], attractors, returns).label
+    found = nonlocal_stability(return_map, attractors, kicks, scale, returns)
     return {"label": label, **{name: getattr(found, name) for name in MEASURES}}
 
 

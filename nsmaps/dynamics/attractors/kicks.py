@@ -66,7 +66,7 @@ class Stability:
 
 
 def nonlocal_stability(
-    map: ReturnMap, attractors: Sequence[Attractor], kicks: Kicks, scale: Floats, returns: int = 1000
+    return_map: ReturnMap, attractors: Sequence[Attractor], kicks: Kicks, scale: Floats, returns: int = 1000
 ) -> Stability:
     """The stability of attractors against finite kicks of their states; the orbits of all attractors are one batch.
 
@@ -86,7 +86,7 @@ def nonlocal_stability(
     states += [start + kick * scale for start, kick in timed]
     if not states:
         return Stability(*(np.zeros(0) for _ in range(4)))
-    ends = follow(map, np.concatenate(states), attractors, returns)
+    ends = follow(return_map, np.concatenate(states), attractors, returns)
     no_state = (ends.label == ENDED) & (ends.outcome == Outcome.invalid) & (ends.arrival == 0)
     distance, done = [], 0
     for number, ray in enumerate(rays):
@@ -94,7 +94,7 @@ def nonlocal_stability(
         done, shape = own.stop, (len(LADDER), len(ray.start))
         left = _leaves(ends.label[own], number)
         low, high, rows = _brackets(left.reshape(shape), no_state[own].reshape(shape))
-        smallest = _nearest(map, attractors, ray.select(rows), low, high, returns)
+        smallest = _nearest(return_map, attractors, ray.select(rows), low, high, returns)
         distance.append(smallest if (ends.label[own] != UNRESOLVED).any() else np.nan)
     label, arrival, lost = (x[done:].reshape(len(rays), -1) for x in (ends.label, ends.arrival, no_state))
     times = [_times(arrival[k, label[k] == k], int((~lost[k]).sum())) for k in range(len(rays))]
@@ -146,13 +146,15 @@ def _brackets(left: Bools, no_state: Bools) -> tuple[Floats, Floats, NDArray[np.
     return low[rows], LADDER[first[rows]], rows
 
 
-def _nearest(map: ReturnMap, attractors: Sequence[Attractor], rays: _Rays, low: Floats, high: Floats, returns: int) -> float:
+def _nearest(
+    return_map: ReturnMap, attractors: Sequence[Attractor], rays: _Rays, low: Floats, high: Floats, returns: int
+) -> float:
     """The smallest kick that leaves, by bisection on all rays; inf without rays."""
     if not len(low):
         return float("inf")
 
     def label(size: Floats) -> Bools:
-        return _leaves(follow(map, rays.at(size), attractors, returns).label, rays.attractor)
+        return _leaves(follow(return_map, rays.at(size), attractors, returns).label, rays.attractor)
 
     sides = np.zeros(len(low), bool), np.ones(len(low), bool)
     return float(bisect_change(label, low, high, *sides, PRECISION * high)[1].min())

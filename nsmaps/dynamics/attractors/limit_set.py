@@ -82,7 +82,7 @@ class LimitSet(WithCoordinates, Result):
         return ", ".join(part for part in (f"{kind} {what}", *parts, seen) if part)
 
 
-def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
+def limit_set(return_map: ReturnMap, path: Orbit) -> LimitSet | None:
     """The limit set of the orbit of one start under a map; None where it has no image before its last return.
 
     An orbit that ends only when it is followed on has the states that it visits, and no name.
@@ -92,24 +92,24 @@ def limit_set(map: ReturnMap, path: Orbit) -> LimitSet | None:
     """
     if not np.isfinite(path.states).all() or not len(path.codes):
         return None
-    scale = scale_of(map, path.states)
+    scale = scale_of(return_map, path.states)
     circle = path.coordinates.angles
     each = path.codes, path.turns[:, circle].sum(axis=1), path.time, path.outcome, path.numbers
     rows: Any = [row[:, None] for row in each]
     seen = Path(path.coordinates, path.walls, path.alphabet, path.states[:, None], *rows)
-    found, more = cycle_in(map, seen, scale, TOLERANCE) or approached(map, seen, scale), 0
+    found, more = cycle_in(return_map, seen, scale, TOLERANCE) or approached(return_map, seen, scale), 0
     if found is None:
-        found = limits(map, path.final[None], scale, TOLERANCE)[0]
+        found = limits(return_map, path.final[None], scale, TOLERANCE)[0]
         more = found.more
     if not found.kind and not found.length:
         found = replace(found, path=seen)
     if found.length and found.cycle is None:
-        found = refined(map, found, scale, TOLERANCE) or found
+        found = refined(return_map, found, scale, TOLERANCE) or found
     first = int(np.argmin(found.states[:, 0])) if found.length else 0
     states, words = np.roll(found.states, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
     about = path.coordinates, found.period, len(found.path.codes) // 2, more, found.label, words, states, factors
-    return LimitSet(*about, found.exponent, found.error, units_of(map))
+    return LimitSet(*about, found.exponent, found.error, units_of(return_map))
 
 
 def _number(value: complex) -> str:

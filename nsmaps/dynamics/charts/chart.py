@@ -290,6 +290,6 @@ class _Levels:
         kind = (("", REFUSED),) if refused else tuple(found)
         return self.kinds_known.setdefault(kind, len(self.kinds_known))
 
-    def _share(self, round: int) -> float:
+    def _share(self, number: int) -> float:
         """The fraction of the work before a round."""
-        return min(round / self.rounds, 1 - 2.0 ** -(round + 1)) if round else 0.0
+        return min(number / self.rounds, 1 - 2.0 ** -(number + 1)) if number else 0.0

@@ -60,11 +60,13 @@ def _pass(
     """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
 
     def map_at(pixel: Any) -> Any:
-        map = map_of(*pixel)
-        map.first_return(starts[:0])  # a formula may fail at these values
-        return map
+        return_map = map_of(*pixel)
+        return_map.first_return(starts[:0])  # a formula may fail at these values
+        return return_map
 
-    runs, reasons, _ = followed(map_at, row[::way], starts, lambda map, states: tail(map, states, length, tolerance), directed)
+    runs, reasons, _ = followed(
+        map_at, row[::way], starts, lambda return_map, states: tail(return_map, states, length, tolerance), directed
+    )
     them = iter(runs)
     return [None if reason else next(them) for reason in reasons][::way], reasons[::way]
 

@@ -61,7 +61,7 @@ class Tail:
         return self.states[:, -1]
 
 
-def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6) -> Tail:
+def tail(return_map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6) -> Tail:
     """The ends of the orbits of starts (S, n) after `discard + returns` returns.
 
     What orbits end on that do not repeat up to rounding in the last ones is decided as by `limits`: in all `returns`, with the
@@ -70,50 +70,50 @@ def tail(map: ReturnMap, starts: Floats, length: Length, tolerance: float = 1e-6
     returns are known: all numbers are those of the whole computation, digit for digit.
     """
     (count, dim), k = starts.shape, length.window
-    after, repeats, outcome, computed = _transient(map, starts, length)
+    after, repeats, outcome, computed = _transient(return_map, starts, length)
     found = Tail.empty(count, k, dim)
     found.outcome, found.computed = outcome, computed
     paths: list[tuple[int, Path]] = []
     for own, n in ((repeats, k), (~repeats, length.returns)):
         which = np.flatnonzero(own)
         if len(which):
-            part = map.orbits(after[which], n, derivative=True)
+            part = return_map.orbits(after[which], n, derivative=True)
             _write(found, which, part, n, finite_rows(after[which]))
             if not repeats[which[0]]:
                 if part.derivative is not None:
                     found.growth[which] = _growth(part.derivative.reshape(n, len(which), dim, dim))
                 path = Path.of(part, len(which))
                 paths = [(orbit, path.of_one(place)) for place, orbit in enumerate(which.tolist())]
-    found.scale[:] = [scale_of(map, own[-LOOKED:], beside=starts) for own in found.states]
-    gone = diverges(Coordinates(map.coordinates), found.states, starts)
+    found.scale[:] = [scale_of(return_map, own[-LOOKED:], beside=starts) for own in found.states]
+    gone = diverges(Coordinates(return_map.coordinates), found.states, starts)
     found.growth[gone], found.outcome[gone] = np.nan, Outcome.escaped
     for orbit, path in paths:
-        one = Limit(ESCAPE, path) if gone[orbit] else _limit(map, path, found.scale[orbit], length.window, tolerance)
+        one = Limit(ESCAPE, path) if gone[orbit] else _limit(return_map, path, found.scale[orbit], length.window, tolerance)
         if one is not None:
             found.limits[orbit] = one
     return found
 
 
-def _limit(map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
+def _limit(return_map: ReturnMap, path: Path, scale: Floats, window: int, tolerance: float) -> Limit | None:
     """What the orbit of one path ends on; None where it repeats up to rounding in the last returns without rest, or ended."""
     last = path.last(window)
     rests = (last.outcome == Outcome.stuck).any()
     if not np.isfinite(path.states[-1]).all() or (not rests and last.repeats(ROUNDED * scale)[0]):
         return None
-    found = unless_resting(map, limit_of(map, path, scale, tolerance), scale, tolerance)
+    found = unless_resting(return_map, limit_of(return_map, path, scale, tolerance), scale, tolerance)
     if found.kind == UNRESOLVED and not found.rests:
-        found = limits(map, path.states[-1], scale, tolerance)[0]
+        found = limits(return_map, path.states[-1], scale, tolerance)[0]
     return found
 
 
-def _transient(map: ReturnMap, starts: Floats, length: Length) -> tuple[Floats, NDArray[np.bool_], NDArray[np.int8], int]:
+def _transient(return_map: ReturnMap, starts: Floats, length: Length) -> tuple[Floats, NDArray[np.bool_], NDArray[np.int8], int]:
     """The states from which the last returns begin, which orbits repeat, the outcome of those that ended, and returns made."""
     after, repeats, outcome = starts.copy(), np.zeros(len(starts), bool), np.full(len(starts), Outcome.invalid, np.int8)
     going, done, block, computed = np.arange(len(starts)), 0, FIRST, 0
     last = length.discard + length.returns - length.window
     while done < length.discard and len(going):
         n = min(block, length.discard - done)
-        part = map.orbits(after[going], n)
+        part = return_map.orbits(after[going], n)
         images, done, block = part.image.reshape(n, len(going), -1), done + n, min(2 * block, BLOCK // len(going) + 1)
         after[going], outcome[going], computed = images[-1], part.outcome[-len(going) :], computed + n * len(going)
         for column, orbit in enumerate(going.tolist()):

@@ -110,9 +110,9 @@ def chatter_cascade(
 def _way(map_of: Callable[[float], CompleteChatter], event: BifurcationPoint, bounds: tuple[float, float]) -> float:
     """The end of the range, less the border, on whose side chatter is not complete."""
     low, high = bounds
-    map, _ = map_or_reason(map_of, event.parameter + 1e-6 * (high - low))
-    if map is not None:
-        times = [float(each.time[0]) for each in single_returns(map, event.orbit.states[:1], 2 * len(event.orbit.states))]
+    return_map, _ = map_or_reason(map_of, event.parameter + 1e-6 * (high - low))
+    if return_map is not None:
+        times = [float(each.time[0]) for each in single_returns(return_map, event.orbit.states[:1], 2 * len(event.orbit.states))]
         if np.allclose(sum(times[len(times) // 2 :]), event.orbit.returns.time.sum(), rtol=0.1):
             return low - event.parameter
     return high - event.parameter

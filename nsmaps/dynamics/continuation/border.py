@@ -111,12 +111,12 @@ def counts(multipliers: Multipliers) -> tuple[int, int]:
 
 def _orbits(curve: OrbitCurve, border: Border, point: OrbitPoint, value: float, kinks: bool) -> set[tuple[str, ...]]:
     """The words of orbits beside a border, at a value of the parameter, that have a return of another piece."""
-    map, found, own = map_or_reason(curve.map_of, value)[0], set[tuple[str, ...]](), _cyclic(point.orbit)
-    if map is None:
+    return_map, found, own = map_or_reason(curve.map_of, value)[0], set[tuple[str, ...]](), _cyclic(point.orbit)
+    if return_map is None:
         return found
     for piece in border.pieces:
         for guess in piece.guesses:
-            orbit = _near(curve, map, guess)
+            orbit = _near(curve, return_map, guess)
             if orbit is not None and (_cyclic(orbit) != own or (kinks and _kinked(curve, orbit, point.orbit))):
                 found.add(_cyclic(orbit))
                 break
@@ -125,12 +125,12 @@ def _orbits(curve: OrbitCurve, border: Border, point: OrbitPoint, value: float, 
 
 def _doubles(curve: OrbitCurve, border: Border, value: float) -> bool:
     """True if there is a cycle, at a value of the parameter, that makes once the own returns and once those of another piece."""
-    map, q = map_or_reason(curve.map_of, value)[0], curve.period
-    if map is None:
+    return_map, q = map_or_reason(curve.map_of, value)[0], curve.period
+    if return_map is None:
         return False
     for piece in border.pieces:
         for guess, own in zip(piece.guesses, piece.mirrored, strict=True):
-            orbit = _near(curve, map, np.concatenate([own, guess]))
+            orbit = _near(curve, return_map, np.concatenate([own, guess]))
             if orbit is not None and not (len(guess) == q and _same(curve, orbit.states[:q], orbit.states[q:])):
                 return True
     return False
@@ -141,9 +141,9 @@ def _same(curve: OrbitCurve, one: Floats, other: Floats) -> bool:
     return bool(curve.coordinates.near(one, other, max(curve.tolerance, 1e-3 * AWAY), curve.scale).all())
 
 
-def _near(curve: OrbitCurve, map: ReturnMap, guess: Floats) -> PeriodicOrbit | None:
+def _near(curve: OrbitCurve, return_map: ReturnMap, guess: Floats) -> PeriodicOrbit | None:
     """The orbit to which Newton's method leads from a guess, if it is one and near."""
-    orbit = periodic_orbit(map, guess, len(guess), curve.tolerance, curve.scale)
+    orbit = periodic_orbit(return_map, guess, len(guess), curve.tolerance, curve.scale)
     near = curve.coordinates.near(orbit.states, guess, NEAR * np.sqrt(AWAY), curve.scale).all()
     return orbit if orbit.converged and orbit.exists and near else None
 
@@ -165,7 +165,7 @@ def scaled(curve: OrbitCurve, derivatives: Floats) -> Floats:
     return derivatives * curve.scale / curve.scale[:, None]
 
 
-def beside(curve: OrbitCurve, point: OrbitPoint, map: ReturnMap, distance: float, kinks: bool) -> Border:
+def beside(curve: OrbitCurve, point: OrbitPoint, return_map: ReturnMap, distance: float, kinks: bool) -> Border:
     """The pieces of the map to which states at this distance beside an orbit belong.
 
     Where only the letter differs with which a return arrives, the derivative is that of the orbit: no other piece is entered.
@@ -176,9 +176,9 @@ def beside(curve: OrbitCurve, point: OrbitPoint, map: ReturnMap, distance: float
     steps *= distance * curve.scale / np.linalg.norm(steps, axis=1)[:, None]
     pieces, jumps, words = dict[tuple[int, ...], Piece](), False, False
     for k in range(q):
-        tried = map.first_return(curve.coordinates.wrap(returns.start[k] + steps), derivative=True)
+        tried = return_map.first_return(curve.coordinates.wrap(returns.start[k] + steps), derivative=True)
         own = _product([returns.derivative[j % q] for j in range(k, k + q)])
-        joining = _Joining(curve, map, returns, k, tried, NEAR * np.sqrt(distance), kinks)
+        joining = _Joining(curve, return_map, returns, k, tried, NEAR * np.sqrt(distance), kinks)
         jumps, words = jumps or joining.jumps, words or bool((tried.codes != returns.codes[k])[tried.valid].any())
         for row, more, derivative, ahead in joining.rows():
             whole = _product([derivative, *(returns.derivative[j % q] for j in range(k + ahead, k + q))])
@@ -210,10 +210,10 @@ class _Joining:
     """
 
     def __init__(
-        self, curve: OrbitCurve, map: ReturnMap, orbit: Returns, k: int, tried: Returns, near: float, kinks: bool
+        self, curve: OrbitCurve, return_map: ReturnMap, orbit: Returns, k: int, tried: Returns, near: float, kinks: bool
     ) -> None:
         q, n = len(orbit), orbit.start.shape[1]
-        self.tried, self.second = tried, map.first_return(tried.image, derivative=True)
+        self.tried, self.second = tried, return_map.first_return(tried.image, derivative=True)
         assert orbit.derivative is not None
         assert tried.derivative is not None
 

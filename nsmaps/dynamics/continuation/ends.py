@@ -141,8 +141,8 @@ def _summation_changes(grown: GrowingBranch) -> bool:
     if not any(CHATTER in word for word in last.orbit.words):
         return False
     shares = np.where(curve.coordinates.angles, 0.0, NEAR)
-    map = curve.map_of(last.value)
-    tried = [map.first_return(returns.start * (1 + sign * shares)).words for sign in (-1, 1)]
+    return_map = curve.map_of(last.value)
+    tried = [return_map.first_return(returns.start * (1 + sign * shares)).words for sign in (-1, 1)]
     return any((CHATTER in one) != (CHATTER in own) for words in tried for one, own in zip(words, returns.words, strict=True))
 
 
@@ -150,8 +150,8 @@ def _has_no_image(grown: GrowingBranch, beyond: float) -> BifurcationPoint | Non
     """The place next to the last point beyond which motions from the orbit have no image, as where a mode begins at its end."""
     last, unit = grown.points[-1], grown.curve.unit
     value = last.value + 10 * SMALLEST * unit * beyond
-    map, _ = map_or_reason(grown.curve.map_of, value)
-    if map is None or map.first_return(last.orbit.states).valid.all():
+    return_map, _ = map_or_reason(grown.curve.map_of, value)
+    if return_map is None or return_map.first_return(last.orbit.states).valid.all():
         return None
     detail = f"beyond it there is no image: {grown.curve.outcomes(last.orbit.states, value)}"
     return BifurcationPoint(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail)
@@ -178,13 +178,13 @@ def _stays_in_contact(grown: GrowingBranch, beyond: float) -> BifurcationPoint |
     return None
 
 
-def rests_for_good(map: ReturnMap | None, states: Floats) -> bool:
+def rests_for_good(return_map: ReturnMap | None, states: Floats) -> bool:
     """True if there is a map, and the motion from the first state of an orbit (q, n) ends in contact for all times."""
-    if map is None:
+    if return_map is None:
         return False
     now = states[:1]
     for _ in range(IMPACTS):
-        returns = map.first_return(now)
+        returns = return_map.first_return(now)
         if returns.outcome[0] == Outcome.rests:
             return True
         if not returns.valid[0] or has_rest(str(returns.words[0])):  # released, as before
@@ -236,13 +236,17 @@ def _rest_time(grown: GrowingBranch, value: float) -> float:
     NaN where the words are others. All states that come to rest are released at one instant: those of earlier orbits rest for
     longer, and so at other values too.
     """
-    map, codes, k = map_or_reason(grown.curve.map_of, value)[0], grown.points[-1].orbit.returns.codes, grown.curve.resting[0]
-    if not isinstance(map, ExactMap):
+    return_map, codes, k = (
+        map_or_reason(grown.curve.map_of, value)[0],
+        grown.points[-1].orbit.returns.codes,
+        grown.curve.resting[0],
+    )
+    if not isinstance(return_map, ExactMap):
         return np.nan
-    rested = map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -POINTS - 1 : -RESTED]]))
+    rested = return_map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -POINTS - 1 : -RESTED]]))
     now = rested.select(np.flatnonzero(rested.valid & (rested.codes == codes[k]))[:1])
     for code in np.roll(codes, -k - 1):
-        now = map.first_return(now.image)
+        now = return_map.first_return(now.image)
         if not (now.valid & (now.codes == code)).any():
             return np.nan
-    return float(map.rests(now.start)[0])
+    return float(return_map.rests(now.start)[0])

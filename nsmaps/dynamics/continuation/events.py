@@ -143,8 +143,8 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
 
 def _degenerate(curve: OrbitCurve, point: OrbitPoint, kind: str) -> str:
     """What is special of a period doubling of a cycle of affine pieces."""
-    map = curve.map_of(point.value) if kind == DOUBLING else None
-    return AFFINE if map is not None and map.is_affine else ""
+    return_map = curve.map_of(point.value) if kind == DOUBLING else None
+    return AFFINE if return_map is not None and return_map.is_affine else ""
 
 
 def may_cross(step: Step[OrbitPoint], point: OrbitPoint) -> bool:

@@ -22,10 +22,13 @@ def infinity_met(
     There a multiplier is 1. It is sought ahead of a point whose states are large, in a direction of the parameter, and taken if
     the cycle is there up to near it and no test of an event changes its sign.
     """
-    map = curve.map_of(last.value)
-    if not (np.abs(last.y[:-1]).max() > LARGE and map.is_affine):
+    return_map = curve.map_of(last.value)
+    if not (np.abs(last.y[:-1]).max() > LARGE and return_map.is_affine):
         return None
-    at, states = AtBorder((), (), (), pieces_of(map, last), (), np.zeros((2, *last.orbit.states.shape)), ()), last.orbit.states
+    at, states = (
+        AtBorder((), (), (), pieces_of(return_map, last), (), np.zeros((2, *last.orbit.states.shape)), ()),
+        last.orbit.states,
+    )
 
     def singular(value: float) -> float:
         returns = at.prolonged(curve.map_of(value), 0).first_return(states, derivative=True)

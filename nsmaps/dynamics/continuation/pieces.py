@@ -44,21 +44,21 @@ class AtBorder(Result):
     lowest: Floats = field(metadata=array("side point coordinate", "from which turns of angles begin on either side"))
     free: tuple[int, ...]  #: numbers of states that may lie beyond borders
 
-    def prolonged(self, map: ReturnMap, *sides: int) -> Prolonged:
+    def prolonged(self, return_map: ReturnMap, *sides: int) -> Prolonged:
         """A map on cycles by the pieces of one side (0: own, 1: other), or of one after the other."""
         pieces = tuple(piece for side in sides for piece in (self.own, self.other)[side])
         free = tuple(k + len(self.own) * turn for turn in range(len(sides)) for k in self.free)
-        known = PiecewiseMap.require(map, "pieces beyond their borders")
+        known = PiecewiseMap.require(return_map, "pieces beyond their borders")
         return known.prolongation(pieces, np.concatenate([self.lowest[side] for side in sides]), free)
 
     def along(self, map_of: Callable[..., ReturnMap], *sides: int) -> Callable[..., Prolonged]:
         """As `prolonged`, over parameters; by the pieces of the cycle's side where none is given."""
         return lambda *values: self.prolonged(map_of(*values), *(sides or (0,)))
 
-    def distance(self, map: ReturnMap, states: Floats) -> Floats:
+    def distance(self, return_map: ReturnMap, states: Floats) -> Floats:
         """The function that is zero at the first border, of M cycles (M, q, n), shape (M,); the map is one of `prolonged`."""
-        assert isinstance(map, Prolonged)
-        found = map.borders(states.reshape(-1, states.shape[-1]))[0]
+        assert isinstance(return_map, Prolonged)
+        found = return_map.borders(states.reshape(-1, states.shape[-1]))[0]
         return found.reshape(*states.shape[:2], -1)[:, self.states[0], self.borders[0]]
 
     def equation(self, curve: OrbitCurve, point: OrbitPoint, value: float) -> tuple[float, Floats]:
@@ -66,24 +66,24 @@ class AtBorder(Result):
 
         The maps of the curve are those of `prolonged`, and the value is that of its parameter.
         """
-        map, k, j = curve.map_of(value), self.states[0], self.borders[0]
-        assert isinstance(map, Prolonged)
-        rates = parameter_rates(curve.map_of, value, curve.unit, map)
-        values, gradients, along = map.borders(point.orbit.states, rates)
+        return_map, k, j = curve.map_of(value), self.states[0], self.borders[0]
+        assert isinstance(return_map, Prolonged)
+        rates = parameter_rates(curve.map_of, value, curve.unit, return_map)
+        values, gradients, along = return_map.borders(point.orbit.states, rates)
         row, by_state = np.zeros(len(point.y)), gradients[k, j] * curve.scale
         row[:-1].reshape(point.orbit.states.shape)[k] = by_state * np.sqrt(curve.period)
         row[-1], size = along[k, j] * curve.unit, float(np.linalg.norm(by_state))
         return float(values[k, j]) / size, row / size
 
-    def second(self, map: ReturnMap, states: Floats, scale: Floats) -> str:
+    def second(self, return_map: ReturnMap, states: Floats, scale: Floats) -> str:
         """Which other state of a cycle is next to a border too, in words; "" if none is. The map is one of `prolonged`."""
-        assert isinstance(map, Prolonged)
-        values, gradients, _ = map.borders(states)
+        assert isinstance(return_map, Prolonged)
+        values, gradients, _ = return_map.borders(states)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.nan_to_num(np.abs(values) / np.linalg.norm(gradients * scale, axis=-1), nan=np.inf)
         off[list(self.states)] = np.inf
         k, j = np.unravel_index(int(off.argmin()), off.shape)
-        return f"state {k + 1} is at {map.of.names[j]} too, two borders at once" if off[k, j] <= CLOSE else ""
+        return f"state {k + 1} is at {return_map.of.names[j]} too, two borders at once" if off[k, j] <= CLOSE else ""
 
     def beyond(self, curve: OrbitCurve, event_value: float, states: Floats, *sides: int) -> OrbitPoint | None:
         """A cycle by the pieces of the sides, one after the other, that has just left the border; None where there is none.
@@ -105,12 +105,14 @@ class AtBorder(Result):
                 return there
         return None
 
-    def returns(self, curve: OrbitCurve, map: ReturnMap, states: Floats, side: int, share: float = 1.0) -> tuple[Returns, bool]:
+    def returns(
+        self, curve: OrbitCurve, return_map: ReturnMap, states: Floats, side: int, share: float = 1.0
+    ) -> tuple[Returns, bool]:
         """The returns of the cycle by the pieces of a side, and whether a slope is infinite there: then those from next to it.
 
         They are from a share of `NEARBY` beside it.
         """
-        there, beside = self.prolonged(map, side), states.copy()
+        there, beside = self.prolonged(return_map, side), states.copy()
         found = there.first_return(states, derivative=True)
         if np.isfinite(found.slopes).all():
             return found, False
@@ -125,8 +127,8 @@ class AtBorder(Result):
 
     def outcome(self, curve: OrbitCurve, value: float, states: Floats) -> tuple[str, str]:
         """What becomes of the cycle at a value of the parameter, "" where that is not known, and the place in words."""
-        map = curve.map_of(value)
-        of = self.prolonged(map, 0).of
+        return_map = curve.map_of(value)
+        of = self.prolonged(return_map, 0).of
         letters = dict(enumerate(of.formulas.letters)) | {-1: "no piece"}
         place = " and ".join(
             f"state {k + 1} ({letters[self.own[k]]}) at {of.names[j]}, beyond which is {letters[self.other[k]]}"
@@ -136,9 +138,9 @@ class AtBorder(Result):
             return "", place
         if len(states) > 1 and curve.coordinates.near(states, states[:1], AT_ONCE, curve.scale).all():
             return "", f"all {len(self.own)} states at {of.names[self.borders[0]]}: the cycle shrinks to a point"
-        (here, steep), (there, beyond) = (self.returns(curve, map, states, side) for side in (0, 1))
+        (here, steep), (there, beyond) = (self.returns(curve, return_map, states, side) for side in (0, 1))
         off = self.jump(curve, here, there)
-        nearer = self.jump(curve, *(self.returns(curve, map, states, side, CLOSER)[0] for side in (0, 1)))
+        nearer = self.jump(curve, *(self.returns(curve, return_map, states, side, CLOSER)[0] for side in (0, 1)))
         if not (off <= CONTINUOUS or ((steep or beyond) and nearer <= 2 * np.sqrt(CLOSER) * off)):
             return GAP, f"{place}; the map jumps"
         own, other = (PeriodicOrbit(each, curve.tolerance, curve.scale).multipliers for each in (here, there))
@@ -177,10 +179,10 @@ def border_met(curve: OrbitCurve, last: OrbitPoint, along: Floats, reach: float 
         along: unit tangent of the branch.
         reach: arclength within which the border is expected; 0 for the end of a branch, next to its last point.
     """
-    map = curve.map_of(last.value)
-    if not isinstance(map, PiecewiseMap):
+    return_map = curve.map_of(last.value)
+    if not isinstance(return_map, PiecewiseMap):
         return None
-    near = list(_near(curve, map, last, along, reach))
+    near = list(_near(curve, return_map, last, along, reach))
     own = sum((at.lowest[:1] for at in near), np.zeros(()))  # of all states that are beside the cut of an angle
     together = [replace(at, lowest=np.where(at.lowest == 0, own, at.lowest)) for at in near]
     found = [met for at in together for met in _located(curve, at, last, reach or CLOSE)]
@@ -201,12 +203,12 @@ def _is_next(curve: OrbitCurve, met: Met, along: Floats) -> bool:
     return bool(there.first_return(met.point.orbit.states).valid.all())
 
 
-def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats, reach: float) -> Iterator[AtBorder]:
+def _near(curve: OrbitCurve, return_map: PiecewiseMap, last: OrbitPoint, along: Floats, reach: float) -> Iterator[AtBorder]:
     """The borders near the states of a cycle, or ahead of them, beyond which there is another piece, one at a time."""
     states = last.orbit.states
-    letters, own, lowest = last.orbit.words, pieces_of(map, last), np.zeros(states.shape)
-    values, gradients, rates = map.prolongation(own, lowest).borders(
-        states, parameter_rates(curve.map_of, last.value, curve.unit, map)
+    letters, own, lowest = last.orbit.words, pieces_of(return_map, last), np.zeros(states.shape)
+    values, gradients, rates = return_map.prolongation(own, lowest).borders(
+        states, parameter_rates(curve.map_of, last.value, curve.unit, return_map)
     )
     sizes, cuts = np.linalg.norm(gradients * curve.scale, axis=-1), np.flatnonzero(curve.coordinates.angles)
     moved, ahead = curve.states(along), (np.abs(values) <= CLOSE * sizes) & (sizes > 0)
@@ -218,22 +220,22 @@ def _near(curve: OrbitCurve, map: PiecewiseMap, last: OrbitPoint, along: Floats,
         feet = states[:, None] + np.where(ahead, way, 0.0)[..., None] * moved[:, None]
     for k, j in zip(*np.nonzero(ahead), strict=True):
         step = BEYOND * _normal(gradients[k, j], curve.scale)
-        found = map.first_return(curve.coordinates.wrap(np.array([feet[k, j] + step, feet[k, j] - step]))).words.tolist()
+        found = return_map.first_return(curve.coordinates.wrap(np.array([feet[k, j] + step, feet[k, j] - step]))).words.tolist()
         cut = j - values.shape[1] + len(cuts)
         if letters[k] not in found or (found[0] == found[1] and cut < 0):
             continue
         sign = int(np.sign(values[k, j])) if found[0] == found[1] else 1 if found[0] == letters[k] else -1
         beyond = found[1] if sign > 0 else found[0]
-        other = (*own[:k], map.letters.index(beyond) if beyond else -1, *own[k + 1 :])
+        other = (*own[:k], return_map.letters.index(beyond) if beyond else -1, *own[k + 1 :])
         both = np.array([lowest, lowest])
         if cut >= 0:
             both[:, k, cuts[cut]] = (-np.pi, np.pi) if sign > 0 else (np.pi, -np.pi)
         yield AtBorder((int(k),), (int(j),), (sign,), own, other, both, tuple(range(len(own))))
 
 
-def pieces_of(map: ReturnMap, point: OrbitPoint) -> tuple[int, ...]:
+def pieces_of(return_map: ReturnMap, point: OrbitPoint) -> tuple[int, ...]:
     """The numbers of the pieces of the states of a cycle."""
-    letters = letters_of(map)
+    letters = letters_of(return_map)
     return tuple(letters.index(word) for word in point.orbit.words)
 
 
@@ -272,8 +274,8 @@ def _solved(curve: OrbitCurve, at: AtBorder, y: Floats) -> tuple[OrbitPoint, flo
 
 def _all_at_once(curve: OrbitCurve, first: Met, others: list[AtBorder]) -> AtBorder:
     """The first border with those at which other states are at the same time."""
-    map, at = first.at.prolonged(curve.map_of(first.point.value), 0), first.at
-    values, gradients, _ = map.borders(first.point.orbit.states)
+    return_map, at = first.at.prolonged(curve.map_of(first.point.value), 0), first.at
+    values, gradients, _ = return_map.borders(first.point.orbit.states)
     for each in others:
         k, j = each.states[0], each.borders[0]
         size = float(np.linalg.norm(gradients[k, j] * curve.scale))

@@ -89,24 +89,24 @@ class OrbitCurve(WithCoordinates):
         value = float(y[-1] * self.unit)
         for end in (self.low, self.high):
             value = end if abs(value - end) <= ROUNDING * (abs(end) + self.unit) else value  # no map may exist beyond
-        map = self.map_of(value)
-        states = self._with_releases(map, map.on_section(self.coordinates.wrap(self.states(y))))
+        return_map = self.map_of(value)
+        states = self._with_releases(return_map, return_map.on_section(self.coordinates.wrap(self.states(y))))
         if states is None:
             return None
-        returns = map.first_return(states, derivative=True)
+        returns = return_map.first_return(states, derivative=True)
         if not returns.valid.all() or returns.derivative is None:
             return None
         q, n = states.shape
         orbit = PeriodicOrbit(returns, self.tolerance, self.scale, self.least_time)
         jacobian = np.empty((q * n, q * n + 1))
         jacobian[:, :-1] = shooting_jacobian(returns.derivative, self.scale) * np.sqrt(q)
-        jacobian[:, -1] = self.by_value(map, returns, value)
+        jacobian[:, -1] = self.by_value(return_map, returns, value)
         if not np.isfinite(jacobian).all():
             return None
         residual = (orbit.gaps / self.scale).ravel()
         return OrbitPoint(self.y(states, value), value, orbit, residual, jacobian)
 
-    def _with_releases(self, map: ReturnMap, states: Floats) -> Floats | None:
+    def _with_releases(self, return_map: ReturnMap, states: Floats) -> Floats | None:
         """States of which those that follow a rest are the images of those before it, as these do not depend on them.
 
         The instant of a release is the border of the states that are at rest: one before it, as predicted, is released later.
@@ -114,7 +114,7 @@ class OrbitCurve(WithCoordinates):
         """
         before = list(self.resting)
         if before:
-            rested = map.first_return(states[before])
+            rested = return_map.first_return(states[before])
             if not all(has_rest(word) for word in rested.words):
                 return None
             states[[(k + 1) % self.period for k in before]] = rested.image
@@ -133,18 +133,18 @@ class OrbitCurve(WithCoordinates):
         states = self.coordinates.difference(self.states(one), self.states(other))
         return self.y(states, (one[-1] - other[-1]) * self.unit)
 
-    def margins(self, map: ReturnMap, states: Floats) -> Floats:
+    def margins(self, return_map: ReturnMap, states: Floats) -> Floats:
         """The least gap to a wall that is not met and the least impact speed of orbits (..., q, n), shape (..., 2).
 
         Infinity where unknown; as of `margins_of`, with the largest speeds on the first orbit.
         """
         shape = states.shape[:-1]
-        if not isinstance(map, ExactMap):
+        if not isinstance(return_map, ExactMap):
             return np.full((*shape[:-1], 2), np.inf)
-        found = margins_of(map, states.reshape(-1, states.shape[-1]), self.speeds)
+        found = margins_of(return_map, states.reshape(-1, states.shape[-1]), self.speeds)
         return np.stack([each.reshape(shape).min(axis=-1) for each in found], axis=-1)
 
-    def by_value(self, map: ReturnMap, returns: Returns, value: float) -> Floats:
+    def by_value(self, return_map: ReturnMap, returns: Returns, value: float) -> Floats:
         """The derivative of the gaps by the parameter, shape (q n,), in the curve's units; of exact maps through impacts."""
 
         def images(value: float) -> Floats | None:
@@ -154,8 +154,8 @@ class OrbitCurve(WithCoordinates):
             return unknown.coordinates.difference(there.image, unknown.image)
 
         slopes = np.full_like(returns.start, np.nan)
-        if isinstance(map, ExactMap):
-            slopes = map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit, map))
+        if isinstance(return_map, ExactMap):
+            slopes = return_map.sensitivity(returns.start, parameter_rates(self.map_of, value, self.unit, return_map))
         rows = np.flatnonzero(~np.isfinite(slopes).all(axis=1))
         if rows.size:
             unknown = returns.select(rows)
@@ -182,15 +182,15 @@ def curve_from(
     parameter: str = "",
 ) -> OrbitCurve:
     """The curve of orbits near one at a value of the parameter, in units of its motion."""
-    map, _ = map_or_reason(map_of, value)
+    return_map, _ = map_or_reason(map_of, value)
     scale, coordinates = orbit.scale, orbit.returns.coordinates
-    if map is not None and extents_of(map, orbit.states) is None:
+    if return_map is not None and extents_of(return_map, orbit.states) is None:
         scale = np.maximum(scale, np.where(coordinates.angles, 0.0, _moved(map_of, orbit, value, bounds[1] - bounds[0])))
-    speeds = None if map is None else speeds_of(map, orbit.states, scale)
+    speeds = None if return_map is None else speeds_of(return_map, orbit.states, scale)
     slopes = np.abs(orbit.returns.slopes) * scale / scale[:, None]
     constant = slopes.max(axis=(1, 2)) <= NOTHING
     resting = tuple(k for k, word in enumerate(orbit.words) if constant[k] and has_rest(word))
-    low, high, units = *bounds, units_of(map)
+    low, high, units = *bounds, units_of(return_map)
     return OrbitCurve(
         map_of, len(orbit.states), low, high, tolerance, coordinates, scale, speeds, orbit.least_time, resting, parameter, units
     )
@@ -209,22 +209,22 @@ def _moved(map_of: Callable[[float], ReturnMap], orbit: PeriodicOrbit, value: fl
 
 
 def parameter_rates(
-    map_of: Callable[[float], ReturnMap], value: float, unit: float, map: ReturnMap | None = None
+    map_of: Callable[[float], ReturnMap], value: float, unit: float, return_map: ReturnMap | None = None
 ) -> dict[str, float]:
     """The rates at which the parameters of a system change with a parameter of which it is a function, in this unit.
 
     The map at the value is made unless it is given.
     """
 
-    def parameters(map: ReturnMap) -> Floats:
-        assert isinstance(map, ExactMap | System)
-        return np.array(list(map.parameters.values()))
+    def parameters(return_map: ReturnMap) -> Floats:
+        assert isinstance(return_map, ExactMap | System)
+        return np.array(list(return_map.parameters.values()))
 
-    map = map_of(value) if map is None else map
-    assert isinstance(map, ExactMap | System)
-    known = np.abs(parameters(map))
+    return_map = map_of(value) if return_map is None else return_map
+    assert isinstance(return_map, ExactMap | System)
+    known = np.abs(parameters(return_map))
     rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
-    return dict(zip(map.parameter_names(), rates.tolist(), strict=True))
+    return dict(zip(return_map.parameter_names(), rates.tolist(), strict=True))
 
 
 def derivative_of(f: Callable[[float], Floats | None], x: float, unit: float, scale: Floats) -> Floats:

@@ -73,10 +73,10 @@ class ContactCurve:
         branch, k, q = self.curve.in_first(second), self.curve.along.resting[0], len(self.orbit.states)
         for sign in (1, -1):
             value = first + sign * BESIDE * branch.unit
-            map, _ = map_or_reason(branch.map_of, value)
-            if map is None:
+            return_map, _ = map_or_reason(branch.map_of, value)
+            if return_map is None:
                 continue
-            y = branch.y(np.roll(orbit(map, self.orbit.states[k], 2 * q).states[-q:], k + 1, axis=0), value)
+            y = branch.y(np.roll(orbit(return_map, self.orbit.states[k], 2 * q).states[-q:], k + 1, axis=0), value)
             found = correct(branch, y, np.eye(1, len(y), len(y) - 1)[0]) if np.isfinite(y).all() else None
             if found is not None and np.array_equal(found.orbit.returns.codes, self.orbit.returns.codes):
                 return found.orbit

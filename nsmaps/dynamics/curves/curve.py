@@ -135,13 +135,13 @@ def _beside(curve: CriticalCurve, event: BifurcationPoint, second: float) -> Flo
         share = ASIDE[0]
         while share < ASIDE[1]:
             value = event.parameter + side * share * branch.unit
-            map, _ = map_or_reason(branch.map_of, value)
-            if map is not None:
+            return_map, _ = map_or_reason(branch.map_of, value)
+            if return_map is not None:
                 states = event.orbit.states
-                found = periodic_orbit(map, states, len(states), branch.tolerance, branch.scale)
+                found = periodic_orbit(return_map, states, len(states), branch.tolerance, branch.scale)
                 same = curve.side is None or np.array_equal(found.returns.codes, own)
                 there = found.converged and found.exists and same
-                if there and curve.least <= curve.clearance(map, found.states[None])[0] <= MOST:
+                if there and curve.least <= curve.clearance(return_map, found.states[None])[0] <= MOST:
                     return branch.y(found.states, value)
             share *= 1.5
     return None
@@ -242,15 +242,15 @@ def _curve(
     return curve_class(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
 
 
-def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
+def _side(return_map: ReturnMap, states: Floats, scale: Floats) -> Side:
     """Where the border is nearest to an orbit that all but meets it.
 
     Raises:
         NsmapsError: the map has no border near the orbit.
     """
     steps = [sign * row for row in np.diag(scale) for sign in (1.0, -1.0)]
-    sides = [side for k in range(len(states)) for step in steps for side in _sides(map, states, Side(k, step, scale))]
-    distances = [side.distance(map, states[None])[0] for side in sides]
+    sides = [side for k in range(len(states)) for step in steps for side in _sides(return_map, states, Side(k, step, scale))]
+    distances = [side.distance(return_map, states[None])[0] for side in sides]
     if not sides or not min(distances) < LEAST:
         raise NsmapsError(
             f"the map has no border within {LEAST:g} of the orbit; expected: an orbit at the border (one that all states meet at "
@@ -259,10 +259,10 @@ def _side(map: ReturnMap, states: Floats, scale: Floats) -> Side:
     return sides[int(np.argmin(distances))]
 
 
-def _sides(map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...]:
+def _sides(return_map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...]:
     """That in which words change along a coordinate, or in which the image or the derivative jumps next to the state."""
     tried = states[side.state] + np.array([0.0, JUST_BEYOND])[:, None] * side.step
-    returns = map.first_return(tried, derivative=True)
+    returns = return_map.first_return(tried, derivative=True)
     if not returns.valid.all() or returns.derivative is None or returns.codes[0] != returns.codes[1]:
         return (side,)
     image, derivative = (each[0, 1] for each in off_piece(returns, (1, 2), side.scale))

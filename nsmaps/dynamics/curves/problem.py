@@ -51,14 +51,14 @@ class Side:
     image: Floats | None = None  #: shape (n,), jump of the image, in this scale
     derivative: Floats | None = None  #: shape (n, n), jump of the derivative, in this scale
 
-    def distance(self, map: ReturnMap, states: Floats) -> Floats:
+    def distance(self, return_map: ReturnMap, states: Floats) -> Floats:
         """The distances of the state of M orbits (M, q, n) from the border, in units of the step, or infinity."""
         own, rows = states[:, self.state, None], np.arange(len(states))
         near, far, known = np.zeros(len(rows)), np.full(len(rows), FAR), np.ones(len(rows), bool)
         for parts in PARTS:
             steps = np.linspace(near, far, parts + 1, axis=-1)
             tried = own + np.insert(steps, 0, 0.0, axis=-1)[..., None] * self.step
-            other = self.beyond(map, tried)
+            other = self.beyond(return_map, tried)
             known &= other.any(axis=1)
             if not known.any():
                 break
@@ -66,10 +66,10 @@ class Side:
             near, far = steps[rows, np.maximum(first - 1, 0)], steps[rows, first]
         return np.where(known, (near + far) / 2, np.inf)
 
-    def beyond(self, map: ReturnMap, states: Floats) -> Bools:
+    def beyond(self, return_map: ReturnMap, states: Floats) -> Bools:
         """True for the states (M, K, n) beyond the border, of each row but for the first, which is on the near side."""
         by_words = self.image is None and self.derivative is None
-        returns, shape = map.first_return(states.reshape(-1, states.shape[-1]), derivative=not by_words), states.shape[:2]
+        returns, shape = return_map.first_return(states.reshape(-1, states.shape[-1]), derivative=not by_words), states.shape[:2]
         if by_words:
             codes = returns.codes.reshape(shape)
             return np.asarray(codes[:, 1:] != codes[:, :1])
@@ -138,33 +138,33 @@ class CriticalCurve:
 
     def residual(self, y: Floats, codes: Ints) -> tuple[Floats, Floats] | None:
         """Unknowns with wrapped angles, and their gaps and condition, without derivatives; None for other words than these."""
-        map, _ = map_or_reason(self.map_of, *self.values(y))
-        if map is None:
+        return_map, _ = map_or_reason(self.map_of, *self.values(y))
+        if return_map is None:
             return None
-        states = map.on_section(self.along.coordinates.wrap(self.along.states(y[:-1])))
-        returns = map.first_return(states, derivative=not self.least)
+        states = return_map.on_section(self.along.coordinates.wrap(self.along.states(y[:-1])))
+        returns = return_map.first_return(states, derivative=not self.least)
         if not returns.valid.all() or not np.array_equal(returns.codes, codes):
             return None
         gaps = returns.coordinates.difference(returns.image, np.roll(states, -1, axis=0)) / self.along.scale
         y = np.append(self.along.y(states, y[-2] * self.along.unit), y[-1])
-        return y, np.append(gaps.ravel(), self._conditions(map, returns))
+        return y, np.append(gaps.ravel(), self._conditions(return_map, returns))
 
     def _by_second(self, here: OrbitPoint, first: float, second: float) -> Floats | None:
         """The derivative of the gaps by the second parameter, shape (q n,), or None."""
         curve = self.in_second(first)
-        map, _ = map_or_reason(curve.map_of, second)
-        slopes = None if map is None else curve.by_value(map, here.orbit.returns, second)
+        return_map, _ = map_or_reason(curve.map_of, second)
+        slopes = None if return_map is None else curve.by_value(return_map, here.orbit.returns, second)
         return slopes if slopes is not None and np.isfinite(slopes).all() else None
 
-    def clearance(self, map: ReturnMap, states: Floats) -> Floats:
+    def clearance(self, return_map: ReturnMap, states: Floats) -> Floats:
         """The distances of M orbits (M, q, n) from the graze or the border, in units of branches."""
-        return self.along.margins(map, states)[:, 0] if self.side is None else self.side.distance(map, states)
+        return self.along.margins(return_map, states)[:, 0] if self.side is None else self.side.distance(return_map, states)
 
-    def _conditions(self, map: ReturnMap, returns: Returns) -> Floats:
+    def _conditions(self, return_map: ReturnMap, returns: Returns) -> Floats:
         """The condition of M orbits, given by their M q returns, shape (M,), zero on the curve."""
         shape = (-1, self.along.period, returns.start.shape[1])
         if self.least or self.side is not None:
-            return self.clearance(map, returns.start.reshape(shape)) - self.least
+            return self.clearance(return_map, returns.start.reshape(shape)) - self.least
         assert returns.derivative is not None
         first, *others = returns.derivative.reshape(*shape, shape[-1]).swapaxes(0, 1)
         whole = reduce(lambda so_far, each: each @ so_far, others, first)
@@ -205,13 +205,13 @@ class CriticalCurve:
 
     def _moved(self, y: Floats, here: OrbitPoint) -> Floats | None:
         """The condition at M unknowns of the same parameters, shape (M,); None where a state has no image, or another word."""
-        map, _ = map_or_reason(self.map_of, *self.values(y[0]))
-        if map is None:
+        return_map, _ = map_or_reason(self.map_of, *self.values(y[0]))
+        if return_map is None:
             return None
-        states = map.on_section(self.along.coordinates.wrap(np.concatenate([self.along.states(row[:-1]) for row in y])))
-        returns = map.first_return(states, derivative=not self.least)
+        states = return_map.on_section(self.along.coordinates.wrap(np.concatenate([self.along.states(row[:-1]) for row in y])))
+        returns = return_map.first_return(states, derivative=not self.least)
         same = (returns.codes.reshape(len(y), -1) == here.orbit.returns.codes).all()
-        return self._conditions(map, returns) if same and returns.valid.all() else None
+        return self._conditions(return_map, returns) if same and returns.valid.all() else None
 
     def exists(self, point: CriticalPoint) -> bool:
         """True if an orbit converged and all of its returns are certified by the map."""

@@ -60,11 +60,15 @@ class CycleSearch:
 
     def at(self, value: float, states: Floats, like: PeriodicOrbit | None = None) -> PeriodicOrbit | None:
         """The stable cycle of least period near some states (q, n), with the words of another; None where there is none."""
-        map, _ = map_or_reason(self.map_of, value)
-        near = None if map is None or len(states) > MOST_STATES else self._near(map, states) or self._settled(map, states)
-        if map is None or near is None:
+        return_map, _ = map_or_reason(self.map_of, value)
+        near = (
+            None
+            if return_map is None or len(states) > MOST_STATES
+            else self._near(return_map, states) or self._settled(return_map, states)
+        )
+        if return_map is None or near is None:
             return None
-        found = self._least(map, near)
+        found = self._least(return_map, near)
         if not (found.converged and found.returns.valid.all() and found.stable):
             return None
         if like is not None and found.words != like.words:
@@ -77,11 +81,11 @@ class CycleSearch:
         """How far a state is from the nearest one of a cycle, in the scale."""
         return float((np.abs(cycle.returns.coordinates.difference(cycle.states, state)) / self.scale).max(axis=1).min())
 
-    def _near(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
+    def _near(self, return_map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
         """The cycle to which Newton's whole steps lead from states; None if they diverge, or without a derivative."""
-        coordinates = Coordinates(map.coordinates)
+        coordinates = Coordinates(return_map.coordinates)
         for _ in range(NEWTON):
-            returns = map.first_return(coordinates.wrap(states), derivative=True)
+            returns = return_map.first_return(coordinates.wrap(states), derivative=True)
             if returns.derivative is None or not returns.valid.all():
                 return None
             cycle, step = PeriodicOrbit(returns, TOLERANCE, self.scale), newton_step(returns, self.scale)
@@ -93,19 +97,21 @@ class CycleSearch:
             states = np.where(np.abs(step) > ROUNDING * self.scale, returns.start + step, returns.start)  # a rest stays one
         return None
 
-    def _settled(self, map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
+    def _settled(self, return_map: ReturnMap, states: Floats) -> PeriodicOrbit | None:
         """As `_near`, from two periods later, as for a cycle with a rest, whose release no other state determines."""
-        q, coordinates = len(states), Coordinates(map.coordinates)
-        path = orbit(map, states[0], 2 * q).states[-q:]
+        q, coordinates = len(states), Coordinates(return_map.coordinates)
+        path = orbit(return_map, states[0], 2 * q).states[-q:]
         if not np.isfinite(path).all():
             return None
         turned = [np.roll(path, k, axis=0) for k in range(q)]
-        return self._near(map, min(turned, key=lambda own: float(np.abs(coordinates.difference(own, states) / self.scale).max())))
+        return self._near(
+            return_map, min(turned, key=lambda own: float(np.abs(coordinates.difference(own, states) / self.scale).max()))
+        )
 
-    def _least(self, map: ReturnMap, cycle: PeriodicOrbit) -> PeriodicOrbit:
+    def _least(self, return_map: ReturnMap, cycle: PeriodicOrbit) -> PeriodicOrbit:
         """A cycle with its least period."""
         part = self._part(cycle)
-        return cycle if part == len(cycle.states) else self._near(map, cycle.states[:part]) or cycle
+        return cycle if part == len(cycle.states) else self._near(return_map, cycle.states[:part]) or cycle
 
     def _part(self, cycle: PeriodicOrbit) -> int:
         """The least period of a cycle."""
@@ -195,10 +201,10 @@ class CycleSearch:
 
     def _kind(self, cycle: PeriodicOrbit, beyond: float) -> str:
         """What ends a cycle between its value and one beyond."""
-        map, _ = map_or_reason(self.map_of, beyond)
-        if map is None:
+        return_map, _ = map_or_reason(self.map_of, beyond)
+        if return_map is None:
             return DOMAIN
-        there = map.first_return(cycle.states)
+        there = return_map.first_return(cycle.states)
         if not there.valid.all():
             return NO_RETURN
         multipliers = cycle.multipliers
@@ -208,12 +214,12 @@ class CycleSearch:
             return FOLD
         if np.abs(multipliers).max() > 1 - AT_ONE and np.abs(multipliers.imag).max() > 0:
             return TORUS
-        return self._leaves(map, cycle)
+        return self._leaves(return_map, cycle)
 
-    def _leaves(self, map: ReturnMap, cycle: PeriodicOrbit) -> str:
+    def _leaves(self, return_map: ReturnMap, cycle: PeriodicOrbit) -> str:
         """How orbits from a cycle that attracted leave it: with other words, without a return, or to other states."""
         q = len(cycle.states)
-        path = orbit(map, cycle.states[0], LEFT * q)
+        path = orbit(return_map, cycle.states[0], LEFT * q)
         if not np.isfinite(path.final).all():
             return NO_RETURN
         if (path.codes.reshape(LEFT, q) != cycle.returns.codes).any():

@@ -85,8 +85,8 @@ def attractors_at(
             magnitudes are units of maps that have no extents; None where all values have the same starts.
     """
 
-    def run(map: ReturnMap, states: Floats) -> Settled:
-        return settled(map, states, discard, returns, starts if first is None else first)
+    def run(return_map: ReturnMap, states: Floats) -> Settled:
+        return settled(return_map, states, discard, returns, starts if first is None else first)
 
     found, reasons, last = followed(map_of, values, starts, run, first is not None)
     runs = [each.orbit for each in found]

@@ -100,8 +100,8 @@ class Runs:
     def rotation(self, run: int) -> str:
         """The rotation number p/q of a run's cycle; "" without one, and of maps not given by formulas."""
         row = self.order[sum(self.runs[run]) // 2]
-        period, (map, _) = int(self.diagram.period[row, 0]), map_or_reason(self.map_of, float(self.diagram.values[row]))
-        name = counted(map, self.diagram.coordinates) if period and isinstance(map, PiecewiseMap) else ""
+        period, (return_map, _) = int(self.diagram.period[row, 0]), map_or_reason(self.map_of, float(self.diagram.values[row]))
+        name = counted(return_map, self.diagram.coordinates) if period and isinstance(return_map, PiecewiseMap) else ""
         turns, words = self.diagram.turns[row, 0, :period].astype(np.int64), self.diagram.words[row, 0, :period].tolist()
         return str(Fraction(steps(turns, words, self.diagram.coordinates, name), period)) if name else ""
 

@@ -93,7 +93,7 @@ class Limit:
         return label(self.words, [self.turns], self.period, self.path.alphabet, self.kind)
 
 
-def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-6) -> list[Limit]:
+def limits(return_map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-6) -> list[Limit]:
     """What the orbits of states (M, n) end on, which are followed for up to 5000 returns.
 
     A cycle is one to which Newton's method leads, or one that is seen to repeat where the map has no derivative, as in chatter.
@@ -110,29 +110,29 @@ def limits(map: ReturnMap, states: Floats, scale: Floats, tolerance: float = 1e-
     for count in FOLLOWED:
         if not len(open_):
             break
-        path, done = followed(map, now, count), done + count
+        path, done = followed(return_map, now, count), done + count
         for place, k in enumerate(open_.tolist()):
-            one = unless_resting(map, limit_of(map, path.of_one(place), scale, tolerance), scale, tolerance)
+            one = unless_resting(return_map, limit_of(return_map, path.of_one(place), scale, tolerance), scale, tolerance)
             found[k] = replace(one, more=done)
         left = [place for place, k in enumerate(open_.tolist()) if found[k].kind == UNRESOLVED and not found[k].rests]
         open_, now = open_[left], path.states[-1, left]
     return [found[k] for k in range(len(states))]
 
 
-def unless_resting(map: ReturnMap, found: Limit, scale: Floats, tolerance: float) -> Limit:
+def unless_resting(return_map: ReturnMap, found: Limit, scale: Floats, tolerance: float) -> Limit:
     """A limit; of chaos the cycle from release to release instead, where an orbit of compiled returns rests within 4096 more.
 
     Rare rests make an orbit periodic, however chaotic it is between them; unresolved if it rests at different phases, or if
     rounding decides when it rests again.
     """
     path = found.path
-    if found.kind == CHAOS and map.has_orbits and not _has_rest(path):
-        path = Path.of(map.orbits(path.states[-1], FOLLOWED[-1]), 1)
+    if found.kind == CHAOS and return_map.has_orbits and not _has_rest(path):
+        path = Path.of(return_map.orbits(path.states[-1], FOLLOWED[-1]), 1)
     if found.kind not in (CHAOS, UNRESOLVED) or not _has_rest(path):
         return found
     path = until_release(path)
     period = between_releases(path, tolerance * scale)
-    if period and is_determined(map, path, period, scale):
+    if period and is_determined(return_map, path, period, scale):
         return Limit("", path, period)
     return Limit(UNRESOLVED, path, rests=period > 0)
 
@@ -142,7 +142,7 @@ def _has_rest(path: Path) -> bool:
     return bool((path.outcome == Outcome.stuck).any())
 
 
-def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit:
+def limit_of(return_map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit:
     """What the orbit of one path ends on, as far as this path shows it."""
     if not np.isfinite(path.states[-1]).all():
         gone = path.outcome[-1, 0] in (Outcome.returned, Outcome.escaped)  # a formula that has overflowed
@@ -150,16 +150,16 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
     if escapes(path, scale):
         return Limit(ESCAPE, path)
     short = path.last(min(SHORT, len(path.codes)))
-    cycle = cycle_in(map, short, scale, tolerance)
+    cycle = cycle_in(return_map, short, scale, tolerance)
     if cycle is not None:
         return replace(cycle, path=path.first(len(path.codes) - len(short.codes) + len(cycle.path.codes)))
-    growth = growth_on(map, path, scale)
+    growth = growth_on(return_map, path, scale)
     exponent, error = exponent_of(growth, float(path.numbers[:, 0].mean()))
     about: Any = {"exponent": exponent, "error": error}
     grows = bool(np.isfinite(exponent) and exponent > ERRORS * error)
     if grows and growth.sum() > LEAVES and not short.repeats(tolerance * scale)[0]:
         return Limit(CHAOS, path, **about)
-    cycle = cycle_in(map, path, scale, tolerance) or approached(map, path, scale)
+    cycle = cycle_in(return_map, path, scale, tolerance) or approached(return_map, path, scale)
     if cycle is not None:
         return cycle
     if grows:
@@ -167,29 +167,29 @@ def limit_of(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Lim
     return Limit(QUASI_PERIODIC if _is_quasi_periodic(path, growth, scale) else UNRESOLVED, path, **about)
 
 
-def cycle_in(map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
+def cycle_in(return_map: ReturnMap, path: Path, scale: Floats, tolerance: float) -> Limit | None:
     """The cycle on which the orbit of one path repeats within a tolerance, in its last half or in all of it; None without one."""
     near = tolerance * scale
     length = between_releases(until_release(path), near)
     path = until_release(path) if length else path
     length = length or int(path.last(-(-len(path.codes) // 2)).repeats(near)[0] or path.repeats(near)[0])
-    if not length or not is_determined(map, path, length, scale):
+    if not length or not is_determined(return_map, path, length, scale):
         return None
     seen = Limit("", path, length)
     off = np.abs(path.coordinates.difference(path.states[-1, 0], path.states[-1 - length, 0]) / scale).max()
-    return seen if off <= ROUNDED else refined(map, seen, scale, tolerance)
+    return seen if off <= ROUNDED else refined(return_map, seen, scale, tolerance)
 
 
-def refined(map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Limit | None:
+def refined(return_map: ReturnMap, seen: Limit, scale: Floats, tolerance: float) -> Limit | None:
     """A cycle on which an orbit repeats within a tolerance, by Newton's method; as seen where the map has no derivative there.
 
     None where Newton's method does not converge, as beside a resonance, or leads to an unstable cycle, which the orbit passes;
     without derivatives where the orbit nearly repeats in a part of the period.
     """
     path, states = seen.path, seen.path.states[-seen.length :, 0]
-    if not _has_slopes(map, states):
+    if not _has_slopes(return_map, states):
         return None if _nearly_shorter(path, seen.length, NEARLY * tolerance * scale) else seen
-    found = least(map, periodic_orbit(map, states, seen.length, scale=scale), scale)
+    found = least(return_map, periodic_orbit(return_map, states, seen.length, scale=scale), scale)
     if not _is_located(found) or np.abs(found.multipliers).max() > 1 + SINGULAR:
         return None
     distance = _distances(found.states, states, path.coordinates, scale).max()
@@ -208,13 +208,13 @@ def _nearly_shorter(path: Path, period: int, near: Floats) -> bool:
     return any(bool(path.coordinates.near(path.states[-1, 0], path.states[-1 - q, 0], near)) for q in shorter)
 
 
-def _has_slopes(map: ReturnMap, states: Floats) -> bool:
+def _has_slopes(return_map: ReturnMap, states: Floats) -> bool:
     """True if the map has finite derivatives at states (N, n)."""
-    slopes = map.first_return(states, derivative=True).derivative
+    slopes = return_map.first_return(states, derivative=True).derivative
     return slopes is not None and bool(np.isfinite(slopes).all())
 
 
-def least(map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
+def least(return_map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
     """The same cycle with its least period: an orbit that approaches it from alternating sides repeats sooner at twice its
     period.
     """
@@ -223,17 +223,17 @@ def least(map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
         if period % shorter == 0:
             distance = np.abs(found.returns.coordinates.difference(found.states, np.roll(found.states, shorter, axis=0)))
             if (distance / scale).max() <= SAME:
-                return periodic_orbit(map, found.states[:shorter], shorter, scale=scale)
+                return periodic_orbit(return_map, found.states[:shorter], shorter, scale=scale)
     return found
 
 
-def approached(map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
+def approached(return_map: ReturnMap, path: Path, scale: Floats) -> Limit | None:
     """The stable cycle that the orbit of one path comes nearer and nearer to; None without one, or without derivatives."""
     periods = [period for period in _nearly(path, scale) if _settles(path, period, scale)]
-    for period in periods if _has_slopes(map, path.states[-1:, 0]) else ():
-        if not is_determined(map, path, period, scale):
+    for period in periods if _has_slopes(return_map, path.states[-1:, 0]) else ():
+        if not is_determined(return_map, path, period, scale):
             continue
-        found = least(map, periodic_orbit(map, path.states[-period:, 0], period, scale=scale), scale)
+        found = least(return_map, periodic_orbit(return_map, path.states[-period:, 0], period, scale=scale), scale)
         if _is_located(found) and found.stable and _comes_nearer(path, found.states, scale):
             return Limit("", path, len(found.states), found)
     return None

@@ -72,9 +72,9 @@ class Path:
         return periods(*rows)
 
 
-def followed(map: ReturnMap, states: Floats, count: int) -> Path:
+def followed(return_map: ReturnMap, states: Floats, count: int) -> Path:
     """The path of states (M, n), M above zero, over some returns, with derivatives."""
-    parts = list(returns_of(map, states, count, derivative=True))
+    parts = list(returns_of(return_map, states, count, derivative=True))
     return Path.of(Returns.concatenate(parts), len(states))
 
 
@@ -107,27 +107,29 @@ def diverges(coordinates: Coordinates, states: Floats, starts: Floats) -> Bools:
     return grows & vast(coordinates, states[..., -1, :], coordinates.magnitudes(starts))
 
 
-def growth_on(map: ReturnMap, path: Path, scale: Floats) -> Floats:
+def growth_on(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """The logarithms of the growth of a tangent vector on each return of one path, once it has turned, shape (N,)."""
     from nsmaps.dynamics.frames import carried
 
     slopes = None if path.slopes is None else path.slopes[:, 0]
     if slopes is None or not np.isfinite(slopes).all():
-        slopes = slopes_by_differences(map, path, scale) if slopes is None else slopes[np.isfinite(slopes).all(axis=(1, 2))]
+        slopes = (
+            slopes_by_differences(return_map, path, scale) if slopes is None else slopes[np.isfinite(slopes).all(axis=(1, 2))]
+        )
     n, dim, _ = slopes.shape
     growth = np.empty((n, 1, dim))
     carried(np.ascontiguousarray(slopes[:, None]), np.eye(dim)[None].copy(), growth)
     return growth[min(ALIGN, n // 2) :, 0, 0]
 
 
-def slopes_by_differences(map: ReturnMap, path: Path, scale: Floats) -> Floats:
+def slopes_by_differences(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """The slopes of the returns of one path by differences, shape (N, n, n); those across an edge of the map are left out."""
     states, images = path.states[:-1, 0], path.states[1:, 0]
     n, dim = states.shape
     slopes = np.full((n, dim, dim), np.nan)
     for j, unit in enumerate((UNIT * scale).tolist()):
         for way in (unit, -unit):
-            there = map.first_return(states + way * np.eye(dim)[j])
+            there = return_map.first_return(states + way * np.eye(dim)[j])
             slope = path.coordinates.difference(there.image, images) / way
             own = (there.codes == path.codes[:, 0]) & ~np.isfinite(slopes[:, :, j]).all(axis=1)
             slopes[own, :, j] = slope[own]

@@ -28,13 +28,15 @@ def between_releases(path: Path, near: Floats) -> int:
     return int(released[-1] - released[same[-1]]) if len(same) else 0
 
 
-def is_determined(map: ReturnMap, path: Path, period: int, scale: Floats) -> bool:
+def is_determined(return_map: ReturnMap, path: Path, period: int, scale: Floats) -> bool:
     """True unless rounding decides when the last period of one path comes back to a release, as of `words_hold_beside`."""
     last = path.last(period)
-    return words_hold_beside(map, last.states[1:, 0], last.codes[:, 0], last.outcome[:, 0], scale)
+    return words_hold_beside(return_map, last.states[1:, 0], last.codes[:, 0], last.outcome[:, 0], scale)
 
 
-def words_hold_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDArray[np.signedinteger], scale: Floats) -> bool:
+def words_hold_beside(
+    return_map: ReturnMap, states: Floats, codes: Ints, outcome: NDArray[np.signedinteger], scale: Floats
+) -> bool:
     """True unless rounding decides when a cycle comes back to a release from rest.
 
     A rest makes all multipliers of such a cycle zero. But where orbits are chaotic between rare rests, differences grow from one
@@ -45,7 +47,7 @@ def words_hold_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDAr
         states: shape (K, n), the images of the returns of a period, whose words are `codes`, shape (K,); `outcome` likewise.
     """
     for release in np.flatnonzero(outcome == Outcome.stuck).tolist() if len(states) > 1 else ():
-        beside = orbit(map, _beside(map, states[(release + 1) % len(states)], scale), len(states) - 1)
+        beside = orbit(return_map, _beside(return_map, states[(release + 1) % len(states)], scale), len(states) - 1)
         begun = np.isfinite(beside.states[1]).all(axis=1)
         same = beside.codes[:, begun] == np.roll(codes, -release - 2)[:-1, None]
         same &= beside.outcome[:, begun] == np.roll(outcome, -release - 2)[:-1, None]
@@ -54,12 +56,12 @@ def words_hold_beside(map: ReturnMap, states: Floats, codes: Ints, outcome: NDAr
     return True
 
 
-def beside_release(map: ReturnMap, path: Path, scale: Floats) -> Floats:
+def beside_release(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """States up to rounding beside the first one after the last release but one of a path, shape (16, n)."""
-    return _beside(map, path.states[np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)[-2] + 2, 0], scale)
+    return _beside(return_map, path.states[np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)[-2] + 2, 0], scale)
 
 
-def _beside(map: ReturnMap, state: Floats, scale: Floats) -> Floats:
+def _beside(return_map: ReturnMap, state: Floats, scale: Floats) -> Floats:
     """States up to rounding beside another one, shape (16, n)."""
     steps = np.random.default_rng(0).uniform(-ROUNDING, ROUNDING, (BESIDE, len(state)))
-    return Coordinates(map.coordinates).wrap(state + steps * scale)
+    return Coordinates(return_map.coordinates).wrap(state + steps * scale)

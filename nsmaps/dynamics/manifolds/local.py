@@ -48,7 +48,7 @@ class LocalCurve:
         return self.coordinates.wrap(self.state + self.scale * (s * self.slope + s**2 / 2 * self.bend))
 
 
-def local_curve(map: ReturnMap, state: Floats, saddle: Saddle, scale: Floats) -> LocalCurve:
+def local_curve(return_map: ReturnMap, state: Floats, saddle: Saddle, scale: Floats) -> LocalCurve:
     """The curve from a state of a saddle in the direction of one side.
 
     Its curvature is that of the manifold, by differences of exact derivatives; its length is halved until its end is mapped
@@ -57,20 +57,20 @@ def local_curve(map: ReturnMap, state: Floats, saddle: Saddle, scale: Floats) ->
     Raises:
         NsmapsError: no curve beside the saddle is smooth: words change at it.
     """
-    coordinates, returns, slope, multiplier = Coordinates(map.coordinates), saddle.returns, saddle.slope, saddle.multiplier
+    coordinates, returns, slope, multiplier = Coordinates(return_map.coordinates), saddle.returns, saddle.slope, saddle.multiplier
     own = saddle.derivative * scale / scale[:, None]
-    _, words, _ = several(map, state[None], returns)
+    _, words, _ = several(return_map, state[None], returns)
     best: LocalCurve | None = None
     length = FARTHEST
     while length > NEAREST:
         h = length * BESIDE
         ends = state + scale * slope * np.array([[h], [-h]])
-        images, labels, slopes = several(map, coordinates.wrap(ends), returns, True)
+        images, labels, slopes = several(return_map, coordinates.wrap(ends), returns, True)
         if (labels == words).all() and np.isfinite(images).all():
             second = (slopes[0] - slopes[1]) * scale / scale[:, None] @ slope / (2 * h)
             bend = np.linalg.solve(multiplier**2 * np.eye(2) - own, second)
             curve = LocalCurve(coordinates, scale, state, slope, bend, multiplier, returns, length, np.inf)
-            image, label, _ = several(map, curve.at(np.zeros(1)), returns)
+            image, label, _ = several(return_map, curve.at(np.zeros(1)), returns)
             gap = coordinates.difference(image, curve.at(np.ones(1))) / scale
             error = float(np.linalg.norm(gap)) if (label == words).all() else np.inf
             curve = LocalCurve(coordinates, scale, state, slope, bend, multiplier, returns, length, error)
@@ -86,14 +86,14 @@ def local_curve(map: ReturnMap, state: Floats, saddle: Saddle, scale: Floats) ->
     return best
 
 
-def several(map: ReturnMap, states: Floats, n: int, derivative: bool = False) -> tuple[Floats, Ints, Floats]:
+def several(return_map: ReturnMap, states: Floats, n: int, derivative: bool = False) -> tuple[Floats, Ints, Floats]:
     """The images of states (N, 2) after n returns, the codes and outcomes on the way (N, 2 n), and the derivatives (N, 2, 2).
 
     A return that ends without an image, or that sticks, which makes one point of a curve, has the image NaN.
     """
     labels, product = [], np.broadcast_to(np.eye(2), (len(states), 2, 2))
     for _ in range(n):
-        found = map.first_return(states, derivative)
+        found = return_map.first_return(states, derivative)
         moves = found.valid & (found.outcome != Outcome.stuck)
         states = np.where(moves[:, None], found.image, np.nan)
         labels += [found.codes, np.where(moves, -1, found.outcome).astype(np.int64)]

@@ -65,7 +65,7 @@ class Manifold(WithCoordinates, Result):
 
 @shows
 def manifold(
-    map: ReturnMap,
+    return_map: ReturnMap,
     orbit: PeriodicOrbit,
     which: Which = "unstable",
     length: float = 10.0,
@@ -100,37 +100,37 @@ def manifold(
     Raises:
         NsmapsError: not two coordinates, an orbit that is not a saddle, no inverse, or lengths that are not positive.
     """
-    _check(map, orbit, which, length, gap, max_points)
+    _check(return_map, orbit, which, length, gap, max_points)
     scale = orbit.scale
     grow = (length, gap, max_points)
     if which == "unstable":
-        return _unstable(map, orbit, scale, *grow)
-    inverse = map.inverse() if inverse is None else inverse
+        return _unstable(return_map, orbit, scale, *grow)
+    inverse = return_map.inverse() if inverse is None else inverse
     if inverse is None:
         raise NsmapsError(
-            f"the stable manifold of a {type(map).__name__} needs its inverse, which is not known; expected: `inverse`"
+            f"the stable manifold of a {type(return_map).__name__} needs its inverse, which is not known; expected: `inverse`"
         )
     return _stable(_unstable(inverse, _reversed_orbit(inverse, orbit, scale), scale, *grow), orbit, scale)
 
 
-def _unstable(map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
+def _unstable(return_map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
     """The unstable manifold, in a scale."""
     sides = [(k, sign) for k in range(len(orbit.states)) for sign in (1.0, -1.0)]
     saddles = [_saddle(orbit, k, sign, scale) for k, sign in sides]
     starts = [(k, saddle) for (k, _), saddle in zip(sides, saddles, strict=True)]
-    if map.is_affine:
-        pieces, gap = Pieces.of(PiecewiseMap.require(map, "affine pieces"), scale), np.inf
+    if return_map.is_affine:
+        pieces, gap = Pieces.of(PiecewiseMap.require(return_map, "affine pieces"), scale), np.inf
         found = [grown_exactly(pieces, orbit, k, saddle, length, max_points) for k, saddle in starts]
         parts, errors = [part for part, _ in found], [off for _, off in found]
     else:
-        curves = [local_curve(map, orbit.states[k], saddle, scale) for k, saddle in starts]
-        parts = [grown(Growth(map, curve, length, gap, max_points)) for curve in curves]
+        curves = [local_curve(return_map, orbit.states[k], saddle, scale) for k, saddle in starts]
+        parts = [grown(Growth(return_map, curve, length, gap, max_points)) for curve in curves]
         errors = [curve.error for curve in curves]
     states, arclength, piece = (np.concatenate([part[k] for part in parts]) for k in range(3))
     side = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     error, ended = max(errors), tuple(part[3] for part in parts)
     multiplier, coordinates = float(orbit.multipliers[0].real), orbit.returns.coordinates
-    about = states, arclength, side, piece, scale, gap, error, ended, units_of(map)
+    about = states, arclength, side, piece, scale, gap, error, ended, units_of(return_map)
     return Manifold(coordinates, "unstable", orbit.states, multiplier, *about)
 
 
@@ -178,9 +178,9 @@ def _stable(found: Manifold, orbit: PeriodicOrbit, scale: Floats) -> Manifold:
     )
 
 
-def _check(map: ReturnMap, orbit: PeriodicOrbit, which: str, length: float, gap: float, max_points: int) -> None:
+def _check(return_map: ReturnMap, orbit: PeriodicOrbit, which: str, length: float, gap: float, max_points: int) -> None:
     """Refuse what has no such manifold."""
-    n = len(ReturnMap.require(map, "a manifold").coordinates)
+    n = len(ReturnMap.require(return_map, "a manifold").coordinates)
     if n != 2:
         raise NsmapsError(f"the map has {n} coordinates; expected: two, in which a manifold of a saddle is a curve")
     if which not in ("unstable", "stable"):

@@ -38,14 +38,14 @@ class Pieces:
     constants: Floats  #: shape (B,)
 
     @classmethod
-    def of(cls, map: PiecewiseMap, scale: Floats) -> "Pieces":
+    def of(cls, return_map: PiecewiseMap, scale: Floats) -> "Pieces":
         """Those of a map."""
         zero = np.zeros((1, 2))
-        own = map.prolongation((0,), zero).of
-        images = [own.images(k, zero) for k in range(len(map.letters))]
+        own = return_map.prolongation((0,), zero).of
+        images = [own.images(k, zero) for k in range(len(return_map.letters))]
         constants, gradients, _ = own.borders(zero)
         rows = np.array([slopes[0] for _, slopes, _ in images]), np.array([values[0] for values, *_ in images])
-        return cls(map, scale, *rows, gradients[0], constants[0])
+        return cls(return_map, scale, *rows, gradients[0], constants[0])
 
     def borders(self, states: Floats) -> Floats:
         """The functions at states, shape (N, B)."""

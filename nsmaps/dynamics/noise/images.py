@@ -17,19 +17,19 @@ from nsmaps.parallel import Arrays
 RETURNS = 20_000  #: of a part, unless 8 realisations have more
 
 
-def kicked_orbits(map: ReturnMap, start: Floats, kicks: Floats) -> Returns:
+def kicked_orbits(return_map: ReturnMap, start: Floats, kicks: Floats) -> Returns:
     """The first n returns of M states (M, dim), n M rows, to each of whose images a kick is added, shape (n, M, dim).
 
     Angles stay on the circle. The loop is compiled where the map is given by formulas.
     """
-    if isinstance(map, PiecewiseMap):
-        return map._kernel().kicked_orbits(start, kicks)
+    if isinstance(return_map, PiecewiseMap):
+        return return_map._kernel().kicked_orbits(start, kicks)
     parts = list[Returns]()
     for kick in kicks:
-        found = _moved(map.first_return(parts[-1].image if parts else start), kick)
+        found = _moved(return_map.first_return(parts[-1].image if parts else start), kick)
         parts.append(repeat_outcomes(found, parts[-1] if parts else None))
         check_stop()
-    return Returns.concatenate(parts or [map.first_return(start[:0])])
+    return Returns.concatenate(parts or [return_map.first_return(start[:0])])
 
 
 def _moved(returns: Returns, kick: Floats) -> Returns:
@@ -43,12 +43,12 @@ def _moved(returns: Returns, kick: Floats) -> Returns:
 
 def kicked_realisations(how: tuple[Any, ...], starts: Floats, numbers: Sequence[int]) -> Arrays:
     """The tables of the realisations with the given numbers, as of those with a forcing by noise."""
-    map, sizes, n, seed = how
+    return_map, sizes, n, seed = how
     r, dim = starts.shape
     kicks = np.empty((n, r, dim))
     for i, number in enumerate(numbers):
         kicks[:, i] = sizes * generator(seed, number).standard_normal((n, dim))
-    found = kicked_orbits(map, np.ascontiguousarray(starts), kicks)
+    found = kicked_orbits(return_map, np.ascontiguousarray(starts), kicks)
     rows = {name: getattr(found, name) for name in ("image", "turns", "codes", "outcome", "time")}
     each = {name: np.swapaxes(row.reshape(n, r, *row.shape[1:]), 0, 1) for name, row in rows.items()}
     states = np.concatenate([starts[:, None], each.pop("image")], axis=1)

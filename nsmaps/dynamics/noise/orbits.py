@@ -68,7 +68,7 @@ class NoisyOrbits(WithCoordinates, Result):
 
 @divides
 def noisy_orbits(
-    map: ReturnMap,
+    return_map: ReturnMap,
     state: StateLike,
     n: int,
     noise: Noise,
@@ -111,23 +111,23 @@ def noisy_orbits(
             map has no motion that could be forced, or noise on images has a step, impacts or a scale of no coordinate.
         Interrupted: Ctrl-C; `result` has the first realisations, up to a part that was not finished.
     """
-    map = ReturnMap.require(map, "noise")
-    coordinates = Coordinates(map.coordinates)
+    return_map = ReturnMap.require(return_map, "noise")
+    coordinates = Coordinates(return_map.coordinates)
     starts, dim = as_starts(state, coordinates), len(coordinates)
     if starts.shape not in ((dim,), (realisations, dim)) or realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(realisations, 0)}, {dim})")
-    check_noise(map, noise)
+    check_noise(return_map, noise)
     if noise.tau is None:
         work, part, h, how = (
             kicked_realisations,
             max(CHUNK, RETURNS // max(n, 1)),
             np.nan,
-            _of_images(map, n, noise, step, impacts),
+            _of_images(return_map, n, noise, step, impacts),
         )
         chatter = np.nan
     else:
-        work, part, h, how = _realised, CHUNK, *_forced(map, n, noise, noise.tau, step, chatter, impacts)
-    starts, letters = np.broadcast_to(starts, (realisations, dim)), letters_of(map)
+        work, part, h, how = _realised, CHUNK, *_forced(return_map, n, noise, noise.tau, step, chatter, impacts)
+    starts, letters = np.broadcast_to(starts, (realisations, dim)), letters_of(return_map)
     tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
@@ -163,16 +163,16 @@ def forced_totals(system: FlowSystem, orbits: NoisyOrbits, observables: "tuple[O
     return np.asarray(concatenated(_run(_realised, parts, SERIAL))["totals"])
 
 
-def check_noise(map: ReturnMap, noise: Noise) -> None:
+def check_noise(return_map: ReturnMap, noise: Noise) -> None:
     """Refuse a noise that a map does not have, with an NsmapsError."""
-    name, coordinates = type(map).__name__, Coordinates(map.coordinates)
+    name, coordinates = type(return_map).__name__, Coordinates(return_map.coordinates)
     if noise.tau is not None:
-        if not isinstance(map, FlowSystem):
+        if not isinstance(return_map, FlowSystem):
             raise NsmapsError(
                 f"noise with a correlation time, tau = {noise.tau:g}, of a {name}, which has no motion between its returns that "
                 "it could force; expected: no tau, of noise on the images"
             )
-    elif noise.scale is None and isinstance(map, FlowSystem):
+    elif noise.scale is None and isinstance(return_map, FlowSystem):
         raise NsmapsError(
             f"the noise of a {name} has neither tau nor scale; expected: tau, the correlation time of a forcing, or scale, such "
             f"as {{{coordinates[0]}: 1}}, of noise on the images, whose coordinates differ in their units"
@@ -180,18 +180,18 @@ def check_noise(map: ReturnMap, noise: Noise) -> None:
     noise.sizes(coordinates)
 
 
-def _of_images(map: ReturnMap, n: int, noise: Noise, step: float | None, impacts: int) -> tuple[Any, ...]:
+def _of_images(return_map: ReturnMap, n: int, noise: Noise, step: float | None, impacts: int) -> tuple[Any, ...]:
     """What `kicked_realisations` needs besides the seed."""
     if n < 0 or step is not None or impacts:
         raise NsmapsError(
             f"{n} returns, a step of {step}, {impacts} impacts of noise on images; expected: a number that is not negative, and "
             "a step and impacts only of a forcing, which has a correlation time `tau`"
         )
-    return map, noise.sizes(Coordinates(map.coordinates)), n
+    return return_map, noise.sizes(Coordinates(return_map.coordinates)), n
 
 
 def _forced(
-    map: ReturnMap,
+    return_map: ReturnMap,
     n: int,
     noise: Noise,
     tau: float,
@@ -201,7 +201,7 @@ def _forced(
     observables: "tuple[Observable, ...]" = (),
 ) -> tuple[float, tuple[Any, ...]]:
     """The step of the grid in time, and what `_realised` needs besides the seed."""
-    system = FlowSystem.require(map, "noise with a correlation time")
+    system = FlowSystem.require(return_map, "noise with a correlation time")
     h = usual_step(system, tau) if step is None else float(step)
     if n < 0 or impacts < 0 or not 0 < h <= tau or not chatter >= 0:
         raise NsmapsError(

@@ -118,27 +118,27 @@ def _slopes(system: System, plan: Any, states: Floats, way: Floats) -> Floats:
     return map_slopes(system, plan, states, way)
 
 
-def _sums_with_rest(map: CompleteChatter, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
+def _sums_with_rest(return_map: CompleteChatter, orbit: PeriodicOrbit, every: tuple[Observable, ...], way: Floats) -> Sums:
     """The sums over an orbit with complete chatter."""
     from nsmaps.exact.observables.formulas import plan_of
 
-    system = map.system
+    system = return_map.system
     run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SUMMED_SPEED)
     means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SUMMED_SPEED)
     plan, each = plan_of(system, every), np.zeros((2, len(every)))
     if way.any():
         each[:] = np.nan
-        for (k, part), slope in zip(plan.columns, _slopes_with_rest(map, orbit, run, plan, way), strict=True):
+        for (k, part), slope in zip(plan.columns, _slopes_with_rest(return_map, orbit, run, plan, way), strict=True):
             each[part, k] = slope
     return means.totals, means.weights, each
 
 
-def _slopes_with_rest(map: CompleteChatter, orbit: PeriodicOrbit, run: Returns, plan: Any, way: Floats) -> Floats:
+def _slopes_with_rest(return_map: CompleteChatter, orbit: PeriodicOrbit, run: Returns, plan: Any, way: Floats) -> Floats:
     """The derivatives of the totals of the single returns round an orbit with complete chatter, shape (C,)."""
     from nsmaps.dynamics.observables.rests import Chatter, rest_slopes
     from nsmaps.exact.observables.totals import slopes_of
 
-    system, total, moved = map.system, np.zeros(len(plan.columns)), moved_states(map, orbit, way)[0]
+    system, total, moved = return_map.system, np.zeros(len(plan.columns)), moved_states(return_map, orbit, way)[0]
     rates = dict(zip(system.parameter_names(), way.tolist(), strict=True))
     slopes, by_way = slopes_of(system, plan, run.start, way), sensitivities(system, run.start, rates)
     for k in range(len(run.codes)):
@@ -151,9 +151,9 @@ def _slopes_with_rest(map: CompleteChatter, orbit: PeriodicOrbit, run: Returns, 
     return total
 
 
-def _single(map: ReturnMap) -> System:
+def _single(return_map: ReturnMap) -> System:
     """The system whose single returns a map has, or NsmapsError."""
-    return System.require(map.system if isinstance(map, CompleteChatter) else map, "observables")
+    return System.require(return_map.system if isinstance(return_map, CompleteChatter) else return_map, "observables")
 
 
 def _single_returns(system: FlowSystem, orbit: PeriodicOrbit) -> int:

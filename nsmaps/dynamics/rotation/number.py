@@ -28,7 +28,7 @@ class RotationNumber:
 
 
 def rotation_number(
-    map: ReturnMap, start: StateLike, returns: int = 10_000, discard: int = 1000, of: str | None = None
+    return_map: ReturnMap, start: StateLike, returns: int = 10_000, discard: int = 1000, of: str | None = None
 ) -> RotationNumber:
     """The rotation number of the orbit of a start: exact where it ends on a cycle, estimated otherwise.
 
@@ -45,35 +45,37 @@ def rotation_number(
     Raises:
         NsmapsError: no such angle or letter, several to choose from, or an orbit that ends or escapes.
     """
-    coordinates = Coordinates(ReturnMap.require(map, "a rotation number").coordinates)
+    coordinates = Coordinates(ReturnMap.require(return_map, "a rotation number").coordinates)
     state = as_starts(start, coordinates)[None]
-    settled = orbit(map, state, discard).final
-    name = _named(map, coordinates, of)
-    found = limits(map, settled, scale_of(map, settled, beside=state), 1e-6)[0] if np.isfinite(settled).all() else None
+    settled = orbit(return_map, state, discard).final
+    name = _named(return_map, coordinates, of)
+    found = (
+        limits(return_map, settled, scale_of(return_map, settled, beside=state), 1e-6)[0] if np.isfinite(settled).all() else None
+    )
     if found is None or not found.held:
         raise NsmapsError(f"the orbit of {state[0].tolist()} ends or escapes; expected: a start whose orbit stays")
     if found.length:
-        cycle = found.cycle if found.cycle is not None else periodic_orbit(map, found.states, found.length)
+        cycle = found.cycle if found.cycle is not None else periodic_orbit(return_map, found.states, found.length)
         fraction = Fraction(steps(cycle.returns.known_turns.astype(np.int64), list(cycle.words), coordinates, name), cycle.period)
         return RotationNumber(float(fraction), float(np.spacing(float(fraction))), name, fraction, cycle)
-    path = orbit(map, settled[0], returns)
+    path = orbit(return_map, settled[0], returns)
     each = _each(path, coordinates, name)
     halves, value = [_mean(half) for half in np.array_split(each, 2)], _mean(each)
     return RotationNumber(value, max(abs(half - value) for half in halves) + float(np.spacing(value)), name)
 
 
-def counted(map: ReturnMap, coordinates: Coordinates) -> str:
+def counted(return_map: ReturnMap, coordinates: Coordinates) -> str:
     """The only angle, or without angles the last of two letters; "" where there are others."""
     angles = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle]
-    letters = letters_of(map)
+    letters = letters_of(return_map)
     found = angles or (letters[-1:] if len(letters) == 2 else ())
     return found[0] if len(found) == 1 else ""
 
 
-def _named(map: ReturnMap, coordinates: Coordinates, of: str | None) -> str:
+def _named(return_map: ReturnMap, coordinates: Coordinates, of: str | None) -> str:
     """The angle or the letter that is counted."""
-    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*letters_of(map)]
-    found = counted(map, coordinates) if of is None else of
+    known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*letters_of(return_map)]
+    found = counted(return_map, coordinates) if of is None else of
     if found not in known:
         given = f" of {of!r}" if of is not None else ", which is not that of one angle or of two letters"
         raise NsmapsError(f"a rotation number{given}; expected: `of`, one of {', '.join(known) or 'an angle or a letter'}")

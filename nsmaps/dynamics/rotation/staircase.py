@@ -152,10 +152,10 @@ class _Search:
     def at(self, value: float) -> RotationNumber:
         """That at a value, computed once."""
         if value not in self.known:
-            map, why = map_or_reason(self.map_of, value)
-            if map is None:
+            return_map, why = map_or_reason(self.map_of, value)
+            if return_map is None:
                 raise NsmapsError(f"there is no map at {value:.9g}: {why}; expected: bounds between which there is one")
-            self.known[value] = rotation_number(map, self.start, discard=self.discard, of=self.of)
+            self.known[value] = rotation_number(return_map, self.start, discard=self.discard, of=self.of)
         return self.known[value]
 
     def value_of(self, rotation: Fraction, width: float) -> float | None:

@@ -96,13 +96,13 @@ def _released_if_it_fails() -> Iterator[None]:
         gc.set_threshold(often, *others)
 
 
-def _or_released(compile: Callable[..., Any]) -> Callable[..., Any]:
+def _or_released(compilation: Callable[..., Any]) -> Callable[..., Any]:
     """A call whose failure ends all claims of this process."""
 
-    @wraps(compile)
+    @wraps(compilation)
     def compile_or_release(*args: Any) -> Any:
         with _released_if_it_fails():
-            return compile(*args)
+            return compilation(*args)
 
     return compile_or_release
 

@@ -40,10 +40,10 @@ class Choices:
     values: dict[str, Any] = field(compare=False)
 
     @classmethod
-    def of(cls, map: System) -> "Choices":
+    def of(cls, system: System) -> "Choices":
         """The class of a map with its choices."""
-        values = choices_of(map)
-        return cls(type(map), repr(values), values)
+        values = choices_of(system)
+        return cls(type(system), repr(values), values)
 
 
 @lru_cache(maxsize=64)

@@ -15,14 +15,14 @@ from nsmaps.exact.piecewise.formulas import Choices, PieceFormulas, formulas_of
 from nsmaps.exact.systems.parameters import System
 
 
-def inverse_of(map: System) -> Any:
+def inverse_of(system: System) -> Any:
     """The map of a state to its preimage: in the first piece in which it has one, with that piece's letter.
 
     Raises:
         SystemDefinitionError: the equations of a piece are not solved, or preimages are given of other pieces or coordinates.
     """
-    cls = _inverse_class(Choices.of(map))
-    return cls.model_construct(**{name: getattr(map, name) for name in cls.model_fields})
+    cls = _inverse_class(Choices.of(system))
+    return cls.model_construct(**{name: getattr(system, name) for name in cls.model_fields})
 
 
 @lru_cache(maxsize=64)

@@ -45,14 +45,14 @@ def compose_returns(first: Returns, second: Returns) -> Returns:
     )
 
 
-def iterate_returns(map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
+def iterate_returns(return_map: "ReturnMap", returns: Returns, times: Ints) -> Returns:
     """Returns of a map, each joined with those that follow it, as many in all as `times` has, shape (N,), from one on."""
     rows, row, derivative = np.arange(len(returns)), replace(returns, number=returns.numbers), returns.derivative is not None
     numbers, parts = [rows[times <= 1]], [row.select(times <= 1)]
     for k in range(2, int(times.max(initial=1)) + 1):
         on = times[rows] >= k
         rows, row = rows[on], row.select(on)
-        row = compose_returns(row, map.first_return(row.image, derivative))
+        row = compose_returns(row, return_map.first_return(row.image, derivative))
         done = times[rows] == k
         numbers.append(rows[done])
         parts.append(row.select(done))

@@ -45,9 +45,9 @@ class FirstReturn:
     laws: Callable[[str], str]  #: the functions of its own in a language
 
 
-def program_files(what: FirstReturn, format: str, name: str) -> dict[str, str]:
+def program_files(what: FirstReturn, language: str, name: str) -> dict[str, str]:
     """The files of a program by their name. NsmapsError for a name that its tables or its memory have."""
-    return {"c": _c_files, "julia": _julia_files}[format](what, name)
+    return {"c": _c_files, "julia": _julia_files}[language](what, name)
 
 
 def _c_files(what: FirstReturn, name: str) -> dict[str, str]:

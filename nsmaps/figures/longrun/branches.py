@@ -106,7 +106,10 @@ def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Map
     """Write the name of each motion beside a line of its own, as far as possible from other lines; those without room."""
     point = ax.figure.dpi / 72
     of = {name: [branch for branch in shown if branch.labels[-1] == name] for name in colours}
-    every = {name: [path for branch in own for path in _on_page(ax, branch, coordinate, all=True)] for name, own in of.items()}
+    every = {
+        name: [path for branch in own for path in _on_page(ax, branch, coordinate, with_unstable=True)]
+        for name, own in of.items()
+    }
     left, named = list[str](), np.full((1, 2), -np.inf)
     for name, colour in colours.items():
         half = np.array([_WIDE * len(name), _HIGH]) * point / 2
@@ -127,9 +130,9 @@ def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Map
     return left
 
 
-def _on_page(ax: Axes, branch: Branch, coordinate: int, all: bool = False) -> list[Floats]:
+def _on_page(ax: Axes, branch: Branch, coordinate: int, with_unstable: bool = False) -> list[Floats]:
     """Points on each line of a branch, in pixels from the corner of the panel, shape (m, 2): of stable orbits, or of all."""
-    kept = [all or stable is True for stable in branch.stable]
+    kept = [with_unstable or stable is True for stable in branch.stable]
     paths = [np.column_stack([branch.values, path])[kept] for path in branch.points[..., coordinate].T]
     return [_dense(ax.transData.transform(path)) - ax.bbox.min for path in paths if len(path)]
 

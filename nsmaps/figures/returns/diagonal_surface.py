@@ -54,8 +54,8 @@ def _mesh(result: "StudyResult") -> "Mesh":
     """The surface, whose part 1 passes the filter of the study."""
     asked = section(result.study.diagonal, "diagonal")
     region = None if asked.region is None else ConditionRegion(coordinates=result.system.coordinates, text=asked.region)
-    filter = NearDiagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
-    return result.mesh(asked.family, Attracting(filter, result.system, result.family(asked.family)))
+    near = NearDiagonal(delta=NEAR.of(result, "diagonal_surface")[0].delta, slope=asked.slope, region=region)
+    return result.mesh(asked.family, Attracting(near, result.system, result.family(asked.family)))
 
 
 def _towards(near: "Surface") -> float:

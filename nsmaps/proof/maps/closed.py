@@ -14,7 +14,7 @@ from nsmaps.verify.maps.closed import BITS, Cells, indices, met
 from nsmaps.verify.maps.formula import PiecewiseFormulas
 
 
-def closed_set(map: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArray[np.uint16]:
+def closed_set(formulas: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArray[np.uint16]:
     """The codes of the cells that orbits from the cell of a state meet: their images are all within them.
 
     Args:
@@ -25,7 +25,7 @@ def closed_set(map: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArray[np
     Raises:
         ProofError: the state is not in the grid, or images leave the grid or have no bound.
     """
-    shape, angles = cells.counts, np.array(map.angles)
+    shape, angles = cells.counts, np.array(formulas.angles)
     low = np.where(angles, 0.0, cells.low)
     high = np.where(angles, 2 * np.pi, cells.high)
     start = np.floor((seed - low) / (high - low) * shape).astype(int)
@@ -38,13 +38,13 @@ def closed_set(map: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArray[np
         while waiting:
             number = waiting.popleft()
             try:
-                found = list(met(map, cells, number, cells.parts))
+                found = list(met(formulas, cells, number, cells.parts))
             except Doubtful as error:
                 where = low + (np.array(number) + 0.5) * (high - low) / shape
                 text = f"orbits from the attractor come to the cell at {where.tolist()}: {error}"
                 raise ProofError(f"{text}; expected: a larger box, or more cells or parts of cells") from error
             for ranges in found:
-                window = np.ix_(*indices(ranges, shape, map.angles))
+                window = np.ix_(*indices(ranges, shape, formulas.angles))
                 new = np.argwhere(~inside[window])
                 inside[window] = True
                 waiting.extend(tuple(int(axis.ravel()[k]) for axis, k in zip(window, row, strict=True)) for row in new)

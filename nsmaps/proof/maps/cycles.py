@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 FIRST = 2.0**-53  #: the first radii relative to states
 
 
-def stated(map: PiecewiseFormulas, orbit: "PeriodicOrbit") -> dict[str, Any]:
+def stated(formulas: PiecewiseFormulas, orbit: "PeriodicOrbit") -> dict[str, Any]:
     """The statement of a cycle, with the largest radii tried within which it is shown to be the only one of its pieces.
 
     Raises:
@@ -23,13 +23,13 @@ def stated(map: PiecewiseFormulas, orbit: "PeriodicOrbit") -> dict[str, Any]:
     """
     if not orbit.converged:
         raise ProofError(f"no cycle of {len(orbit.words)} returns was found near {orbit.states[0]}; expected: a state near one")
-    pieces, states = [map.letters.index(letter) for letter in orbit.words], np.asarray(orbit.states, float)
+    pieces, states = [formulas.letters.index(letter) for letter in orbit.words], np.asarray(orbit.states, float)
     scale = np.abs(states).max(axis=0)
     first = np.broadcast_to(FIRST * np.where(scale > 0, scale, 1.0), states.shape)
     return largest_statement(
         orbit,
         {"pieces": pieces, "states": states.tolist()},
         first,
-        lambda middle, box: krawczyk(map, pieces, middle, box).box,
-        lambda data: verified(map, stated_of(data, map)),
+        lambda middle, box: krawczyk(formulas, pieces, middle, box).box,
+        lambda data: verified(formulas, stated_of(data, formulas)),
     )

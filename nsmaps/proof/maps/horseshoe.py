@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 class MapView(View):
     """A map by its formulas; a word has one letter a return, that of the piece."""
 
-    def __init__(self, map: PiecewiseMap, formulas: Mapping[str, Any]) -> None:
-        self.map, self.formulas = map, map_of(formulas)
-        self.angles = np.asarray(map.coordinates.angles)
+    def __init__(self, return_map: PiecewiseMap, formulas: Mapping[str, Any]) -> None:
+        self.map, self.formulas = return_map, map_of(formulas)
+        self.angles = np.asarray(return_map.coordinates.angles)
 
     def states(self, orbit: "PeriodicOrbit") -> Floats:
         return orbit.states

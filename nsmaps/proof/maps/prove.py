@@ -23,20 +23,20 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
 
 
-def certificate_of_map(map: PiecewiseMap, orbits: Iterable["PeriodicOrbit"]) -> Certificate:
+def certificate_of_map(return_map: PiecewiseMap, orbits: Iterable["PeriodicOrbit"]) -> Certificate:
     """A certificate of cycles alone.
 
     Raises:
         ProofError: one is not shown to exist.
     """
-    formulas = stated_map(map)
+    formulas = stated_map(return_map)
     balls = map_of(formulas)
-    return Certificate(_about(map), formulas, cycles=[stated(balls, each) for each in orbits])
+    return Certificate(_about(return_map), formulas, cycles=[stated(balls, each) for each in orbits])
 
 
 @shows
 def prove_map(
-    map: PiecewiseMap,
+    return_map: PiecewiseMap,
     *,
     cycles: Sequence[tuple[StateLike, int]] = (),
     start: StateLike | None = None,
@@ -63,11 +63,11 @@ def prove_map(
     Raises:
         ProofError: a cycle is not proved, the orbit ends, or images of the cells leave the window or have no bound.
     """
-    formulas, names = stated_map(map), map.coordinates
+    formulas, names = stated_map(return_map), return_map.coordinates
     balls = map_of(formulas)
-    known = [stated(balls, periodic_orbit(map, near, period)) for near, period in cycles]
+    known = [stated(balls, periodic_orbit(return_map, near, period)) for near, period in cycles]
     if start is None:
-        return Certificate(_about(map), formulas, cycles=known)
+        return Certificate(_about(return_map), formulas, cycles=known)
     if window is None:
         raise ProofError("a forward invariant set needs a window of states; expected: a box of each coordinate")
     low, high = as_box(window, names).T.tolist()
@@ -77,14 +77,14 @@ def prove_map(
         read = cells_of(grid, balls)
     except ValueError as error:
         raise ProofError(str(error)) from error
-    seed = orbit(map, start, skip).final
+    seed = orbit(return_map, start, skip).final
     if not np.isfinite(seed).all():
         raise ProofError(
             f"the orbit from {start} ends within {skip} returns; expected: a state whose orbit comes to an attractor"
         )
-    return Certificate(_about(map), formulas, grid=grid, codes=closed_set(balls, read, seed), cycles=known)
+    return Certificate(_about(return_map), formulas, grid=grid, codes=closed_set(balls, read, seed), cycles=known)
 
 
-def _about(map: PiecewiseMap) -> dict[str, str]:
+def _about(return_map: PiecewiseMap) -> dict[str, str]:
     """Of what the certificate is, and of which program."""
-    return {"system": repr(map), "program": f"nsmaps {version('nsmaps')}"}
+    return {"system": repr(return_map), "program": f"nsmaps {version('nsmaps')}"}

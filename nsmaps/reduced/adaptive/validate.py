@@ -24,13 +24,13 @@ class HeldOut(Result):
     by_exact_map: int  #: further states, in no leaf
 
 
-def held_out(map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
+def held_out(return_map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
     """The errors at states drawn uniformly over the box, and at states drawn increasingly close to the edges."""
     rng = np.random.default_rng(seed)
-    low, high = map.strips.bounds.T
+    low, high = return_map.strips.bounds.T
     uniform = low + (high - low) * rng.random((points, 2))
-    edges = [(slab, k) for slab in map.strips.slabs for k in range(1, len(slab.curves) - 1)]
-    return _errors(map, uniform), _errors(map, _beside(edges, points, rng))
+    edges = [(slab, k) for slab in return_map.strips.slabs for k in range(1, len(slab.curves) - 1)]
+    return _errors(return_map, uniform), _errors(return_map, _beside(edges, points, rng))
 
 
 def _beside(edges: list[tuple[Slab, int]], points: int, rng: np.random.Generator) -> Floats:
@@ -45,15 +45,15 @@ def _beside(edges: list[tuple[Slab, int]], points: int, rng: np.random.Generator
     return np.concatenate(states)
 
 
-def _errors(map: StripMap, states: Floats) -> HeldOut:
-    mine = states[map.leaf_of(states) >= 0]
-    ours, exact = map.first_return(mine), map.system.first_return(mine)
+def _errors(return_map: StripMap, states: Floats) -> HeldOut:
+    mine = states[return_map.leaf_of(states) >= 0]
+    ours, exact = return_map.first_return(mine), return_map.system.first_return(mine)
     error = np.abs(ours.lifted - exact.lifted).max(axis=1) if len(mine) else np.zeros(1)
     return HeldOut(
         points=len(states),
         largest=float(error.max()),
         high=float(np.quantile(error, 0.99)),
-        over=int(np.sum(~(error <= map.strips.report.tolerance))),
+        over=int(np.sum(~(error <= return_map.strips.report.tolerance))),
         wrong_words=int(np.sum(ours.codes != exact.codes)),
         by_exact_map=len(states) - len(mine),
     )

@@ -31,10 +31,10 @@ class CompiledComposite(WithCoordinates):
     several: NDArray[np.int32] | None  #: shape (pieces + 1,), the number of returns of each, 1 in none; None: one each
 
     @classmethod
-    def of(cls, map: "Pieces") -> Self:
+    def of(cls, return_map: "Pieces") -> Self:
         """The compiled form of a map."""
-        several = np.array([*(piece.returns for piece in map.pieces), 1, 1], np.int32) if map.several else None
-        return cls(map.coordinates, map.walls, _tables(map), several)
+        several = np.array([*(piece.returns for piece in return_map.pieces), 1, 1], np.int32) if return_map.several else None
+        return cls(return_map.coordinates, return_map.walls, _tables(return_map), several)
 
     def pieces_of(self, states: Floats) -> Ints:
         """The number of the first piece that contains each state (N, n), shape (N,): -1 for none, -2 if it is NaN or infinite."""
@@ -91,14 +91,14 @@ class CompiledComposite(WithCoordinates):
 
 
 @lru_cache(maxsize=16)
-def compiled(map: "Pieces") -> CompiledComposite:
+def compiled(return_map: "Pieces") -> CompiledComposite:
     """The compiled form of a map, cached for the maps that were used last."""
-    return CompiledComposite.of(map)
+    return CompiledComposite.of(return_map)
 
 
-def _tables(map: "Pieces") -> CompositeTables:
-    tests = [code_of(piece.region) for piece in map.pieces]
-    maps, names = [piece.map for piece in map.pieces], map.coordinates
+def _tables(return_map: "Pieces") -> CompositeTables:
+    tests = [code_of(piece.region) for piece in return_map.pieces]
+    maps, names = [piece.map for piece in return_map.pieces], return_map.coordinates
     columns, kinds, formulas = _variables(maps, names)
     codes = [*tests, *(code for of in formulas for code in of)]
     first = np.cumsum([0, *(len(code) for code in codes)])
@@ -110,7 +110,7 @@ def _tables(map: "Pieces") -> CompositeTables:
     degrees = [np.max([each.max(axis=0) for each in polymap.exponents], axis=0) for polymap in maps]
     begins = (ends - terms).ravel().tolist()
     runs = [begin + end for (exponents, _), begin in zip(outputs, begins, strict=True) for end in _runs(exponents)]
-    words = [_code(piece.word, map.walls) for piece in map.pieces]
+    words = [_code(piece.word, return_map.walls) for piece in return_map.pieces]
     return CompositeTables(
         angle=names.angles,
         operation=operations[:, 0].astype(np.int64),

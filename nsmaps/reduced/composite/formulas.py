@@ -24,7 +24,7 @@ MIDDLE = math.nextafter(math.nextafter(math.pi, 0), 0)  #: of angles in [0, 2 pi
 HIGHEST = 40  #: degree of images that become polynomials, as of fits
 
 
-def composite_of(map: PiecewiseMap) -> CompositeMap:
+def composite_of(return_map: PiecewiseMap) -> CompositeMap:
     """A map given by formulas as a composite map: what encloses images of boxes and writes maps in other languages takes it.
 
     Images that are polynomials of the coordinates become polynomials with coefficients that are rounded once, all others
@@ -33,10 +33,10 @@ def composite_of(map: PiecewiseMap) -> CompositeMap:
     Raises:
         ConditionError: names the piece, and what of its formulas has no text.
     """
-    formulas = formulas_of(Choices.of(map))
-    names, symbols = [str(name) for name in map.coordinates], [str(symbol) for symbol in formulas.symbols]
+    formulas = formulas_of(Choices.of(return_map))
+    names, symbols = [str(name) for name in return_map.coordinates], [str(symbol) for symbol in formulas.symbols]
     own = dict(zip(formulas.variables, sp.symbols(names, real=True), strict=True))
-    numbers = dict(zip(symbols, map.parameters.values(), strict=True))
+    numbers = dict(zip(symbols, return_map.parameters.values(), strict=True))
 
     def text(formula: Any) -> str:
         return with_numbers(text_of(formula.xreplace(own), (*names, *symbols)), numbers, (*names, *symbols))
@@ -45,17 +45,19 @@ def composite_of(map: PiecewiseMap) -> CompositeMap:
     pieces = []
     for letter, condition, images in zip(formulas.letters, formulas.conditions, formulas.images, strict=True):
         try:
-            region = ConditionRegion(coordinates=map.coordinates, text=text(condition))
+            region = ConditionRegion(coordinates=return_map.coordinates, text=text(condition))
             terms = [_monomials(image.xreplace(exact), formulas.variables) for image in images]
             known = [each for each in terms if each is not None]
             polynomial = len(known) == len(terms)
             polymap = (
-                _polynomial(map.coordinates, known) if polynomial else _formula(map.coordinates, [text(each) for each in images])
+                _polynomial(return_map.coordinates, known)
+                if polynomial
+                else _formula(return_map.coordinates, [text(each) for each in images])
             )
         except ConditionError as error:
-            raise ConditionError(f"the piece {letter!r} of {type(map).__name__}: {error}") from error
+            raise ConditionError(f"the piece {letter!r} of {type(return_map).__name__}: {error}") from error
         pieces.append(Piece(letter, region, polymap, letter))
-    return CompositeMap(map.coordinates, map.letters, tuple(pieces))
+    return CompositeMap(return_map.coordinates, return_map.letters, tuple(pieces))
 
 
 def _monomials(image: sp.Expr, variables: Sequence[sp.Symbol]) -> dict[tuple[int, ...], Fraction] | None:

@@ -31,24 +31,24 @@ class KickedMap:
     roots: Floats  #: shape (P, n, n), a square root of the covariance of the deviations of each piece's images
 
     @classmethod
-    def of(cls, map: CompositeMap, system: System, states: Floats, noise: Noise, seed: int = 0) -> Self:
+    def of(cls, return_map: CompositeMap, system: System, states: Floats, noise: Noise, seed: int = 0) -> Self:
         """The map under a noise, by short exact orbits with and without it from at most 400 of some states (N, n) in each piece.
 
         Deviations count whose orbit has the same word with and without noise. Those beyond three standard deviations are left
         out, repeatedly: beside a graze images depend on the noise as a root, and have no standard deviation of their own.
         """
-        piece, there = map.piece_of(states), IteratedMap(system, map.returns_of)
-        roots = np.zeros((len(map.pieces), *2 * states.shape[1:]))
-        for k, own in enumerate(map.pieces):
+        piece, there = return_map.piece_of(states), IteratedMap(system, return_map.returns_of)
+        roots = np.zeros((len(return_map.pieces), *2 * states.shape[1:]))
+        for k, own in enumerate(return_map.pieces):
             rows = np.flatnonzero(piece == k)
             rows = rows[:: -(-len(rows) // SAMPLE) or 1]
             if own.word and len(rows):
                 noisy = noisy_orbits(system, states[rows], own.returns, noise, len(rows), (seed, k))
                 exact = there.first_return(states[rows])
                 words = [joined(each) for each in noisy.words.T.tolist()]
-                off = map.coordinates.difference(noisy.states[-1], exact.image)
+                off = return_map.coordinates.difference(noisy.states[-1], exact.image)
                 roots[k] = _root(off[(exact.words == words) & np.isfinite(off).all(axis=1)])
-        return cls(map, roots)
+        return cls(return_map, roots)
 
     def words(self, state: StateLike, n: int, realisations: int, seed: int = 0) -> NDArray[np.str_]:
         """The words of n successive returns of R realisations from one state, shape (n, R); "" after an orbit's end.

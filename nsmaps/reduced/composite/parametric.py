@@ -134,7 +134,9 @@ def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMa
 def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -> Floats:
     """Largest errors of the refit and of ours, and the largest difference between both, shape (3, n)."""
     start, target = unwrapped(data)
-    a, b = (map(composite._near(map, start)) for composite in (ours, refit) for map in (composite.piece(name).map,))
+    a, b = (
+        formulas(composite._near(formulas, start)) for composite in (ours, refit) for formulas in (composite.piece(name).map,)
+    )
     return np.abs(data.coordinates.difference([b, a, a], [target, target, b])).max(axis=1)
 
 

@@ -179,7 +179,7 @@ class SeparableFit(PolyFit):
 
 def compare_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> list[tuple[str, FitReport]]:
     """The reports of several fits to one surface, by name, as in table TableDeltaErr. FitError names the fit."""
-    return [(name, map.report) for name, map in fit_orders(surface, fits).items() if map.report]
+    return [(name, formulas.report) for name, formulas in fit_orders(surface, fits).items() if formulas.report]
 
 
 def fit_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> dict[str, PolyMap]:

@@ -21,7 +21,7 @@ MOST_GROUPS = 4  #: for more boxes one hull is taken around all
 
 
 def attracting_boxes(
-    map: ReturnMap, returns: Returns, grid: Grid, filter: NearDiagonal, sorting: Sorting = BY_WORDS
+    return_map: ReturnMap, returns: Returns, grid: Grid, criterion: NearDiagonal, sorting: Sorting = BY_WORDS
 ) -> tuple[Floats, Floats]:
     """Boxes around possible attractors, shape (B, n, 2), and the states in them that indicate these, shape (M, n).
 
@@ -37,11 +37,11 @@ def attracting_boxes(
     """
     box = box_of(grid)
     circles = returns.coordinates.angles & (box[:, 1] - box[:, 0] >= TWO_PI)
-    stay = ends_of_orbits(map, grid)
+    stay = ends_of_orbits(return_map, grid)
     if not len(stay):
         return np.empty((0, *box.shape)), stay
     box = _reached(box, stay, np.any(returns.image[returns.valid] < 0, axis=0))
-    states = np.concatenate([stay, near_diagonals(returns, grid, filter, sorting)])
+    states = np.concatenate([stay, near_diagonals(returns, grid, criterion, sorting)])
     group = _groups(states, box, circles)
     margin = MARGIN * (box[:, 1] - box[:, 0])
     kept = [states[group == k] for k in np.unique(group[: len(stay)])]
@@ -51,23 +51,23 @@ def attracting_boxes(
     return boxes, np.concatenate([*kept, _beside_cuts(boxes, circles)])
 
 
-def near_diagonals(returns: Returns, grid: Grid, filter: NearDiagonal, sorting: Sorting = BY_WORDS) -> Floats:
+def near_diagonals(returns: Returns, grid: Grid, criterion: NearDiagonal, sorting: Sorting = BY_WORDS) -> Floats:
     """The grid's states near both diagonals on parts of the surface of their word or family with small slopes, shape (M, n)."""
     found, sorts = [np.empty((0, len(returns.coordinates)))], sorting(returns)
     for number in np.unique(sorts[returns.valid]):
         member = returns.valid & (sorts == number)
-        found.append(filter.near(Surface("one sort", grid, member, returns.select(member))).start)
+        found.append(criterion.near(Surface("one sort", grid, member, returns.select(member))).start)
     return np.concatenate(found)
 
 
-def ends_of_orbits(map: ReturnMap, grid: Grid) -> Floats:
+def ends_of_orbits(return_map: ReturnMap, grid: Grid) -> Floats:
     """States of the grid's box in which orbits from all over it end, and those that they leave it for and come back from at once,
     shape (M, n). Longer ways outside, as in chatter, are left to resets.
     """
     box = box_of(grid)
     side = side_of(len(box), STARTS)
     starts = np.stack(np.meshgrid(*(np.linspace(low, high, side) for low, high in box)), axis=-1).reshape(-1, len(box))
-    tail = Coordinates(map.coordinates).lift(orbit(map, starts, RETURNS).states[-TAIL:], box.mean(axis=1))
+    tail = Coordinates(return_map.coordinates).lift(orbit(return_map, starts, RETURNS).states[-TAIL:], box.mean(axis=1))
     there = inside(tail.reshape(-1, len(box)), box).reshape(tail.shape[:2])
     stays = there.copy()
     stays[1:-1] |= there[:-2] & there[2:] & np.isfinite(tail[1:-1]).all(axis=2)

@@ -153,11 +153,11 @@ class Sorting:
             number = np.where(membership(family, returns) & returns.valid, FIRST + k, number)
         return number
 
-    def pieces(self, map: ReturnMap, states: Floats) -> Ints:
+    def pieces(self, return_map: ReturnMap, states: Floats) -> Ints:
         """Numbers of states (N, n) that change at every border of a smooth piece and of a family, shape (N, c)."""
-        itineraries = map.itineraries(states)
+        itineraries = return_map.itineraries(states)
         codes = np.where(np.isin(itineraries.outcome, NO_IMAGE), -(2**62), itineraries.codes)
-        return np.column_stack([codes, *([self(map.first_return(states))] if self.families else [])])
+        return np.column_stack([codes, *([self(return_map.first_return(states))] if self.families else [])])
 
 
 BY_WORDS = Sorting()
@@ -188,7 +188,7 @@ class Sample:
 
 
 def sample(
-    map: ReturnMap,
+    return_map: ReturnMap,
     cell: Cell,
     taken: Sequence[Region] = (),
     side: int = SIDE,
@@ -208,7 +208,9 @@ def sample(
     few = 0 < len(random) < held_out / FEW
     grid = _grid(cell.coordinates, np.column_stack([random.min(axis=0), random.max(axis=0)]) if few else cell.around, side)
     states = grid.states()
-    return Sample(grid, _free(states, cell, taken), map.first_return(states), map.first_return(random), area, sorting)
+    return Sample(
+        grid, _free(states, cell, taken), return_map.first_return(states), return_map.first_return(random), area, sorting
+    )
 
 
 def rounded(value: float, width: float) -> float:

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 VALIDATION = 20_000  #: random states of the grid's box, and of each attracting piece
 
 
-def arrivals(map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> float:
+def arrivals(return_map: ReturnMap, composite: CompositeMap, attracting: Container[str], grid: Grid) -> float:
     """The share of these orbits whose last states visit attracting pieces."""
     numbers = [k for k, each in enumerate(composite.pieces) if each.name in attracting]
-    return float(np.isin(ends(map, composite, box_of(grid)), numbers).any(axis=0).mean())
+    return float(np.isin(ends(return_map, composite, box_of(grid)), numbers).any(axis=0).mean())
 
 
 def finalize(system: "System", grid: Grid, spec: "Partition", refinement: "Refinement") -> PartitionResult:
@@ -40,7 +40,7 @@ def finalize(system: "System", grid: Grid, spec: "Partition", refinement: "Refin
     names = [Outcome(value).name for value in exact.outcome[lost]]
     both = exact.valid & fitted.valid
     same = composite.piece_of(exact.image[both]) == composite.piece_of(fitted.image[both])
-    arrives = [arrivals(map, composite, attracting, grid) for map in (system, composite)]
+    arrives = [arrivals(formulas, composite, attracting, grid) for formulas in (system, composite)]
     error, points = _attracting_error(system, composite, leaves)
     return PartitionResult(
         spec=spec,

@@ -122,8 +122,8 @@ class Refinement:
         """Step iii: cells around possible attractors with states that indicate them, or given ones with states everywhere."""
         names = self.system.coordinates
         if not self.spec.attracting:
-            filter = NearDiagonal(delta=self.spec.delta, slope=self.spec.slope, region=None)
-            boxes, states = attracting_boxes(self.system, returns, self.grid, filter, Sorting(self.spec.families))
+            criterion = NearDiagonal(delta=self.spec.delta, slope=self.spec.slope, region=None)
+            boxes, states = attracting_boxes(self.system, returns, self.grid, criterion, Sorting(self.spec.families))
             return [cell for box in boxes for cell in roots(names, box)], states
         cells = [cell for each in self.spec.attracting for cell in cells_of(names, each, box_of(self.grid))]
         return cells, np.concatenate([random_states(cell.around, STRICT) for cell in cells])

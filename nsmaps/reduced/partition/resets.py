@@ -19,7 +19,7 @@ from nsmaps.reduced.partition.cell import rounded
 STARTS, RETURNS = 400, 100  #: number of states that are followed back into the box, and of returns
 
 
-def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
+def resets(return_map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
     """Pieces that set states below, above and beside the grid's box to one state each, that to which most of them return.
 
     The paper resets phi > pi to phi = 1.2 (appendix algo_code); here the constants are those of the exact map: of the states
@@ -38,7 +38,7 @@ def resets(map: ReturnMap, returns: Returns, grid: Grid) -> Iterator[Piece]:
             states = left[region.contains(left)] if len(left) else left
             if not len(states):
                 states = _beyond(box, i, side, bool(names.angles[i]))
-            state = _entrance(map, states[:: -(-len(states) // STARTS)], box)
+            state = _entrance(return_map, states[:: -(-len(states) // STARTS)], box)
             if state is not None:
                 values = {each: rounded(x, width) for each, x, width in zip(names, state, np.ptp(box, axis=1), strict=True)}
                 yield Piece(f"reset {name} {side}", region, PolyMap.reset(names, values))
@@ -63,12 +63,12 @@ def _beyond(box: Floats, i: int, side: str, around: bool) -> Floats:
     return np.random.default_rng(5).uniform(bounds[:, 0], bounds[:, 1], (STARTS, len(box)))
 
 
-def _entrance(map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
+def _entrance(return_map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
     """The place where most orbits from states (N, n) enter the box to stay, or enter it first if none stays; None if none
     enters.
     """
-    path = orbit(map, states, RETURNS).states[1:]
-    shifted = Coordinates(map.coordinates).lift(path, box.mean(axis=1))
+    path = orbit(return_map, states, RETURNS).states[1:]
+    shifted = Coordinates(return_map.coordinates).lift(path, box.mean(axis=1))
     enclosed = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])
     if enclosed[-1].any():
         rows = np.flatnonzero(enclosed[-1])

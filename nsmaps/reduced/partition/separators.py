@@ -31,7 +31,7 @@ class Sheets:
     pair: Ints  #: shape (K, 2), the sheets on both sides
 
 
-def sheets(map: ReturnMap, sample: Sample, jump: float) -> Sheets:
+def sheets(return_map: ReturnMap, sample: Sample, jump: float) -> Sheets:
     """The sheets of a map over a cell's grid: the word or family changes from one to the next, or the image jumps.
 
     Neighbours on the grid whose itineraries differ have a border between them, which bisection finds. It is an edge if the
@@ -42,12 +42,12 @@ def sheets(map: ReturnMap, sample: Sample, jump: float) -> Sheets:
     from scipy.sparse.csgraph import connected_components
 
     first, second = _neighbours(sample)
-    pieces = sample.sorting.pieces(map, sample.returns.start)
+    pieces = sample.sorting.pieces(return_map, sample.returns.start)
     sorts = np.where(sample.returns.valid, sample.sorting(sample.returns), -1)
     joined = sorts[first] == sorts[second]
     crossed = np.flatnonzero((pieces[first] != pieces[second]).any(axis=1))
     crossed = crossed[:: -(-len(crossed) // MOST_EDGES) or 1]
-    edge, points = _edges(map, sample, first[crossed], second[crossed], jump)
+    edge, points = _edges(return_map, sample, first[crossed], second[crossed], jump)
     joined[crossed[edge]] = False
     size = sample.grid.size
     graph = coo_array((np.ones(joined.sum()), (first[joined], second[joined])), shape=(size, size))
@@ -132,10 +132,10 @@ def _neighbours(sample: Sample) -> tuple[Ints, Ints]:
     return first[both], second[both]
 
 
-def _edges(map: ReturnMap, sample: Sample, first: Ints, second: Ints, jump: float) -> tuple[Bools, Floats]:
+def _edges(return_map: ReturnMap, sample: Sample, first: Ints, second: Ints, jump: float) -> tuple[Bools, Floats]:
     """A mask of edges between K grid points and others, and their places: the first of the borders between them that is one."""
     start, end = sample.returns.start[first], sample.returns.start[second]
-    sorting, label = sample.sorting, partial(sample.sorting.pieces, map)
+    sorting, label = sample.sorting, partial(sample.sorting.pieces, return_map)
     edge, points = np.zeros(len(start), bool), (start + end) / 2
     rows, low = np.arange(len(start)), start
     for _ in range(MOST_BORDERS):
@@ -143,7 +143,7 @@ def _edges(map: ReturnMap, sample: Sample, first: Ints, second: Ints, jump: floa
             break
         high = end[rows]
         low, high, beyond = bisect_change(label, low, high, label(low), label(high), halvings=BISECTIONS)
-        a, b = map.first_return(low), map.first_return(high)
+        a, b = return_map.first_return(low), return_map.first_return(high)
         found = (sorting(a) != sorting(b)) | (a.valid != b.valid) | (_jump(a, b) > jump)
         edge[rows], points[rows[found]] = found, high[found]
         more = ~found & (beyond != label(end[rows])).any(axis=1)

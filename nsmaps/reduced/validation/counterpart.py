@@ -8,9 +8,9 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.reduced.composite.composite import CompositeMap
 
 
-def counterpart(map: ReturnMap, reduced: ReturnMap | None) -> ReturnMap:
+def counterpart(return_map: ReturnMap, reduced: ReturnMap | None) -> ReturnMap:
     """The exact map, iterated as often as the pieces of a composite map have returns; the same map where all have one."""
-    return IteratedMap(map, reduced.returns_of) if isinstance(reduced, CompositeMap) and reduced.several else map
+    return IteratedMap(return_map, reduced.returns_of) if isinstance(reduced, CompositeMap) and reduced.several else return_map
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,9 +28,9 @@ def random_states(box: Floats, count: int) -> Floats:
     return np.random.default_rng(7).uniform(low, high, (count, len(low)))
 
 
-def ends(map: ReturnMap, composite: CompositeMap, box: Floats) -> Ints:
+def ends(return_map: ReturnMap, composite: CompositeMap, box: Floats) -> Ints:
     """The pieces in which orbits of a map from random starts end, shape (TAIL, STARTS); -1 for none."""
-    tail = orbit(map, random_states(box, STARTS), RETURNS).states[-TAIL:]
+    tail = orbit(return_map, random_states(box, STARTS), RETURNS).states[-TAIL:]
     return composite.piece_of(tail.reshape(-1, tail.shape[-1])).reshape(tail.shape[:2])
 
 
@@ -43,9 +43,9 @@ class Destinations:
     attractors: tuple[Attractor, ...]
 
     @classmethod
-    def of(cls, map: ReturnMap, box: Floats) -> Self:
+    def of(cls, return_map: ReturnMap, box: Floats) -> Self:
         """Those that orbits of random starts end on."""
-        return cls(map, box, tuple(find_attractors(map, random_states(box, SEARCHED), RETURNS)))
+        return cls(return_map, box, tuple(find_attractors(return_map, random_states(box, SEARCHED), RETURNS)))
 
     @cached_property
     def right(self) -> Ints:
@@ -88,6 +88,6 @@ class Destinations:
         found[alive] = np.where(distance.min(axis=0) <= FAR, distance.argmin(axis=0), -1)
         return found
 
-    def _path(self, map: ReturnMap) -> Floats:
+    def _path(self, return_map: ReturnMap) -> Floats:
         """The orbits of random starts under a map, shape (RETURNS + 1, STARTS, n)."""
-        return orbit(map, random_states(self.box, STARTS), RETURNS).states
+        return orbit(return_map, random_states(self.box, STARTS), RETURNS).states

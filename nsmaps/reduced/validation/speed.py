@@ -41,8 +41,8 @@ def speeds(exact: "ReturnMap", composite: "ReturnMap", box: Floats) -> Speed:
     states = low + (high - low) * np.random.default_rng(5).random((STATES, len(low)))
     best = [np.inf, np.inf]
     for _ in range(ROUNDS):
-        for k, map in enumerate((exact, composite)):
+        for k, return_map in enumerate((exact, composite)):
             begun = process_time_ns()
-            map.first_return(states)
+            return_map.first_return(states)
             best[k] = min(best[k], (process_time_ns() - begun) / STATES)
     return Speed(*best)

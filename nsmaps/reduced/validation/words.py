@@ -33,7 +33,7 @@ class Misleads(Result):
         return f"{word}{far if np.isfinite(self.typical) else ''}{gone if self.leaves else ''}"
 
 
-def misleads(composite: CompositeMap, grid: Grid, map: ReturnMap, first: Returns) -> Misleads:
+def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: Returns) -> Misleads:
     """The difference of the words of a composite map from those of the exact map, from all states of a grid.
 
     The word of a piece of several returns is compared with that of as many exact ones. Distances are those between states of the
@@ -41,7 +41,7 @@ def misleads(composite: CompositeMap, grid: Grid, map: ReturnMap, first: Returns
     """
     from scipy.spatial import KDTree
 
-    exact = iterate_returns(map, first, composite.returns_of(first.start)) if composite.several else first
+    exact = iterate_returns(return_map, first, composite.returns_of(first.start)) if composite.several else first
     ours = composite.first_return(exact.start)
     number = composite.piece_of(exact.start)
     worded = np.array([bool(piece.word) for piece in composite.pieces] + [False])[number]

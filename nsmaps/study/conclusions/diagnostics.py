@@ -44,12 +44,12 @@ def share_carried_out(result: "StudyResult", of: str, domain: "AttractingDomain"
 
     A piece is bounded by itself; the composite map has its values only where the piece decides.
     """
-    map = result.composite
-    if map is None or not domain.forward_invariant or of not in {piece.name for piece in map.pieces}:
+    return_map = result.composite
+    if return_map is None or not domain.forward_invariant or of not in {piece.name for piece in return_map.pieces}:
         return None
     low, high = domain.box.T
     states = np.random.default_rng(0).uniform(low, high, (SAMPLED, len(low)))
-    return float(1 - inside(domain, map.first_return(states).image).mean())
+    return float(1 - inside(domain, return_map.first_return(states).image).mean())
 
 
 def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:
@@ -68,10 +68,10 @@ def pieces_of_others(result: "StudyResult") -> str:
 
 def no_image(result: "StudyResult", orbit: "Orbit", last: int) -> str:
     """The reason why the reduced map has no image of the last state of an orbit, and the piece that mapped it there."""
-    map = result.composite
-    if map is None:
+    return_map = result.composite
+    if return_map is None:
         return "That state lies outside the grid, which is the domain of the map of strips."
-    names = [map.pieces[k].name if k >= 0 else "" for k in map.piece_of(orbit.states[: last + 1]).tolist()]
+    names = [return_map.pieces[k].name if k >= 0 else "" for k in return_map.piece_of(orbit.states[: last + 1]).tolist()]
     if not names[last]:
         return f"That state lies in no piece{f'; piece {names[last - 1]} mapped it there' if last else ''}."
     out = _outside(result, orbit.states[: last + 1])

@@ -40,16 +40,16 @@ class Invariant(NamedTuple):
     parts: int  #: whose images were enclosed
 
 
-def cells_of(data: Any, map: PiecewiseFormulas) -> Cells:
+def cells_of(data: Any, formulas: PiecewiseFormulas) -> Cells:
     """The grid of a certificate; ValueError says what is wrong in it."""
     if not isinstance(data, Mapping) or set(data) != KEYS:
         raise ValueError(f"a grid has {sorted(data) if isinstance(data, Mapping) else data!r}; expected: {sorted(KEYS)}")
     low, high, counts = (tuple(data[key]) for key in ("low", "high", "cells"))
-    if not len(low) == len(high) == len(counts) == len(map.coordinates):
-        raise ValueError(f"a grid has {len(counts)} coordinates; expected: {len(map.coordinates)}")
+    if not len(low) == len(high) == len(counts) == len(formulas.coordinates):
+        raise ValueError(f"a grid has {len(counts)} coordinates; expected: {len(formulas.coordinates)}")
     if not all(type(x) is float and isfinite(x) for x in (*low, *high)) or not all(type(k) is int and k > 0 for k in counts):
         raise ValueError("a grid needs finite decimal numbers, and numbers of cells above zero")
-    if not all(angle or a < b for a, b, angle in zip(low, high, map.angles, strict=True)):
+    if not all(angle or a < b for a, b, angle in zip(low, high, formulas.angles, strict=True)):
         raise ValueError(f"a grid is from {low} to {high}; expected: the lower ends first")
     parts = data["parts"]
     if type(parts) is not int or not 1 <= parts <= MOST_PARTS or parts & (parts - 1):
@@ -58,7 +58,7 @@ def cells_of(data: Any, map: PiecewiseFormulas) -> Cells:
 
 
 def invariant(
-    map: PiecewiseFormulas,
+    formulas: PiecewiseFormulas,
     cells: Cells,
     codes: NDArray[np.uint16],
     progress: Callable[[int, int], Any] = lambda done, total: None,
@@ -72,43 +72,43 @@ def invariant(
         raise ValueError("the set has no cells")
     with ctx.workprec(BITS):
         for i, number in enumerate(numbers.tolist()):
-            for ranges in met(map, cells, number, cells.parts):
+            for ranges in met(formulas, cells, number, cells.parts):
                 parts += 1
-                if not _filled(inside, ranges, map.angles):
+                if not _filled(inside, ranges, formulas.angles):
                     raise Doubtful(f"the images of the cell {number} are not shown to be within the set")
             if i % 256 == 0:
                 progress(i, len(numbers))
     return Invariant(cells, len(numbers), parts)
 
 
-def met(map: PiecewiseFormulas, cells: Cells, number: Sequence[int], parts: int) -> Iterator[Ranges]:
+def met(formulas: PiecewiseFormulas, cells: Cells, number: Sequence[int], parts: int) -> Iterator[Ranges]:
     """The cells that the images of the parts of a cell meet, of which there are `parts` along each coordinate.
 
     `Doubtful` if an image leaves the grid, or may not exist.
     """
     for place in product(range(parts), repeat=len(number)):
         part = [arb(k) + (arb(j) + arb(0.5, 0.5)) / parts for k, j in zip(number, place, strict=True)]
-        yield from _ranges(map, cells, part)
+        yield from _ranges(formulas, cells, part)
 
 
-def _ranges(map: PiecewiseFormulas, cells: Cells, part: list[arb]) -> Iterator[Ranges]:
+def _ranges(formulas: PiecewiseFormulas, cells: Cells, part: list[arb]) -> Iterator[Ranges]:
     """The cells that the image of a part of a cell by each piece meets; `Doubtful` if it leaves the grid."""
-    sides = [_side(map, cells, k) for k in range(len(part))]
+    sides = [_side(formulas, cells, k) for k in range(len(part))]
     box = [low + x * width for x, (low, width) in zip(part, sides, strict=True)]
-    for piece, narrow, known in pieces_of(map, box):
+    for piece, narrow, known in pieces_of(formulas, box):
         ranges = []
-        for k, (x, (low, width)) in enumerate(zip(hull(map, piece, narrow, known), sides, strict=True)):
+        for k, (x, (low, width)) in enumerate(zip(hull(formulas, piece, narrow, known), sides, strict=True)):
             place = (x - low) / width
             first, last = place.lower().floor().unique_fmpz(), place.upper().floor().unique_fmpz()
-            if first is None or last is None or not (map.angles[k] or 0 <= first <= last < cells.counts[k]):
+            if first is None or last is None or not (formulas.angles[k] or 0 <= first <= last < cells.counts[k]):
                 raise Doubtful("an image leaves the grid")
             ranges.append((int(first), int(last)))
         yield tuple(ranges)
 
 
-def _side(map: PiecewiseFormulas, cells: Cells, k: int) -> tuple[arb, arb]:
+def _side(formulas: PiecewiseFormulas, cells: Cells, k: int) -> tuple[arb, arb]:
     """The lower end of a coordinate, and the width of a cell."""
-    if map.angles[k]:
+    if formulas.angles[k]:
         return arb(0), 2 * arb.pi() / cells.counts[k]
     return arb(cells.low[k]), (arb(cells.high[k]) - arb(cells.low[k])) / cells.counts[k]
 

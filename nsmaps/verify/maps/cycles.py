@@ -47,16 +47,16 @@ class Step(NamedTuple):
     derivatives: list[arb_mat]  #: of each return, for all states of the box
 
 
-def stated_of(data: Any, map: PiecewiseFormulas) -> Stated:
+def stated_of(data: Any, formulas: PiecewiseFormulas) -> Stated:
     """The statement of a cycle in a certificate; ValueError says what is wrong in it."""
     if not isinstance(data, Mapping) or set(data) != KEYS:
         raise ValueError(f"a cycle has {sorted(data) if isinstance(data, Mapping) else data!r}; expected: {sorted(KEYS)}")
     pieces, states, radii = (tuple(data[key]) for key in ("pieces", "states", "radii"))
-    n = len(map.coordinates)
+    n = len(formulas.coordinates)
     if not len(pieces) == len(states) == len(radii) > 0 or any(len(row) != n for row in (*states, *radii)):
         raise ValueError(f"a cycle needs as many pieces as states and radii, each of {n} numbers")
-    if not all(type(x) is int and 0 <= x < len(map.letters) for x in pieces):
-        raise ValueError(f"the pieces of a cycle are {pieces}; expected: numbers from 0 to {len(map.letters) - 1}")
+    if not all(type(x) is int and 0 <= x < len(formulas.letters) for x in pieces):
+        raise ValueError(f"the pieces of a cycle are {pieces}; expected: numbers from 0 to {len(formulas.letters) - 1}")
     if (
         not all(type(x) is float and isfinite(x) for row in (*states, *radii) for x in row)
         or min(x for row in radii for x in row) <= 0
@@ -65,44 +65,44 @@ def stated_of(data: Any, map: PiecewiseFormulas) -> Stated:
     return Stated(pieces, tuple(tuple(row) for row in states), tuple(tuple(row) for row in radii))
 
 
-def verified(map: PiecewiseFormulas, stated: Stated) -> Cycle:
+def verified(formulas: PiecewiseFormulas, stated: Stated) -> Cycle:
     """The cycle that is stated; `Doubtful` unless it is shown to exist and to be the only one within its radii."""
     with ctx.workprec(BITS):
         middle = [arb(x) for state in stated.states for x in state]
         box = [x + arb(0, radius) for x, radius in zip(middle, (r for row in stated.radii for r in row), strict=True)]
-        step = krawczyk(map, stated.pieces, middle, box)
+        step = krawczyk(formulas, stated.pieces, middle, box)
         if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
             raise Doubtful(f"the cycle from {stated.states[0]} is not shown to exist within its radii")
         for _ in range(ROUNDS):
             before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
-            step = krawczyk(map, stated.pieces, [arb(x.mid()) for x in box], box)
+            step = krawczyk(formulas, stated.pieces, [arb(x.mid()) for x in box], box)
             if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
                 break
-        return _described(map, stated.pieces, box, step)
+        return _described(formulas, stated.pieces, box, step)
 
 
 def all_verified(
-    map: PiecewiseFormulas, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
+    formulas: PiecewiseFormulas, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
 ) -> tuple[Cycle, ...]:
     """The cycles of a certificate; `Doubtful` or ValueError where one is not proved, or not shown to differ from the others."""
     cycles: list[Cycle] = []
     for i, entry in enumerate(entries):
-        cycle = verified(map, stated_of(entry, map))
+        cycle = verified(formulas, stated_of(entry, formulas))
         for other in (*cycles, cycle):
             first = 1 if other is cycle else 0
-            if any(_meet(map, cycle.states[0], state) for state in other.states[first:]):
+            if any(_meet(formulas, cycle.states[0], state) for state in other.states[first:]):
                 raise Doubtful(f"cycles are not shown to differ, at {[x.str(6) for x in cycle.states[0]]}")
         cycles.append(cycle)
         progress(i + 1, len(entries))
     return tuple(cycles)
 
 
-def krawczyk(map: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
+def krawczyk(formulas: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
     """K for a vector in a box; `Doubtful` unless each state of the box is in its piece."""
-    images, derivatives = _images(map, pieces, box)
-    turns = _turns(map, images, box)
-    size, n = len(box), len(map.coordinates)
-    near = _images(map, pieces, middle)[0]
+    images, derivatives = _images(formulas, pieces, box)
+    turns = _turns(formulas, images, box)
+    size, n = len(box), len(formulas.coordinates)
+    near = _images(formulas, pieces, middle)[0]
     gaps = [x - middle[(i + n) % size] - 2 * turns[i] * arb.pi() for i, x in enumerate(near)]
     slope = arb_mat(size, size)
     for i, derivative in enumerate(derivatives):
@@ -122,27 +122,27 @@ def krawczyk(map: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], b
     return Step([x + move[i, 0] for i, x in enumerate(middle)], whole, derivatives)
 
 
-def _images(map: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]) -> tuple[list[arb], list[arb_mat]]:
+def _images(formulas: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]) -> tuple[list[arb], list[arb_mat]]:
     """The image of each state of a vector, in the order of the states, and the derivatives."""
-    n = len(map.coordinates)
-    found = [image(map, piece, x[n * i : n * i + n]) for i, piece in enumerate(pieces)]
+    n = len(formulas.coordinates)
+    found = [image(formulas, piece, x[n * i : n * i + n]) for i, piece in enumerate(pieces)]
     return [jet.value for row in found for jet in row], [arb_mat([list(jet.slopes) for jet in row]) for row in found]
 
 
-def _turns(map: PiecewiseFormulas, images: Sequence[arb], box: Sequence[arb]) -> list[int]:
+def _turns(formulas: PiecewiseFormulas, images: Sequence[arb], box: Sequence[arb]) -> list[int]:
     """By how many turns each image exceeds the next state; `Doubtful` unless they are the same for all cycles in a box."""
-    n, found = len(map.coordinates), []
+    n, found = len(formulas.coordinates), []
     for i, x in enumerate(images):
-        turns = only_turn(x - box[(i + n) % len(box)]) if map.angles[i % n] else 0
+        turns = only_turn(x - box[(i + n) % len(box)]) if formulas.angles[i % n] else 0
         if turns is None:
             raise Doubtful(f"return {i // n + 1} of a cycle is not shown to be of one number of turns")
         found.append(turns)
     return found
 
 
-def _described(map: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
+def _described(formulas: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
     """A cycle in a box, with what follows from the derivatives of its returns there."""
-    n = len(map.coordinates)
+    n = len(formulas.coordinates)
     product = _one(n)
     for derivative in step.derivatives:
         product = derivative * product
@@ -164,9 +164,9 @@ def _real(x: acb) -> acb | arb:
     return x.real if x.imag.mid() == 0 else x
 
 
-def _meet(map: PiecewiseFormulas, a: Point, b: Point) -> bool:
+def _meet(formulas: PiecewiseFormulas, a: Point, b: Point) -> bool:
     """Whether two balls of states may have a state in common, up to whole turns of angles."""
-    pairs = zip(a, b, map.angles, strict=True)
+    pairs = zip(a, b, formulas.angles, strict=True)
     return all(may_meet(x, y) if angle else bool(x.overlaps(y)) for x, y, angle in pairs)
 
 

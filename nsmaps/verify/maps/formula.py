@@ -49,61 +49,66 @@ def map_of(data: Mapping[str, Any]) -> PiecewiseFormulas:
     return PiecewiseFormulas(names, angles, numbers, tuple(str(piece["letter"]) for piece in pieces), conditions, images)
 
 
-def pieces_of(map: PiecewiseFormulas, box: Sequence[arb]) -> Iterator[tuple[int, list[arb], Known]]:
+def pieces_of(formulas: PiecewiseFormulas, box: Sequence[arb]) -> Iterator[tuple[int, list[arb], Known]]:
     """The pieces that states of a box may be in, each with the part of the box that is, and what is known there.
 
     `Doubtful` where a state may be in none.
     """
     known, part = Known(), list(box)
-    for k, condition in enumerate(map.conditions):
-        values = _jets(map, part)
+    for k, condition in enumerate(formulas.conditions):
+        values = _jets(formulas, part)
         here = truth(condition, values, known)
         if here is not False:
-            narrow = narrowed(condition, True, map.coordinates, map.numbers, part)
+            narrow = narrowed(condition, True, formulas.coordinates, formulas.numbers, part)
             if narrow is not None:
                 yield k, narrow, with_condition(condition, True, known)
         if here is True:
             return
-        known, remainder = with_condition(condition, False, known), narrowed(condition, False, map.coordinates, map.numbers, part)
+        known, remainder = (
+            with_condition(condition, False, known),
+            narrowed(condition, False, formulas.coordinates, formulas.numbers, part),
+        )
         if remainder is None:
             return
         part = remainder
-    raise Doubtful(f"a state with {_written(map, box)} may be in no piece")
+    raise Doubtful(f"a state with {_written(formulas, box)} may be in no piece")
 
 
-def image(map: PiecewiseFormulas, piece: int, box: Sequence[arb]) -> list[Jet]:
+def image(formulas: PiecewiseFormulas, piece: int, box: Sequence[arb]) -> list[Jet]:
     """The images of all states of a box and their derivatives; `Doubtful` unless these are shown to be in one piece."""
-    for x, angle, name in zip(box, map.angles, map.coordinates, strict=True):
+    for x, angle, name in zip(box, formulas.angles, formulas.coordinates, strict=True):
         if angle and not (x >= 0 and x < 2 * arb.pi()):
             raise Doubtful(f"states with {name} = {x.str(6)} may be on both sides of the angle 0")
-    found = list(pieces_of(map, box))
+    found = list(pieces_of(formulas, box))
     if [k for k, _, _ in found] != [piece]:
-        others = ", ".join(map.letters[k] for k, _, _ in found)
-        raise Doubtful(f"states with {_written(map, box)} may be in the pieces {others}, not in {map.letters[piece]} alone")
-    return jets(map, piece, box, found[0][2])
+        others = ", ".join(formulas.letters[k] for k, _, _ in found)
+        raise Doubtful(
+            f"states with {_written(formulas, box)} may be in the pieces {others}, not in {formulas.letters[piece]} alone"
+        )
+    return jets(formulas, piece, box, found[0][2])
 
 
-def jets(map: PiecewiseFormulas, piece: int, box: Sequence[arb], known: Known) -> list[Jet]:
+def jets(formulas: PiecewiseFormulas, piece: int, box: Sequence[arb], known: Known) -> list[Jet]:
     """The formulas of a piece over a box; a value that is not finite says that nothing is known."""
-    values = _jets(map, box)
-    return [jet_of(formula, values, known) for formula in map.images[piece]]
+    values = _jets(formulas, box)
+    return [jet_of(formula, values, known) for formula in formulas.images[piece]]
 
 
-def hull(map: PiecewiseFormulas, piece: int, box: Sequence[arb], known: Known) -> list[arb]:
+def hull(formulas: PiecewiseFormulas, piece: int, box: Sequence[arb], known: Known) -> list[arb]:
     """Balls that hold the images of a box in a piece: by the formulas, and by the derivatives around the middle of the box.
 
     The second are left out where they would be no smaller, as of formulas that are linear in each coordinate.
     """
-    found = jets(map, piece, box, known)
+    found = jets(formulas, piece, box, known)
     spreads = [sum((abs(slope) * x.rad() for slope, x in zip(jet.slopes, box, strict=True)), arb(0)) for jet in found]
     if all(jet.value.rad() <= WIDER * spread for jet, spread in zip(found, spreads, strict=True)):
         return [jet.value for jet in found]
     balls = []
-    for whole, spread, at in zip(found, spreads, jets(map, piece, [arb(x.mid()) for x in box], known), strict=True):
+    for whole, spread, at in zip(found, spreads, jets(formulas, piece, [arb(x.mid()) for x in box], known), strict=True):
         around = at.value + spread * arb(0, 1)
         kept = [each for each in (whole.value, around) if each.is_finite()]
         if not kept:
-            raise Doubtful(f"the image of {_written(map, box)} by the piece {map.letters[piece]} is not bounded")
+            raise Doubtful(f"the image of {_written(formulas, box)} by the piece {formulas.letters[piece]} is not bounded")
         balls.append(kept[0].intersection(kept[-1]))
     return balls
 
@@ -137,16 +142,16 @@ def _parsed(text: Any, names: set[str]) -> ast.expr:
     return tree
 
 
-def _jets(map: PiecewiseFormulas, box: Sequence[arb]) -> dict[str, Jet]:
+def _jets(formulas: PiecewiseFormulas, box: Sequence[arb]) -> dict[str, Jet]:
     """The jets of names over a box."""
     n = len(box)
     values = {
         name: Jet(x, tuple(arb(int(i == k)) for i in range(n)))
-        for k, (name, x) in enumerate(zip(map.coordinates, box, strict=True))
+        for k, (name, x) in enumerate(zip(formulas.coordinates, box, strict=True))
     }
-    return values | {name: constant(x, n) for name, x in map.numbers.items()}
+    return values | {name: constant(x, n) for name, x in formulas.numbers.items()}
 
 
-def _written(map: PiecewiseFormulas, box: Sequence[arb]) -> str:
+def _written(formulas: PiecewiseFormulas, box: Sequence[arb]) -> str:
     """A box in words."""
-    return ", ".join(f"{name} = {x.str(6)}" for name, x in zip(map.coordinates, box, strict=True))
+    return ", ".join(f"{name} = {x.str(6)}" for name, x in zip(formulas.coordinates, box, strict=True))

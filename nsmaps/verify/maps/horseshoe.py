@@ -50,21 +50,21 @@ class Chaos(NamedTuple):
     parts: int  #: of sets and ends whose images were enclosed
 
 
-def horseshoe_of(data: Any, map: PiecewiseFormulas) -> Horseshoe:
+def horseshoe_of(data: Any, formulas: PiecewiseFormulas) -> Horseshoe:
     """The statement of a horseshoe in a certificate; ValueError says what is wrong in it."""
     if not isinstance(data, Mapping) or set(data) != KEYS or not all(set(each) == OF_SET for each in data["sets"]):
         raise ValueError(f"a horseshoe needs {sorted(KEYS)}, and {sorted(OF_SET)} of each set")
-    n, returns, sets = len(map.coordinates), data["returns"], []
+    n, returns, sets = len(formulas.coordinates), data["returns"], []
     for each in data["sets"]:
         centre, matrix, pieces = tuple(each["centre"]), tuple(_rows(each["matrix"])), tuple(each["pieces"])
         numbers = [*centre, *(x for row in matrix for x in row)]
         if len(numbers) != n + n * n or not all(type(x) is float and isfinite(x) for x in numbers):
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: finite decimal numbers, {n} and {n} rows of {n}")
-        if any(angle and sum(abs(x) for x in row) > WIDEST for row, angle in zip(matrix, map.angles, strict=True)):
+        if any(angle and sum(abs(x) for x in row) > WIDEST for row, angle in zip(matrix, formulas.angles, strict=True)):
             raise ValueError(f"a set of a horseshoe is {each!r}; expected: within {WIDEST} radians of its centre")
-        if len(pieces) != returns or not all(type(x) is int and 0 <= x < len(map.letters) for x in pieces):
+        if len(pieces) != returns or not all(type(x) is int and 0 <= x < len(formulas.letters) for x in pieces):
             raise ValueError(
-                f"{returns} returns are of the pieces {pieces}; expected: a number below {len(map.letters)} for each"
+                f"{returns} returns are of the pieces {pieces}; expected: a number below {len(formulas.letters)} for each"
             )
         sets.append(Block(centre, matrix, pieces))
     relations = tuple((i, j) for i, j in data["relations"])
@@ -79,27 +79,29 @@ def horseshoe_of(data: Any, map: PiecewiseFormulas) -> Horseshoe:
     return Horseshoe(returns, tuple(sets), relations)
 
 
-def chaos_of(map: PiecewiseFormulas, stated: Horseshoe, progress: Callable[[int, int], Any] = lambda done, total: None) -> Chaos:
+def chaos_of(
+    formulas: PiecewiseFormulas, stated: Horseshoe, progress: Callable[[int, int], Any] = lambda done, total: None
+) -> Chaos:
     """What follows from a horseshoe; `Doubtful` unless all its relations are shown, and its sets to be disjoint."""
     with ctx.workprec(BITS):
-        for i, j in meeting(map, stated.sets):
+        for i, j in meeting(formulas, stated.sets):
             raise Doubtful(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
         parts = 0
         for i, source in enumerate(stated.sets):
             for j in (j for k, j in stated.relations if k == i):
-                parts += covers(map, source, stated.sets[j])
+                parts += covers(formulas, source, stated.sets[j])
             progress(i + 1, len(stated.sets))
         return Chaos(stated, entropy(len(stated.sets), stated.relations) / stated.returns, parts)
 
 
-def covers(map: PiecewiseFormulas, source: Block, target: Block) -> int:
+def covers(formulas: PiecewiseFormulas, source: Block, target: Block) -> int:
     """Show that a set covers another one, and return the number of parts that this took; `Doubtful` if it is not shown."""
-    inverse, n = arb_mat([list(row) for row in target.matrix]).inv(), len(map.coordinates)
+    inverse, n = arb_mat([list(row) for row in target.matrix]).inv(), len(formulas.coordinates)
     ends = [[arb(sign), *(arb(0, 1) for _ in range(n - 1))] for sign in (-1, 1)]
-    centre = _turned(map, _image(map, source, [arb(0)] * n)[0], target.centre)
+    centre = _turned(formulas, _image(formulas, source, [arb(0)] * n)[0], target.centre)
 
     def seen(part: Vector) -> Vector:
-        return _in_coordinates(inverse, centre, *_image(map, source, part), [x - x.mid() for x in part])
+        return _in_coordinates(inverse, centre, *_image(formulas, source, part), [x - x.mid() for x in part])
 
     sign = 1 if seen([arb(1), *[arb(0)] * (n - 1)])[0] > 0 else -1
     return (
@@ -109,7 +111,7 @@ def covers(map: PiecewiseFormulas, source: Block, target: Block) -> int:
     )
 
 
-def meeting(map: PiecewiseFormulas, sets: Sequence[Block]) -> Iterator[tuple[int, int]]:
+def meeting(formulas: PiecewiseFormulas, sets: Sequence[Block]) -> Iterator[tuple[int, int]]:
     """The pairs of sets that are not shown to be disjoint: no face of one separates it from the other, nor do their hulls."""
     inverses = [arb_mat([list(row) for row in each.matrix]).inv() for each in sets]
     hulls = [
@@ -119,18 +121,18 @@ def meeting(map: PiecewiseFormulas, sets: Sequence[Block]) -> Iterator[tuple[int
     for i, one in enumerate(sets):
         for j in range(i + 1, len(sets)):
             other = sets[j]
-            pairs = zip(hulls[i], hulls[j], map.angles, strict=True)
+            pairs = zip(hulls[i], hulls[j], formulas.angles, strict=True)
             if not all(may_meet(x, y) if angle else x.overlaps(y) for x, y, angle in pairs):
                 continue
-            if not (_separated(map, one, other, inverses[i]) or _separated(map, other, one, inverses[j])):
+            if not (_separated(formulas, one, other, inverses[i]) or _separated(formulas, other, one, inverses[j])):
                 yield i, j
 
 
-def in_words(map: PiecewiseFormulas, chaos: Chaos) -> str:
+def in_words(formulas: PiecewiseFormulas, chaos: Chaos) -> str:
     """The theorem."""
     returns, sets, relations = chaos.stated
     name = "the map" if returns == 1 else f"its iterate {returns}"
-    words = Counter("".join(map.letters[k] for k in each.pieces) for each in sets)
+    words = Counter("".join(formulas.letters[k] for k in each.pieces) for each in sets)
     counts = ", ".join(f"{count} in the pieces {word}" for word, count in words.items())
     return (
         f"Proved: {name} has a horseshoe of {len(sets)} disjoint sets of states ({counts}), of {len(relations)} pairs of which "
@@ -168,7 +170,7 @@ def _satisfied(seen: Callable[[Vector], Vector], part: Vector, test: Callable[[V
     return count
 
 
-def _image(map: PiecewiseFormulas, source: Block, part: Vector) -> tuple[Vector, arb_mat]:
+def _image(formulas: PiecewiseFormulas, source: Block, part: Vector) -> tuple[Vector, arb_mat]:
     """The image of the middle of a part of a set by all returns, and the derivative of the iterate by u for all of the part."""
     matrix = arb_mat([list(row) for row in source.matrix])
     way = arb_mat([[x - x.mid()] for x in part])
@@ -176,11 +178,11 @@ def _image(map: PiecewiseFormulas, source: Block, part: Vector) -> tuple[Vector,
     middle, slope = [arb(c) + shift[k, 0] for k, c in enumerate(source.centre)], matrix
     for piece in source.pieces:
         reach = slope * way
-        whole = [_placed(x, angle) for x, angle in zip(middle, map.angles, strict=True)]
+        whole = [_placed(x, angle) for x, angle in zip(middle, formulas.angles, strict=True)]
         box = [x + reach[k, 0] for k, x in enumerate(whole)]
-        jets = image(map, piece, box)
+        jets = image(formulas, piece, box)
         slope = arb_mat([list(jet.slopes) for jet in jets]) * slope
-        middle = [jet.value for jet in image(map, piece, whole)]
+        middle = [jet.value for jet in image(formulas, piece, whole)]
     return middle, slope
 
 
@@ -192,11 +194,11 @@ def _placed(x: arb, angle: bool) -> arb:
     return x - 2 * int(turn or 0) * arb.pi()
 
 
-def _turned(map: PiecewiseFormulas, image: Vector, centre: Sequence[float]) -> Vector:
+def _turned(formulas: PiecewiseFormulas, image: Vector, centre: Sequence[float]) -> Vector:
     """The centre of a set on the turns of angles next to an image."""
     return [
         arb(c) + (2 * nearest_turn(x - c) * arb.pi() if angle else 0)
-        for x, c, angle in zip(image, centre, map.angles, strict=True)
+        for x, c, angle in zip(image, centre, formulas.angles, strict=True)
     ]
 
 
@@ -208,9 +210,9 @@ def _in_coordinates(inverse: arb_mat, centre: Vector, image: Vector, slope: arb_
     return [found[k, 0] for k in range(len(way))]
 
 
-def _separated(map: PiecewiseFormulas, one: Block, other: Block, inverse: arb_mat) -> bool:
+def _separated(formulas: PiecewiseFormulas, one: Block, other: Block, inverse: arb_mat) -> bool:
     """Whether the other set is beyond a face of the first."""
-    centre = _turned(map, [arb(x) for x in other.centre], one.centre)
+    centre = _turned(formulas, [arb(x) for x in other.centre], one.centre)
     way = inverse * arb_mat([[arb(x) - c] for x, c in zip(other.centre, centre, strict=True)])
     matrix = inverse * arb_mat([list(row) for row in other.matrix])
     n = len(centre)

@@ -36,14 +36,14 @@ def verified_map(
 ) -> VerifiedMap:
     """What the parts of a certificate claim, proved; any exception where that fails."""
     begun = perf_counter()
-    map = map_of(system)
-    known = all_verified(map, cycles, progress)
-    chaos = chaos_of(map, horseshoe_of(horseshoe, map), progress) if horseshoe else None
+    return_map = map_of(system)
+    known = all_verified(return_map, cycles, progress)
+    chaos = chaos_of(return_map, horseshoe_of(horseshoe, return_map), progress) if horseshoe else None
     middle = perf_counter()
-    closed = invariant(map, cells_of(grid, map), codes, progress) if grid else None
+    closed = invariant(return_map, cells_of(grid, return_map), codes, progress) if grid else None
     if not (known or chaos or closed):
         raise ValueError("a certificate of a map claims cycles, a horseshoe or a set of cells; expected: one of them")
-    return VerifiedMap(map, known, chaos, closed, (middle - begun, 0.0, perf_counter() - middle))
+    return VerifiedMap(return_map, known, chaos, closed, (middle - begun, 0.0, perf_counter() - middle))
 
 
 def statement_of_map(found: VerifiedMap, system: Mapping[str, Any]) -> str:

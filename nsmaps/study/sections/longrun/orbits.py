@@ -173,12 +173,12 @@ def _also(result: "StudyResult", returns: int, ends: "tuple[LimitSet, LimitSet]"
     return f"the {ours} map's is also an attractor of the {theirs} map, the {theirs} map's is not one of the {ours} map"
 
 
-def _stays(map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> bool:
+def _stays(return_map: "ReturnMap", ends: "LimitSet", returns: int, scale: Floats) -> bool:
     """Whether an orbit of a map from the last state of an attractor stays on it for some returns."""
     from nsmaps.dynamics.attractors.limit_set import limit_set
     from nsmaps.dynamics.orbit import orbit
 
-    found = limit_set(map, orbit(map, ends.states[-1], returns))
+    found = limit_set(return_map, orbit(return_map, ends.states[-1], returns))
     return found is not None and _alike(ends, found, scale)
 
 

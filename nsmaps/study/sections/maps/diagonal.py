@@ -77,11 +77,11 @@ class DiagonalSection(Analysis):
             binding.swept_values(("diagonal", "sweep"), self.sweep.parameter, (self.sweep.low, self.sweep.high))
         region = None if self.region is None else binding.region(("diagonal", "region"), self.region)
         with source.located(("diagonal",), NearDiagonal):
-            filter = NearDiagonal(delta=self.delta, slope=self.slope, region=region)
+            criterion = NearDiagonal(delta=self.delta, slope=self.slope, region=region)
         loc = ("grid",) if self.grid is None else ("diagonal", "grid")
         grid = binding.grid(loc, study.grid if self.grid is None else self.grid)
         orders = {name: bind_fit(("diagonal", "orders", name), order, binding) for name, order in self.orders.items()}
-        return Near(filter, grid, self.grid is not None, orders)
+        return Near(criterion, grid, self.grid is not None, orders)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Step ii: the region near the diagonals, united over a parameter, and the orders of polynomials compared.

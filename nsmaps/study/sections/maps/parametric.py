@@ -111,10 +111,10 @@ class ParametricSection(Analysis):
         nodes = chebyshev_nodes(*ends, self.number_of_nodes)
         with plan.study.source.located(("parametric",)):
             at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
-            map = parametric_map(at_nodes, self.parameter, *ends, self.order, self.orders)
+            return_map = parametric_map(at_nodes, self.parameter, *ends, self.order, self.orders)
             held = refits(plan, self.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
-            reported = replace(map, report=report_on(map, held) if held[0][2] else None)
-            return {"parametric": reported, "agreement": _compared(self, plan, map)}
+            reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
+            return {"parametric": reported, "agreement": _compared(self, plan, return_map)}
 
     def describe(self, study: "Study") -> str:
         return f"order {self.highest} in {self.parameter} from {self.low:g} to {self.high:g}"
@@ -127,19 +127,24 @@ class ParametricSection(Analysis):
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The largest errors over all held-out values, one per output, by piece, and where the map departs from the exact one."""
-        map, found = result.parametric, result.agreement
-        if map is None:
+        return_map, found = result.parametric, result.agreement
+        if return_map is None:
             return {}
-        report = map.report
+        report = return_map.report
         worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
         names = () if report is None else report.names
         pieces = {name: {key: finite(errors[k]) for key, errors in worst.items()} for k, name in enumerate(names)}
-        ends = {"parameter": map.parameter, "from": map.low, "to": map.high, "condition": map.condition}
+        ends = {
+            "parameter": return_map.parameter,
+            "from": return_map.low,
+            "to": return_map.high,
+            "condition": return_map.condition,
+        }
         held = [] if report is None else report.values.tolist()
         where = (
             {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
         )
-        return {"parametric": ends | {"nodes": map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
+        return {"parametric": ends | {"nodes": return_map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
@@ -170,11 +175,11 @@ class ParametricSection(Analysis):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The errors of each piece, and where the attractors are not those of the exact map."""
-        map, found, section = result.parametric, result.agreement, result.study.parametric
-        if map is None or section is None:
+        return_map, found, section = result.parametric, result.agreement, result.study.parametric
+        if return_map is None or section is None:
             return
-        if map.report is not None:
-            yield _errors(map.report, map.coordinates.names, section.parameter)
+        if return_map.report is not None:
+            yield _errors(return_map.report, return_map.coordinates.names, section.parameter)
         if found is not None:
             heads = (f"{section.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
             rows = tuple(_row(each) for each in found.disagreements())
@@ -183,7 +188,7 @@ class ParametricSection(Analysis):
             yield Table("Where the parametric map does not follow", heads, rows, (note,))
 
 
-def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agreement | None":
+def _compared(spec: ParametricSection, plan: "Plan", return_map: ParametricMap) -> "Agreement | None":
     """The agreement of the attractors of a parametric map with the exact ones; None without a start or any exact attractor."""
     from nsmaps.dynamics.diagrams.agreement import agreement
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
@@ -193,9 +198,9 @@ def _compared(spec: ParametricSection, plan: "Plan", map: ParametricMap) -> "Agr
         return None
     how: Any = {"starts": start, "n_returns": compare.returns, "transient": compare.discard}
     half = (1 + FITTED) / 2
-    exact_at = CounterpartAlong(Along(plan.system, spec.parameter), map.at)
+    exact_at = CounterpartAlong(Along(plan.system, spec.parameter), return_map.at)
     exact = bifurcation_diagram(exact_at, spec.parameter, values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
-    ours = bifurcation_diagram(map.at, spec.parameter, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
+    ours = bifurcation_diagram(return_map.at, spec.parameter, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
     if not exact.held.any():
         return None
     return replace(agreement(exact, ours, compare.tolerance, _sides(plan, exact)), starts=start)

@@ -132,9 +132,9 @@ class PartitionSection(PartitionChoices, Analysis):
         yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
 
 
-def is_of_partition(study: "Study", map: str) -> bool:
+def is_of_partition(study: "Study", return_map: str) -> bool:
     """Whether the map of a domain is named as the pieces of a partition are, such as R1; it may not exist."""
-    return study.partition is not None and (map == ATTRACTING or bool(re.fullmatch(r"R\d+", map)))
+    return study.partition is not None and (return_map == ATTRACTING or bool(re.fullmatch(r"R\d+", return_map)))
 
 
 def attracting_of(found: PartitionResult) -> "PolyMap | CompositeMap":

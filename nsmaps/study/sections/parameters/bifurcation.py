@@ -156,9 +156,9 @@ def _diagram(diagram: "BifurcationDiagram") -> dict[str, Any]:
     return {"ended": int((~diagram.held).sum()), "motions": motions(diagram)} | found
 
 
-def missing(name: str, of: str, count: int, all: str, reason: str) -> Verdict:
+def missing(name: str, of: str, count: int, total: str, reason: str) -> Verdict:
     """The failed verdict on a sweep with values at which there is no map."""
-    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {all}; {reason}")
+    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {total}; {reason}")
 
 
 def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Verdict]:

@@ -63,23 +63,25 @@ class AuxiliaryMapSection(Analysis):
         from nsmaps.cells.exit_times import exit_times
         from nsmaps.cells.morse_sets import forward_invariant_box
 
-        bound, map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
+        bound, return_map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
         with plan.study.source.located(("auxiliary_map",)):
-            if map is None:
+            if return_map is None:
                 raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
             if self.update > len(updates):
                 raise NsmapsError(
                     f"update is {self.update}, and domain {self.domain!r} has {len(updates)}; expected: one of these"
                 )
             step = updates[self.update - 1]
-            pieces = [(map.piece(name), box) for name, box in bound["pieces"].items()]
-            regions = [(piece, AuxiliaryRegion.of_piece(piece, box, map.coordinates)) for piece, box in pieces]
-            orbit = auxiliary_orbit(map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns)
-            full = FullAuxiliaryMap(map, step.box[None], tuple(pieces))
+            pieces = [(return_map.piece(name), box) for name, box in bound["pieces"].items()]
+            regions = [(piece, AuxiliaryRegion.of_piece(piece, box, return_map.coordinates)) for piece, box in pieces]
+            orbit = auxiliary_orbit(
+                return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns
+            )
+            full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
             target = forward_invariant_box(full, step.box, self.cells)
             goal = target if target.forward_invariant else None
             window, progress = bound["window"], plan.jobs.progress
-            times = exit_times(full, map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)
+            times = exit_times(full, return_map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)
         return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
     def describe(self, study: "Study") -> str:

@@ -135,7 +135,7 @@ def _start_box(plan: "Plan", result: "StudyResult", section: DomainSection) -> t
 def _bounded(
     plan: "Plan",
     section: DomainSection,
-    map: Any,
+    return_map: Any,
     start: tuple[Floats, Floats | None],
     of: str,
     progress: Progress | None,
@@ -146,9 +146,9 @@ def _bounded(
 
     box, around = start
     how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
-    if section.bounds == "inflated" and isinstance(map, PolyMap):
-        how |= {"error": held_out_error(map, plan.system, box), "of": f"exact map, by {of}"}
-    return attracting_domain(map, box, section.updates, **how)
+    if section.bounds == "inflated" and isinstance(return_map, PolyMap):
+        how |= {"error": held_out_error(return_map, plan.system, box), "of": f"exact map, by {of}"}
+    return attracting_domain(return_map, box, section.updates, **how)
 
 
 def _domain(domain: "AttractingDomain") -> dict[str, Any]:
