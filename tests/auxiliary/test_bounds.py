@@ -189,7 +189,7 @@ def test_a_start_box_is_found_around_a_small_one():
 
 
 @pytest.mark.parametrize(
-    ("map", "how", "error", "text"),
+    ("return_map", "how", "error", "text"),
     [
         (PAIR, "enclosed", None, "bounds are enclosed, of a PolyMap; expected: outer"),
         (Enclosing(), "outer", None, "bounds are outer, of a Enclosing"),

@@ -98,7 +98,7 @@ def test_realisations_depend_on_the_seed_alone():
     assert not np.array_equal(nsmaps.noisy_orbits(Linear(), START, 300, NOISE, 20, seed=6).states, first.states)
 
 
-@pytest.mark.parametrize("map", [Linear(a=1.2), Program(a=1.2)], ids=["formula", "program"])
+@pytest.mark.parametrize("return_map", [Linear(a=1.2), Program(a=1.2)], ids=["formula", "program"])
 def test_an_orbit_that_leaves_the_map_ends(return_map):
     made = nsmaps.noisy_orbits(return_map, START, 60, NOISE, 5, seed=1)
     assert sum(made.ended().values()) == 5

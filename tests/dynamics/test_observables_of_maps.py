@@ -114,7 +114,7 @@ def test_derivatives_are_those_of_the_cycle_of_fractions():
             assert found.derivative == pytest.approx([float(each) for each in slopes], rel=1e-12)
 
 
-@pytest.mark.parametrize("map", [Logistic(r=3.2), Program(r=3.2)], ids=["formula", "program"])
+@pytest.mark.parametrize("return_map", [Logistic(r=3.2), Program(r=3.2)], ids=["formula", "program"])
 def test_derivatives_on_a_branch_of_the_logistic_map(return_map):
     """The cycle of period two has the sum (r + 1)/r and the product (r + 1)/r^2."""
     orbit = nsmaps.periodic_orbit(return_map, [0.5130], 2)
@@ -129,7 +129,7 @@ def test_derivatives_on_a_branch_of_the_logistic_map(return_map):
     assert found.derivative == pytest.approx(np.stack([ds / 2, s * ds - dp], axis=1), rel=1e-6)
 
 
-@pytest.mark.parametrize("map", [Logistic(), Program()], ids=["formula", "program"])
+@pytest.mark.parametrize("return_map", [Logistic(), Program()], ids=["formula", "program"])
 def test_means_on_chaos_have_the_law_of_the_map(return_map):
     """At r = 4 the density is 1/(pi sqrt(x (1 - x))): x has the mean 1/2, x^2 3/8, either letter 1/2; x by letter 1/2 -+ 1/pi."""
     n = 40_000 if isinstance(return_map, Logistic) else 4000

@@ -50,7 +50,7 @@ class Cubed(PiecewiseMap):
 
 
 @pytest.mark.parametrize(
-    "map",
+    "return_map",
     [Lozi(), Parabola(), Parabola(told=True),
      SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)],
     ids=lambda return_map: type(return_map).__name__,

@@ -107,7 +107,7 @@ def test_a_horizon_is_a_positive_number():
 
 
 @pytest.mark.parametrize(
-    "map",
+    "return_map",
     [VIPair(d=0.35, g_bar=0.2), Pair(d=0.35, g_bar=0.2), Friction(mu=0.5), nsmaps.CompleteChatter(VIPair(d=0.35, g_bar=0.2))],
     ids=["closed form", "integrated", "modes", "complete chatter"],
 )

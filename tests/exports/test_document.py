@@ -37,7 +37,7 @@ def same(a, b):
     return a == b
 
 
-@pytest.mark.parametrize("format", ["json", "python"])
+@pytest.mark.parametrize("language", ["json", "python"])
 @pytest.mark.parametrize("name", CASES)
 def test_what_is_read_back_is_identical(name, language, tmp_path):
     result, box, _ = CASES[name]

@@ -137,7 +137,7 @@ def test_julia(tmp_path):
     np.testing.assert_allclose(numbers[:, 2:], own.derivative.reshape(-1, 4), rtol=1e-10)
 
 
-@pytest.mark.parametrize("format", ["c", "julia"])
+@pytest.mark.parametrize("language", ["c", "julia"])
 def test_what_cannot_be_written_is_refused_by_name(language):
     with pytest.raises(NsmapsError, match=f"DuffingStop as '{language}': its flights are integrated"):
         nsmaps.export(

@@ -83,7 +83,7 @@ def test_names_become_identifiers():
     assert identifiers(["R1", "R1+", "R1'", "R1*", "R+1"]) == ["R1", "R1_plus", "R1_prime", "R1_star", "R_plus_1"]
 
 
-@pytest.mark.parametrize("format", ["python", "c", "julia", "matlab", "javascript", "latex", "json"])
+@pytest.mark.parametrize("language", ["python", "c", "julia", "matlab", "javascript", "latex", "json"])
 def test_awkward_names_do_no_harm(language, tmp_path):
     nsmaps.export(exported.awkward(), language, tmp_path)
     if language == "python":
@@ -162,7 +162,7 @@ def test_the_command_writes_beside_the_run(run):
     assert nsmaps.load_map(run / "export" / "second_iterate.json").alpha == kept.second_iterate.alpha
 
 
-@pytest.mark.parametrize("format", ["latex", "python", "c", "julia", "matlab", "javascript"])
+@pytest.mark.parametrize("language", ["latex", "python", "c", "julia", "matlab", "javascript"])
 def test_the_command_knows_every_format_and_a_folder(run, language, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", language, "--out", str(tmp_path / "out")])
     assert answer.exit_code == 0, answer.output
@@ -200,7 +200,7 @@ def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
 FORMATS = ["latex", "python", "c", "julia", "matlab", "javascript", "json"]
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("language", FORMATS)
 def test_every_format_says_what_a_second_iterate_is_of(run, language, tmp_path):
     """The study, the parameters, the piece, the domain with its verdict, the order, and the values held."""
     nsmaps.export(nsmaps.read_result(run), language, tmp_path)
@@ -220,7 +220,7 @@ def test_every_format_says_what_a_second_iterate_is_of(run, language, tmp_path):
     assert ("CAUTION: " in text) is not (domain.forward_invariant and domain.converged)
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("language", FORMATS)
 def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(language):
     texts = nsmaps.export(a_result(), language)
     for name, text in texts.items():
@@ -230,7 +230,7 @@ def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(language):
     assert sum("CAUTION" in text for text in texts.values()) == 3
 
 
-@pytest.mark.parametrize("format", FORMATS)
+@pytest.mark.parametrize("language", FORMATS)
 def test_a_name_is_that_of_file_and_function(language, tmp_path):
     twice, thrice = (nsmaps.symbolic_iterate(exported.line(), n) for n in (2, 3))
     nsmaps.export(twice, language, tmp_path, name="line_twice")
@@ -270,7 +270,7 @@ def test_why_something_is_not_written_is_said():
 
 def test_the_call_explains_itself():
     """help(nsmaps.export) shows the call, and its examples are true."""
-    assert list(inspect.signature(nsmaps.export).parameters) == ["result", "format", "path", "name"]
+    assert list(inspect.signature(nsmaps.export).parameters) == ["result", "language", "path", "name"]
     assert "Args:" in inspect.getdoc(nsmaps.export)
     (test,) = (each for each in doctest.DocTestFinder().find(nsmaps.export, "export", globs={}) if each.examples)
     assert doctest.DocTestRunner().run(test) == (0, 5)  # the last two, of a run that is not there, are skipped

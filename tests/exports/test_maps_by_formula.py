@@ -12,7 +12,7 @@ import nsmaps
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
 node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
-of_each = pytest.mark.parametrize("map", given.MAPS, ids=lambda return_map: type(return_map).__name__.lower())
+of_each = pytest.mark.parametrize("return_map", given.MAPS, ids=lambda return_map: type(return_map).__name__.lower())
 
 
 def compare(return_map, answer):

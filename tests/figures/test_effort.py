@@ -85,7 +85,7 @@ def test_the_pieces_of_a_cobweb_map_each_state_once_for_all_orbits(result, tmp_p
     assert 2 * grid.size < counts["__call__"] < 2 * grid.size + cobweb._FINER * (edges + 2 * extremes) < 20 * grid.size
 
 
-@pytest.mark.parametrize("format", ["png", "svg"])
+@pytest.mark.parametrize("file_format", ["png", "svg"])
 def test_the_triangles_of_a_surface_are_no_paths(result, tmp_path, monkeypatch, file_format):
     paths, once = [], Collection.draw
 

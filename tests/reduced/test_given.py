@@ -17,7 +17,7 @@ from nsmaps.errors import ConditionError
 from nsmaps.reduced.composite.formulas import composite_of
 from nsmaps.reduced.conditions.region import Box
 
-of_each = pytest.mark.parametrize("map", given.MAPS, ids=lambda return_map: type(return_map).__name__)
+of_each = pytest.mark.parametrize("return_map", given.MAPS, ids=lambda return_map: type(return_map).__name__)
 
 
 def states_of(return_map, count=3000):

@@ -135,7 +135,7 @@ class Born(Slit):
         return Returns(NAMES, WALLS, x, image, 0 * x.astype(np.int32), self.codes(x), zeros.astype(np.int8), zeros)
 
 
-@pytest.mark.parametrize(("map", "count"), [(Slit(), 2), (Born(), 1)])
+@pytest.mark.parametrize(("return_map", "count"), [(Slit(), 2), (Born(), 1)])
 def test_a_jump_within_a_word_is_an_edge_and_a_birth_of_turning_points_is_none(return_map, count):
     found = sheets(return_map, sample(return_map, Cell(NAMES, ((0.0, 1.0), (0.0, 3.0)))), jump=1e-3)
     assert found.number.max() + 1 == count

@@ -86,7 +86,7 @@ def test_a_sound_map_passes():
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize(
-    ("map", "how", "text"),
+    ("return_map", "how", "text"),
     [
         (Partial(), {"bounds": {"x": (-1, 8)}}, "states of Partial are in no piece, such as (x = "),
         (Partial(), {"states": [[0.0], [5.0]]}, "1 of 2 states of Partial are in no piece, such as (x = 5); expected: a last"),
@@ -101,7 +101,7 @@ def test_a_mistake_in_pieces_is_named(return_map, how, text):
 
 
 @pytest.mark.parametrize(
-    ("map", "text"),
+    ("return_map", "text"),
     [
         (Gapped(), r"states with equality in x < s are in no piece of Gapped, although both sides are"),
         (Partial(), r"\d+ of 200 states of Partial are in no piece, such as .*; their orbits end there as `uncovered`"),
