@@ -13,12 +13,12 @@ import nsmaps
 STARTS = [[0.3], [0.4]]
 
 
-def mean(states, map):
+def mean(states, return_map):
     return states[:, 0].mean()
 
 
-def extent(states, map):
-    return [states.min(), states.max(), map.r]
+def extent(states, return_map):
+    return [states.min(), states.max(), return_map.r]
 
 
 def cycle(r):
@@ -81,7 +81,7 @@ def test_processes_receive_functions_of_modules():
         made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, jobs=jobs)
         assert made.quantifiers["mean"][1, 1, 0] == pytest.approx(2 * 4.2 / 6.4)
         with pytest.raises(nsmaps.NsmapsError, match=r"quantifier 'm' is .*<lambda>.* not a function of a module; expected"):
-            nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, map: 1.0}, jobs=jobs)
+            nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, jobs=jobs)
 
 
 @pytest.mark.parametrize(
@@ -91,8 +91,8 @@ def test_processes_receive_functions_of_modules():
             {"mean": lambda states: 1.0},
             r"'mean' raises TypeError: .*, at states of shape \(2, 1\); expected: a function",
         ),
-        ({"mean": lambda states, map: "high"}, "'mean' returns 'high'; expected: a function of states"),
-        ({"mean": lambda states, map: [[1.0], [2.0, 3.0]]}, "'mean' raises ValueError"),
+        ({"mean": lambda states, return_map: "high"}, "'mean' returns 'high'; expected: a function of states"),
+        ({"mean": lambda states, return_map: [[1.0], [2.0, 3.0]]}, "'mean' raises ValueError"),
         ({"mean": 3}, "'mean' is 3; expected: a function of states"),
         ({"label": mean}, "'label', which Basins has already; expected: another name"),
         ({"a mean": mean}, "'a mean'; expected: an identifier"),
@@ -106,4 +106,4 @@ def test_what_is_not_a_quantifier_is_refused(quantifiers, text):
 def test_values_have_one_shape():
     plane, how = {"r": [2.5, 3.2], "height": [1.0]}, {"n_returns": 64, "transient": 1000, "max_period": 4}
     with pytest.raises(nsmaps.NsmapsError, match=r"'all' returns arrays of the shapes \(1,\) and \(2,\); expected"):
-        nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"all": lambda states, map: states[:, 0]})
+        nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"all": lambda states, return_map: states[:, 0]})

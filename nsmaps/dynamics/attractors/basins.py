@@ -195,8 +195,8 @@ def _search(
         if not found and known:
             break
         known += found
-        round = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
-        _arrive(return_map, start, open_, known, how[0], round, ends)
+        round_jobs = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
+        _arrive(return_map, start, open_, known, how[0], round_jobs, ends)
         if not found:
             break
 

@@ -43,10 +43,10 @@ class Quantifier:
         file = getattr(sys.modules.get(function.__module__), "__file__", None)
         return _received, (self.name, function.__module__, file, function.__qualname__, self.source)
 
-    def value(self, states: Floats, map: ReturnMap) -> Floats:
+    def value(self, states: Floats, return_map: ReturnMap) -> Floats:
         """What the function returns; NsmapsError for what is not a number or an array of numbers, and for any error of it."""
         try:
-            given = self.function(states, map)
+            given = self.function(states, return_map)
             found = np.asarray(given)
         except Exception as error:
             text = f"the quantifier {self.name!r} raises {type(error).__name__}: {error}, at states of shape {states.shape}"
@@ -101,7 +101,7 @@ def quantified(
     attractors = list(sets) if quantifiers else []
     found = {}
     for each in quantifiers:
-        values = {place: each.value(states, map) for place, states, map in attractors}
+        values = {place: each.value(states, formulas) for place, states, formulas in attractors}
         shapes = list(dict.fromkeys(value.shape for value in values.values()))
         check_shapes(each.name, shapes)
         found[each.name] = np.full((*shape, *(shapes[0] if shapes else ())), np.nan)
