@@ -1,4 +1,4 @@
-"""Classes by name: systems, regions, fits, families of returns and analyses, installed or in a file.
+"""Classes by name: systems, regions, fits, families of returns and analyses, and quantifiers, installed or in a file.
 
 A package registers a system in the entry-point group `nsmaps.systems`, other classes in the group of their `Kind`. A name is
 found without importing anything; a class is imported when it is asked for. A package ships studies as YAML files in its folder
@@ -32,16 +32,25 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
 
 SKETCHES = "nsmaps.sketches"
-IN_A_FILE = "path/to/mine.py:Class"
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """What a class that is named may be: a system, a region, a fit, a family of returns or an analysis."""
+    """What is named: a class of systems, regions, fits, families of returns or analyses, or the function of a quantifier."""
 
     name: str  #: in messages
-    base: str  #: the module below `nsmaps` and the class from which it inherits
+    base: str  #: the module below `nsmaps` and the class from which it inherits; "" of a function
     examples: str  #: what of nsmaps it may inherit from instead
+
+    @property
+    def form(self) -> str:
+        """What code of this kind is: a function or a class."""
+        return "class" if self.base else "function"
+
+    @property
+    def in_a_file(self) -> str:
+        """How one in a file is named."""
+        return f"path/to/mine.py:{'Class' if self.base else 'function'}"
 
     @property
     def group(self) -> str:
@@ -50,6 +59,10 @@ class Kind:
 
     def checked(self, found: object, where: str) -> type[Any]:
         """The class; raises SystemDefinitionError unless it is of this kind and defines all that its base leaves open."""
+        if self == QUANTIFIER:
+            if not callable(found):
+                raise SystemDefinitionError(f"{where} is not a {self.name}; expected: {self.examples}")
+            return found  # type: ignore[return-value]
         module, base = self.base.split(":")
         wanted: type[Any] = getattr(import_module(f"nsmaps.{module}"), base)
         if not (isinstance(found, type) and issubclass(found, wanted)):
@@ -65,6 +78,7 @@ REGION = Kind("region", "reduced.conditions.region:Region", "nsmaps.Region")
 FIT = Kind("fit", "reduced.fit.polyfit:PolyFit", "nsmaps.PolyFit")
 FAMILY = Kind("family", "exact.surfaces.family:ReturnFamily", "nsmaps.ReturnFamily")
 ANALYSIS = Kind("analysis", "study.sections.base:Analysis", "nsmaps.Analysis")
+QUANTIFIER = Kind("quantifier", "", "a function of the states of an attractor, shape (K, n), and of their map")
 
 
 def system_names() -> list[str]:
@@ -167,7 +181,7 @@ def entry_of(name: str, kind: Kind = SYSTEM) -> EntryPoint:
         known = class_names(kind)
         raise UnknownSystemError(
             f"no {kind.name} {name!r} is installed; installed: {', '.join(known) or 'none'}; "
-            f"or a class in a file, as {IN_A_FILE}{near_match(name, known)}"
+            f"or a {kind.form} in a file, as {kind.in_a_file}{near_match(name, known)}"
         )
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))
@@ -184,7 +198,7 @@ def owners_of(name: str) -> str:
     """The packages that registered classes of any kind under a name, with their versions."""
     found = [
         owner_of(entry)
-        for kind in (SYSTEM, REGION, FIT, FAMILY, ANALYSIS)
+        for kind in (SYSTEM, REGION, FIT, FAMILY, ANALYSIS, QUANTIFIER)
         for entry in _entries(kind.group)
         if entry.name == name
     ]
@@ -240,29 +254,29 @@ def _from_module(module: str, attribute: str, kind: Kind) -> type[Any]:
         found = import_module(module)
     except Exception as error:
         raise SystemDefinitionError(f"{module} failed to import: {type(error).__name__}: {error}") from error
-    return kind.checked(_member(found, attribute, module), f"{module}:{attribute}")
+    return kind.checked(_member(found, attribute, module, kind.form), f"{module}:{attribute}")
 
 
 def _from_file(path: str, attribute: str, kind: Kind) -> type[Any]:
     """The class of a file. Its module's name holds a hash of the file, so an edited file is a new module."""
     file = Path(os.path.expanduser(path)).resolve()
     if not os.path.isfile(file):
-        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; expected: {IN_A_FILE}")
+        raise UnknownSystemError(f"no file {path!r} to load {attribute!r} from; expected: {kind.in_a_file}")
     name = f"{file.stem}_{hashlib.sha256(str(file).encode() + file.read_bytes()).hexdigest()[:12]}"
     if name not in sys.modules:
         try:
             run_file(name, str(file))
         except Exception as error:
             raise SystemDefinitionError(f"{path} failed to import: {type(error).__name__}: {error}") from error
-    found = kind.checked(_member(sys.modules[name], attribute, path), f"{path}:{attribute}")
+    found = kind.checked(_member(sys.modules[name], attribute, path, kind.form), f"{path}:{attribute}")
     if found in REFUSED[name]:
         raise SystemDefinitionError(f"{path}:{attribute} is not a system: {REFUSED[name][found]}")
     return found
 
 
-def _member(module: ModuleType, attribute: str, place: str) -> object:
+def _member(module: ModuleType, attribute: str, place: str, form: str) -> object:
     """What a module has under a name."""
     if not hasattr(module, attribute):
-        raise UnknownSystemError(f"{place} has no class {attribute!r}{near_match(attribute, dir(module))}")
+        raise UnknownSystemError(f"{place} has no {form} {attribute!r}{near_match(attribute, dir(module))}")
     found: object = getattr(module, attribute)
     return found

@@ -1,6 +1,6 @@
 """Objects of user-defined classes in a study: the class by its name, and values of its fields."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Annotated, Any
 
@@ -69,6 +69,13 @@ def _evaluated(value: Any, annotation: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_evaluated(each, inside(annotation, k)) for k, each in enumerate(value)]
     return as_number(value) if isinstance(value, str) and bare(annotation) is float else value
+
+
+def functions(data: Mapping[str, Any]) -> Iterator[tuple[Loc, dict[str, Any]]]:
+    """The quantifiers of each section in the plain data of a study, by name, with their place."""
+    for key, section in data.items():
+        if isinstance(section, dict) and isinstance(section.get("quantifiers"), dict):
+            yield (key, "quantifiers"), section["quantifiers"]
 
 
 def instances(data: Any, loc: Loc = ()) -> Iterator[tuple[Loc, dict[str, Any]]]:

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, Field, PrivateAttr
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import read_number
-from nsmaps.study.reading.classes import instances
+from nsmaps.study.reading.classes import functions, instances
 from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.values import SPEC
 
@@ -55,11 +55,13 @@ class Head(BaseModel):
         return system_class(self.system)(**self.parameters)
 
     def classes(self) -> dict[Loc, str]:
-        """The names of all classes of the study: that of the system, and those of its regions, fits and families, by place."""
+        """The names of all classes and functions of the study, that of the system first, by place."""
         found: dict[Loc, str] = {("system",): self.system}
         named = [key for key in self.others() if self.names(key)]
         found |= {(key, "analysis"): getattr(getattr(self, key), "analysis", key) for key in named}
-        return found | {(*loc, "class"): each["class"] for loc, each in instances(self.model_dump(by_alias=True))}
+        data = self.model_dump(by_alias=True)
+        found |= {(*loc, name): each for loc, some in functions(data) for name, each in some.items()}
+        return found | {(*loc, "class"): each["class"] for loc, each in instances(data)}
 
     def names(self, key: str) -> bool:
         """True if the study names a section."""

@@ -11,7 +11,7 @@ from ruamel.yaml.comments import CommentedMap
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import ANALYSIS, class_names, is_file, is_installed, study_files, study_names, system_names
 from nsmaps.study.prepare import prepare
-from nsmaps.study.reading.classes import instances
+from nsmaps.study.reading.classes import functions, instances
 from nsmaps.study.reading.locations import Loc, Source
 from nsmaps.study.reading.overrides import changed
 from nsmaps.study.reading.parsing import parsed, plain
@@ -54,8 +54,8 @@ def check_installed(study: Study) -> None:
     """Raise StudyError for a study with a class of a file or module, which would be executed."""
     for loc, name in study.classes().items():
         if not is_installed(name):
-            what = "system" if loc == ("system",) else "class"
-            known = f"system, one of {', '.join(system_names()) or 'none'}" if what == "system" else "class, by its name alone"
+            what = "system" if loc == ("system",) else "function" if "quantifiers" in loc else "class"
+            known = f"system, one of {', '.join(system_names()) or 'none'}" if what == "system" else f"{what}, by its name alone"
             place = "file" if is_file(name) else "module"
             raise study.source.error(
                 loc, f"the {what} is the {place} {name!r}, which would be executed; expected: an installed {known}"
@@ -72,6 +72,8 @@ def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
     grammar = _grammar(data, path, source, installed_only)
     for _, instance in instances(data):
         instance["class"] = _found_from(path, instance["class"])
+    for _, named in functions(data):
+        named |= {key: _found_from(path, function) for key, function in named.items() if isinstance(function, str)}
     pieces = data.get("composite")
     for number, piece in enumerate(pieces if isinstance(pieces, list) else []):
         if isinstance(piece, dict) and isinstance(piece.get("polynomial"), str):
@@ -140,8 +142,8 @@ def files_beside(path: Path) -> list[str]:
     data = plain(_parsed(path))
     printed = [piece.get("polynomial") for piece in data.get("composite", [])]
     files = [text.partition("#")[0] for text in printed if isinstance(text, str)]
-    classes = [each["class"] for _, each in instances(data) if is_file(each["class"])]
-    return list(dict.fromkeys([*files, *(name.rpartition(":")[0] for name in classes)]))
+    code = [*(each["class"] for _, each in instances(data)), *(each for _, some in functions(data) for each in some.values())]
+    return list(dict.fromkeys([*files, *(name.rpartition(":")[0] for name in code if is_file(name))]))
 
 
 def shipped_file(name: str) -> Path:

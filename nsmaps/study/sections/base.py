@@ -2,10 +2,13 @@
 
 from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
 
-from pydantic import BaseModel, ConfigDict, RootModel
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
+from nsmaps.dynamics.attractors.quantifiers import quantifiers_of
+from nsmaps.plugins import QUANTIFIER, class_of
 from nsmaps.study.estimates import Size
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC
@@ -122,6 +125,26 @@ class Analysis(Steps, BaseModel):
     """
 
     model_config = SPEC
+
+
+class Quantified(Analysis):
+    """An analysis of attractors, of which a study may name quantifiers, functions by name."""
+
+    quantified: ClassVar[str]  #: module and class of the result that has them
+    quantifiers: dict[str, Annotated[str, Field(max_length=1000)]] = Field(default_factory=dict)
+
+    def functions(self, study: "Study") -> dict[str, Any]:
+        """The functions of the quantifiers by name.
+
+        Raises StudyError at a name that the result has already, or one to which no function belongs.
+        """
+        found = {}
+        for name, function in self.quantifiers.items():
+            with study.source.located((self.key, "quantifiers", name)):
+                module, result = self.quantified.split(":")
+                found[name] = class_of(QUANTIFIER, function)
+                quantifiers_of({name: found[name]}, getattr(import_module(module), result))
+        return found
 
 
 class Entries(Steps, RootModel[tuple[E, ...]], Generic[E]):

@@ -11,7 +11,7 @@ from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.reading.values import SPEC, Compared, Side
-from nsmaps.study.sections.base import Analysis, Need, Table
+from nsmaps.study.sections.base import Need, Quantified, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
@@ -21,10 +21,11 @@ if TYPE_CHECKING:
 LONG = 24  #: largest number of letters of the words in a row
 
 
-class BasinsSection(Analysis):
+class BasinsSection(Quantified):
     """Basins of attraction of the exact map over a grid."""
 
     key: ClassVar[str] = "basins"
+    quantified: ClassVar[str] = "nsmaps.dynamics.attractors.basins:Basins"
     results: ClassVar[Mapping[str, Any]] = {
         "basins": None,  #: of the grid
         "boundary": None,  #: between them
@@ -47,6 +48,7 @@ class BasinsSection(Analysis):
             yield ("basins", "map"), "the basins of the composite map", "composite"
 
     def bind(self, binding: "Binding") -> "Grid":
+        self.functions(binding.study)
         return binding.grid(("grid",), binding.study.grid) if self.grid is None else binding.grid(("basins", "grid"), self.grid)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
@@ -56,13 +58,15 @@ class BasinsSection(Analysis):
 
         with plan.study.source.located(("basins",)):
             how = None, self.returns, self.tolerance, self.max_period
-            both = "composite" in self.map
+            both, functions = "composite" in self.map, self.functions(plan.study)
             first = plan.portion(0, 2, "exact") if both else plan.jobs
-            found = basins(plan.system, plan.bound["basins"], *how, jobs=first)
+            found = basins(plan.system, plan.bound["basins"], *how, quantifiers=functions, jobs=first)
             line = None if self.boundary is None else basin_boundary(plan.system, found, self.boundary, self.returns)
             if not both or result.composite is None:
                 return {"basins": found, "boundary": line}
-            reduced = basins(result.composite, plan.bound["basins"], *how, jobs=plan.portion(1, 2, "composite"))
+            reduced = basins(
+                result.composite, plan.bound["basins"], *how, quantifiers=functions, jobs=plan.portion(1, 2, "composite")
+            )
             there = counterpart(plan.system, result.composite)
             last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
             same = follow(there, last, found.attractors, self.returns).label
@@ -86,6 +90,8 @@ class BasinsSection(Analysis):
         for k, attractor in enumerate(basins.attractors):
             row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
             row |= {"fraction": float(basins.fractions[k]), "error": float(basins.fraction_error[k])}
+            values = {name: plain(values[k]) for name, values in basins.quantifiers.items()}
+            row |= {"quantifiers": values} if values else {}
             arrival = basins.arrival[basins.label == k]
             row |= {"most_returns": int(arrival.max()) if arrival.size else None}
             rows.append(row | ({} if line is None else {"distance": plain(np.array([line.distance(k)]))[0]}))

@@ -14,7 +14,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import computed_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Analysis, Table, Verdict
+from nsmaps.study.sections.base import Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
 from nsmaps.study.sections.parameters.motions import NONE
@@ -25,10 +25,11 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of motions in a table
 
 
-class ChartSection(Analysis):
+class ChartSection(Quantified):
     """Attractors at every pixel of two parameters, which orbits of some starts reach."""
 
     key: ClassVar[str] = "chart"
+    quantified: ClassVar[str] = "nsmaps.dynamics.charts.chart:ParameterPlane"
     results: ClassVar[Mapping[str, Any]] = {
         "chart": None,
         "chart_curves": {},  #: by event and branch
@@ -72,6 +73,7 @@ class ChartSection(Analysis):
         check_curves("chart", self.sweep, self.curves, study)
 
     def bind(self, binding: "Binding") -> Floats:
+        self.functions(binding.study)
         binding.some_values(("chart", "sweep"), self.sweep)
         binding.some_values(("chart", "across"), self.across)
         if self.observables:
@@ -89,6 +91,7 @@ class ChartSection(Analysis):
         plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
         how: Any = self.model_dump(include={"max_period", "direction", "refine"})
         how |= {"n_returns": self.returns, "transient": self.discard, "observables": self.observables}
+        how["quantifiers"] = self.functions(plan.study)
         map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
         with plan.study.source.located(("chart",)):
             diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, jobs=jobs)
@@ -109,10 +112,13 @@ class ChartSection(Analysis):
         if found is None:
             return {}
         shares = {name or NONE: share for name, share in found.shares().items()}
-        about = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
+        about: dict[str, Any] = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
         work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.n_returns}
         work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
         ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
+        about |= (
+            {"quantifiers": {name: _range(values) for name, values in found.quantifiers.items()}} if found.quantifiers else {}
+        )
         return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:

@@ -12,7 +12,7 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.texts import plain, range_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.reading.values import Bounds, Range
-from nsmaps.study.sections.base import Analysis, Table, Verdict
+from nsmaps.study.sections.base import Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
 
 
-class GlobalContinuationSection(Range, Analysis):
+class GlobalContinuationSection(Range, Quantified):
     """Attractors over a parameter: shares of their basins in a region, distances to the boundary, return times."""
 
     key: ClassVar[str] = "global_continuation"
+    quantified: ClassVar[str] = "nsmaps.dynamics.attractors.continued:GlobalContinuation"
     results: ClassVar[Mapping[str, Any]] = {
         "global_continuation": None,
     }
@@ -43,6 +44,7 @@ class GlobalContinuationSection(Range, Analysis):
     seed: int = Field(0, ge=0)
 
     def bind(self, binding: "Binding") -> Box:
+        self.functions(binding.study)
         binding.some_values(("global_continuation",), self)
         return binding.box(("global_continuation", "region"), self.region)
 
@@ -54,7 +56,7 @@ class GlobalContinuationSection(Range, Analysis):
         counts: Any = {f"n_{name}": getattr(self, name) for name in ("samples", "kicks", "directions", "states")}
         with plan.study.source.located(("global_continuation",)):
             region = plan.bound["global_continuation"]
-            more = {"max_returns": self.returns, "jobs": plan.jobs, **how, **counts}
+            more = {"max_returns": self.returns, "quantifiers": self.functions(plan.study), "jobs": plan.jobs, **how, **counts}
             return {"global_continuation": global_continuation(plan.system, self.parameter, values, region, **more)}
 
     def describe(self, study: "Study") -> str:
@@ -72,6 +74,7 @@ class GlobalContinuationSection(Range, Analysis):
         names = "share", "share_error", "distance", "return_time", "return_error", "returned", "unresolved", "ended"
         rows = {name: plain(getattr(found, name)) for name in names}
         about = {"values": found.values.tolist(), "labels": found.labels.tolist(), **rows}
+        about |= {"quantifiers": {name: plain(values) for name, values in found.quantifiers.items()}} if found.quantifiers else {}
         changes = [
             {"attractor": c.attractor, "kind": c.kind, "label": c.label, "between": [c.low, c.high]} for c in found.changes
         ]
