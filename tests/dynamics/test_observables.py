@@ -166,6 +166,7 @@ def test_means_are_a_dataset() -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
     result = nsmaps.observe(system, [[0.83, 0.36], [0.8, 0.4]], 64, ["loss", "speed"], discard=300)
     found = result.to_xarray()
-    assert found["per_time"].dims == ("start0", "observable")
-    assert np.array_equal(found["per_period_error"], result.per_period.error)
-    assert found["observable"].values.tolist() == ["loss", "speed"]
+    assert found["totals"].dims == ("batch", "axis_0", "observable")
+    assert found["final"].dims == ("axis_0", "coordinate")
+    assert found["names"].values.tolist() == ["loss", "speed"]
+    assert np.array_equal(result.per_period.to_xarray()["error"], result.per_period.error)

@@ -11,9 +11,10 @@ from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
+from nsmaps.results import Storable
 
 
-class Noise(BaseModel):
+class Noise(BaseModel, Storable):
     """Gaussian noise eta ~ N(0, sigma^2): with `tau` a forcing of motions between returns, without it noise on the images.
 
     The forcing is a stationary Ornstein-Uhlenbeck process, d eta = -eta/tau dt + sigma sqrt(2/tau) dB. To images independent

@@ -1,13 +1,13 @@
 """Means of observables along orbits of systems: summed in the compiled loop, with errors by batches."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.observables.means import Mean, ratio
 from nsmaps.errors import NsmapsError
@@ -17,10 +17,9 @@ from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, beat, shows
+from nsmaps.results import NONE, TIME, Result, array, array_property
 
 if TYPE_CHECKING:
-    from xarray import Dataset
-
     from nsmaps.exact.observables.formulas import Plan
     from nsmaps.exact.observables.totals import Totals
 
@@ -29,22 +28,24 @@ BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Observed(WithCoordinates):
+class Observed(WithCoordinates, Result):
     """Totals of K observables over B batches of returns of one or more orbits; `...` is the shape of the starts."""
-
-    __repr__ = brief
 
     coordinates: Coordinates
     observables: tuple[Observable, ...]
     period: float | None  #: of the forcing, in the system's time; None without forcing
     length: int  #: of a batch, in returns
-    totals: Floats  #: shape (B, ..., K), largest values of those that are `largest`; NaN where an orbit ended
-    weights: Floats  #: shape (B, ..., K), by which those with `per` are divided; NaN of the others
-    time: Floats  #: shape (B, ...), of each batch
-    final: Floats  #: shape (..., n), the last states
-    outcome: NDArray[np.int8]  #: shape (...), values of `Outcome`, of the last return
+    totals: Floats = field(
+        metadata=array("batch ... observable", "sums, largest values of those that are `largest`; NaN where an orbit ended")
+    )
+    weights: Floats = field(
+        metadata=array("batch ... observable", "by which those with `per` are divided; NaN of the others", NONE)
+    )
+    time: Floats = field(metadata=array("batch ...", "of each batch", TIME))
+    final: Floats = field(metadata=array("... coordinate", "last states"))
+    outcome: NDArray[np.int8] = field(metadata=array("...", f"of the last return: {OUTCOMES}", NONE))
 
-    @property
+    @array_property("observable", "names of the observables", NONE)
     def names(self) -> tuple[str, ...]:
         """The names of the observables."""
         return tuple(one.name for one in self.observables)
@@ -71,21 +72,6 @@ class Observed(WithCoordinates):
         largest = np.array([one.largest for one in self.observables])
         mean = ratio(self.totals, np.where(divided, self.weights, sizes[..., None]))
         return Mean(np.where(largest, self.totals.max(axis=0), mean.value), np.where(largest, np.nan, mean.error))
-
-    def to_xarray(self) -> "Dataset":
-        """Means and errors as an xarray dataset with dimensions `start0`, ... and `observable`. NsmapsError without xarray."""
-        from nsmaps.datasets import NONE, TIME, dataset
-
-        starts = " ".join(f"start{k}" for k in range(self.time.ndim - 1))
-        rows: dict[str, Any] = {}
-        for name in ("per_return", "per_period", "per_time"):
-            if name != "per_period" or self.period is not None:
-                mean, about = getattr(self, name), name.replace("_", " a ").replace("per", "mean")
-                rows[name] = (f"{starts} observable", mean.value, NONE, about)
-                rows[f"{name}_error"] = (f"{starts} observable", mean.error, NONE, f"standard error of the {about}")
-        rows["time"] = (starts, self.time.sum(axis=0), TIME, "over which the observables were summed")
-        rows["outcome"] = (starts, self.outcome, NONE, OUTCOMES)
-        return dataset(self.coordinates, rows, {"observable": list(self.names)})
 
 
 @shows

@@ -7,13 +7,14 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from nsmaps.errors import NsmapsError
 from nsmaps.files.complaints import refused
+from nsmaps.results import Storable
 
 
 def _as_tuple(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value
 
 
-class Observable(BaseModel):
+class Observable(BaseModel, Storable):
     """A quantity that is summed along an orbit: over its impacts, over the time of its flights, or over the returns of a map.
 
     A formula of an impact has the impact speed `v` just before it, `v_after`, the `place` of the wall; in a system with modes

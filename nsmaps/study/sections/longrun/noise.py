@@ -59,9 +59,6 @@ class NoiseSection(NoiseSizes, Analysis):
     results: ClassVar[Mapping[str, Any]] = {
         "noise": None,
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.noise.law": ("Noise",),
-    }
 
     start: dict[str, Number]
     returns: int = Field(2000, ge=1)

@@ -33,9 +33,6 @@ class ObservablesSection(Analysis):
         "observables": {},  #: by section: of orbits, the diagram, the basins
         "branch_observables": {},  #: by branch, of parts with orbits
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "exact.observables.spec": ("Observable",),
-    }
 
     model_config = SPEC
     quantities: tuple[Name, ...] = ()

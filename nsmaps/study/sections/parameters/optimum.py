@@ -46,7 +46,6 @@ class OptimumSection(Analysis):
         "dynamics.attractors.basins": ("Basins",),
         "dynamics.design.conditions": ("Condition",),
         "dynamics.design.optimum": ("Attempt", "Optimum"),
-        "exact.observables.spec": ("Observable",),
         "study.sections.fields": ("NoisyOptimum",),
     }
 
