@@ -134,7 +134,7 @@ def check(
     with _reported_errors():
         read = found_study(study, installed_only)
         for loc, name in read.classes().items():
-            of = "the system" if loc == ("system",) else "a class"
+            of = "the system" if loc == ("system",) else "a quantifier" if "quantifiers" in loc else "a class"
             if is_file(name) and os.path.isfile(name.rpartition(":")[0]):
                 say(f"runs the file of {of}, {name}, which can do what you can; not with --installed-only", err=True)
         read = made_ready(read, assignments(set_ or []))

@@ -103,6 +103,15 @@ def test_what_is_not_a_quantifier_is_refused(quantifiers, text):
         nsmaps.basins(Logistic(r=3.2), STARTS, quantifiers=quantifiers)
 
 
+def test_pixels_that_are_filled_have_none():
+    values, heights = np.linspace(2.3, 2.7, 33), np.linspace(1.0, 2.0, 33)
+    how = {"n_returns": 16, "transient": 200, "max_period": 4, "refine": 16}
+    made = nsmaps.parameter_plane(Tall(), {"r": values, "height": heights}, [0.3], **how, quantifiers={"mean": mean})
+    assert 0 < made.computed.mean() < 0.9
+    expected = np.where(made.computed, heights[:, None] * (1 - 1 / values), np.nan)
+    assert made.quantifiers["mean"][..., 0] == pytest.approx(expected, rel=1e-9, nan_ok=True)
+
+
 def test_values_have_one_shape():
     plane, how = {"r": [2.5, 3.2], "height": [1.0]}, {"n_returns": 64, "transient": 1000, "max_period": 4}
     with pytest.raises(nsmaps.NsmapsError, match=r"'all' returns arrays of the shapes \(1,\) and \(2,\); expected"):
