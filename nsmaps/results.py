@@ -165,7 +165,7 @@ def dataset_of(result: Any) -> "Dataset":
 
     Arrays along `coordinate` have a unit for each, in the variable `unit`: rad of an angle, 1 of what is dimensionless.
     """
-    Dataset = _xarray().Dataset
+    dataset_type = _xarray().Dataset
     found = list(declared_arrays(result))
     names = {each.axes[0]: str(getattr(result, each.name)) for _, each, _ in found if each.name}
     labels = {names[each.axes[0]]: value for _, each, value in found if each.name}
@@ -192,7 +192,7 @@ def dataset_of(result: Any) -> "Dataset":
         for each in fields(result)
         if isinstance(getattr(result, each.name), bool | int | float | str)
     }
-    return Dataset(variables, coords=coordinates, attrs=about)
+    return dataset_type(variables, coords=coordinates, attrs=about)
 
 
 def unit_of(result: Any, name: str) -> str:

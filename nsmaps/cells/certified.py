@@ -30,7 +30,7 @@ class Orders:
 
     @classmethod
     def of(cls, certificate: Certificate) -> "Orders":
-        """The cells of a certificate; `Refused` where its codes describe none."""
+        """The cells of a certificate; `CertificateError` where its codes describe none."""
         walls = certificate.system["walls"]
         tree = tree_of(Grid(**certificate.grid), len(walls), certificate.codes, certificate.slopes)
         return cls(tree, tuple(wall["letter"] for wall in walls))

@@ -125,11 +125,11 @@ def verify(
 @contextmanager
 def _refusal() -> Iterator[None]:
     """A certificate that is refused ends the program with the reason."""
-    from nsmaps.verify.cells import Refused
+    from nsmaps.verify.cells import CertificateError
 
     try:
         yield
-    except Refused as refused:
+    except CertificateError as refused:
         say(f"refused: {refused}", err=True)
         raise typer.Exit(FAILED) from None
 

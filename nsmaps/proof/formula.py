@@ -179,11 +179,11 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     Raises:
         ProofError: flights are not bounded, as at resonance.
     """
-    from nsmaps.verify.formula import Doubtful, tables_of
+    from nsmaps.verify.formula import UnprovedError, tables_of
 
     try:
         tables = tables_of(balls_of(equation), n, before, periods, 1.02 * speed)  # above that of the verification, with strips
-    except Doubtful as error:
+    except UnprovedError as error:
         raise ProofError(f"no cells are searched for: {error}") from error
     (a, da, fall), size = np.abs(tables.flights).max(0), tables.size
     pad = PAD * tables.unit * (size**2 * (1 + a + da) * (size + speed) + 1 + fall)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.errors import ProofError
-from nsmaps.verify.formula import Doubtful, System
+from nsmaps.verify.formula import System, UnprovedError
 from nsmaps.verify.trap import Trap, contraction
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def found_trap(system: System, letters: list[str], orbit: "PeriodicOrbit") -> Tr
             trap = Trap(letters.index(orbit.words[0][0]), *at, turns * impacts, pieces)
             try:
                 contraction(system, trap)
-            except Doubtful as error:
+            except UnprovedError as error:
                 why = str(error)
             else:
                 return trap

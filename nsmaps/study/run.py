@@ -24,7 +24,7 @@ from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.steps import compute_step, steps_of
-from nsmaps.study.store.archive import BrokenRun, read_result, versions_of, write
+from nsmaps.study.store.archive import BrokenRunError, read_result, versions_of, write
 from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
 from nsmaps.study.store.run_folder import check_folder, writable
 from nsmaps.study.study import Study
@@ -175,7 +175,7 @@ def _kept(new: StudyResult, folder: Path) -> StudyResult:
     """The result in a folder; raises NsmapsError if it is of another study or of other versions."""
     try:
         kept = read_result(folder, installed_only=all(map(is_installed, new.study.classes().values())))
-    except BrokenRun as error:
+    except BrokenRunError as error:
         warnings.warn(f"{error}; all steps are computed again", RuntimeWarning, stacklevel=2)
         return new
     for what, same in (("study", kept.study == new.study), ("versions", kept.versions == new.versions)):

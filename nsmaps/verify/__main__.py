@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from nsmaps.verify.cells import Refused
+from nsmaps.verify.cells import CertificateError
 from nsmaps.verify.certificate import read, statement, verify
 
 
@@ -13,7 +13,7 @@ def main(path: str) -> int:
         certificate = read(Path(path))
         print("As the file says: " + "; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
         found = verify(certificate, lambda done, total: print(f"\r{done} of {total}", end="", file=sys.stderr))
-    except Refused as refused:
+    except CertificateError as refused:
         print(f"\nRefused: {refused}")
         return 1
     print(f"\n{statement(found, certificate)}")

@@ -46,7 +46,7 @@ class Shares(NamedTuple):
     whole: bool  #: no cell is left open
 
 
-class Refused(ValueError):
+class CertificateError(ValueError):
     """A certificate does not prove what it states."""
 
 
@@ -60,10 +60,10 @@ def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[n
         count, square = len(cells.wall), cells.slope == 0
         code = codes[start : start + count]
         if len(code) < count:
-            raise Refused(f"{len(codes)} codes do not describe cells: a level has {count} from place {start}")
+            raise CertificateError(f"{len(codes)} codes do not describe cells: a level has {count} from place {start}")
         split, cut = code == SPLIT, code == CUT
         if (split & ~(square & (cells.width > FINEST))).any() or (cut & (cells.row == 0)).any():
-            raise Refused("a strip or one of the narrowest squares is split, or one of the lowest row is cut")
+            raise CertificateError("a strip or one of the narrowest squares is split, or one of the lowest row is cut")
         start += count
         number = np.where(split, 4, np.where(cut, 2, 0))
         levels.append(cells)
@@ -72,13 +72,13 @@ def tree_of(grid: Grid, walls: int, codes: NDArray[np.uint16], slopes: NDArray[n
         used += int((cut & square).sum())
         slope = cells.slope.copy()
         if len(new) < (cut & square).sum() or (new == 0).any():
-            raise Refused("a square is cut without a slope, or along one of zero")
+            raise CertificateError("a square is cut without a slope, or along one of zero")
         slope[cut & square] = new * unit
         cells = _divided(cells, slope, number, grid.top / n)
         if len(levels) + n.bit_length() > BITS:
-            raise Refused(f"cells are divided more than {len(levels)} times, finer than numbers here")
+            raise CertificateError(f"cells are divided more than {len(levels)} times, finer than numbers here")
     if start != len(codes) or used != len(slopes):
-        raise Refused(f"{len(codes)} codes and {len(slopes)} slopes for {start} cells, {used} of them cut")
+        raise CertificateError(f"{len(codes)} codes and {len(slopes)} slopes for {start} cells, {used} of them cut")
     child = np.concatenate(children)
     columns = [list(column) for column in zip(*levels, strict=True)]
     levels.clear()
@@ -91,12 +91,14 @@ def _check_grid(grid: Grid, walls: int, codes: int) -> None:
     side, depth, top, periods, closed = grid
     whole = all(type(x) is int for x in (side, depth, periods)) and type(closed) is bool and type(top) in (int, float)
     if not whole or side < 32 or side & side - 1 or not 0 <= depth <= 20 or not top > 0 or top * 2**10 % 1 or periods < 1:
-        raise Refused(
+        raise CertificateError(
             f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10, and a "
             "number of periods from 1 on"
         )
     if walls * side**2 > codes or side * FINEST * (periods + 1) << depth > MOST:
-        raise Refused(f"{grid}: expected as many codes as cells, and flights of up to {MOST} parts; there are {codes} codes")
+        raise CertificateError(
+            f"{grid}: expected as many codes as cells, and flights of up to {MOST} parts; there are {codes} codes"
+        )
 
 
 class _Level(NamedTuple):
@@ -143,7 +145,7 @@ def check_cells(
     workers: int = 2,
     slopes: NDArray[np.int8] = NONE,
 ) -> Shares:
-    """The shares of each wall that are proved, or `Refused`.
+    """The shares of each wall that are proved, or `CertificateError`.
 
     Args:
         trapped: which boxes of a wall, phases (M, 2) in parts of 2 pi/n with this n and speeds (M, 2), are inside the trap, whose
@@ -153,11 +155,11 @@ def check_cells(
     tree = tree_of(grid, len(system.walls), codes, slopes)
     base, steepest = tree.n // tree.side, float(np.abs(tree.slope).max())
     if base * steepest > min(1.0, grid.top):
-        raise Refused(f"a slope of {steepest * tree.n:g} a period is too large for the bounds of rounding")
+        raise CertificateError(f"a slope of {steepest * tree.n:g} a period is too large for the bounds of rounding")
     fastest = grid.top + base * steepest
     tables = tables_of(system, tree.n, base, grid.periods, fastest)
     if tables.step * tree.n > 16 or grid.top > grid.side:
-        raise Refused(
+        raise CertificateError(
             "cells are too large for the bounds of rounding: expected a period < 16 and a speed below the cells of a side"
         )
     leaves = np.flatnonzero((tree.child < 0) & (tree.order < LEFT))
@@ -170,7 +172,9 @@ def check_cells(
         for done, failed in enumerate(pool.map(lambda part: _first_failure(frame, tree, leaves[part], limits[part]), parts)):
             if failed >= 0:
                 pool.shutdown(cancel_futures=True)
-                raise Refused(f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order")
+                raise CertificateError(
+                    f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order"
+                )
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
     left = (tree.child < 0) & (tree.order == LEFT)
     proved, zero = (_share(tree, last, len(system.walls)) for last in (CUT - 1, 0))
@@ -218,7 +222,7 @@ def _check_trap(tree: Tree, leaves: NDArray[np.int64], trapped: Callable[..., ND
         height = tree.top * width / tree.n
         inside = trapped(int(wall), np.stack([first, first + width], 1), tree.n, np.stack([row * height, (row + 1) * height], 1))
         if not inside.all():
-            raise Refused(f"not in the trap: {place_of(tree, cells[~inside][0])}")
+            raise CertificateError(f"not in the trap: {place_of(tree, cells[~inside][0])}")
 
 
 @compiled

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.verify.cells import Grid, Refused, check_cells
+from nsmaps.verify.cells import CertificateError, Grid, check_cells
 from nsmaps.verify.cycles import Cycle, all_verified
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import UnprovedError, system_of
 from nsmaps.verify.formula import in_words as equation_in_words
 from nsmaps.verify.horseshoe import Chaos, chaos_of, horseshoe_of, in_words
 from nsmaps.verify.maps.proved import VerifiedMap, statement_of_map, verified_map
@@ -82,20 +82,20 @@ def write_certificate(path: Path, certificate: Certificate) -> None:
 
 
 def read(path: Path) -> Certificate:
-    """The certificate of a file; `Refused` where it is not as `write` makes it."""
+    """The certificate of a file; `CertificateError` where it is not as `write` makes it."""
     try:
         with zipfile.ZipFile(path) as archive:
             data, codes = json.loads(archive.read(TEXT)), archive.read(CODES)
             slopes = archive.read(SLOPES) if SLOPES in archive.namelist() else b""
     except Exception as error:  # zipfile, zlib and json raise a dozen kinds where bytes are changed
-        raise Refused(f"{path} is not a whole certificate: {_in_a_line(error)}") from error
+        raise CertificateError(f"{path} is not a whole certificate: {_in_a_line(error)}") from error
     if not isinstance(data, dict) or set(data) != KEYS or data["format"] not in (1, FORMAT):
-        raise Refused(f"{path} is not a certificate of format 1 or {FORMAT} with {', '.join(sorted(KEYS))}")
+        raise CertificateError(f"{path} is not a certificate of format 1 or {FORMAT} with {', '.join(sorted(KEYS))}")
     if sha256(codes + slopes).hexdigest() != data["codes"] or len(codes) % 2:
-        raise Refused(f"the codes of {path} are not those that it was written with")
+        raise CertificateError(f"the codes of {path} are not those that it was written with")
     about, system, trap, grid, horseshoe = (data[name] for name in ("about", "system", "trap", "grid", "horseshoe"))
     if not all(isinstance(each, dict) for each in (about, system, trap, grid, horseshoe)) or not isinstance(data["cycles"], list):
-        raise Refused(f"{path} is not a certificate: a part of it is of another kind than `nsmaps prove` writes")
+        raise CertificateError(f"{path} is not a certificate: a part of it is of another kind than `nsmaps prove` writes")
     orders, strips = np.frombuffer(codes, "<u2").astype(np.uint16), np.frombuffer(slopes, "i1")
     return Certificate(about, system, trap, grid, orders, data["cycles"], horseshoe, strips)
 
@@ -103,7 +103,7 @@ def read(path: Path) -> Certificate:
 def verify(
     certificate: Certificate, progress: Callable[[int, int], Any] = lambda done, total: None, workers: int = 2
 ) -> Verified | VerifiedMap:
-    """Prove what a certificate claims; `Refused`, with the reason, where that fails.
+    """Prove what a certificate claims; `CertificateError`, with the reason, where that fails.
 
     Args:
         progress: called with the number of cycles, then of cells, that are verified, and that of all.
@@ -111,12 +111,12 @@ def verify(
     """
     try:
         return _verified(certificate, progress, workers)
-    except Refused:
+    except CertificateError:
         raise
-    except Doubtful as error:
-        raise Refused(str(error)) from error
+    except UnprovedError as error:
+        raise CertificateError(str(error)) from error
     except Exception as error:  # whatever a statement that makes no sense leads to, nothing is proved
-        raise Refused(f"the certificate is not readable: {_in_a_line(error)}") from error
+        raise CertificateError(f"the certificate is not readable: {_in_a_line(error)}") from error
 
 
 def _in_a_line(error: Exception) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from flint import arb, arb_mat, ctx
 
 from nsmaps.verify.flights import Matrix, State, next_impact
-from nsmaps.verify.formula import Doubtful, System, may_meet, only_turn
+from nsmaps.verify.formula import System, UnprovedError, may_meet, only_turn
 
 BITS = 96  #: of the middles of balls
 ROUNDS = 40  #: steps at most by which a box is narrowed
@@ -77,13 +77,13 @@ def stated_of(data: Any, walls: int) -> Stated:
 
 
 def verified(system: System, stated: Stated) -> Cycle:
-    """The cycle that is stated; `Doubtful` unless it is shown to exist and to be the only one within its radii."""
+    """The cycle that is stated; `UnprovedError` unless it is shown to exist and to be the only one within its radii."""
     with ctx.workprec(BITS):
         middle = [arb(x) for x in stated.middle]
         box = [x + arb(0, radius) for x, radius in zip(middle, stated.radii, strict=True)]
         step = krawczyk(system, stated.walls, middle, box)
         if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
-            raise Doubtful(
+            raise UnprovedError(
                 f"the cycle from phase {stated.middle[0]} and speed {stated.middle[1]} is not shown to exist within its radii"
             )
         for _ in range(ROUNDS):
@@ -97,7 +97,7 @@ def verified(system: System, stated: Stated) -> Cycle:
 def all_verified(
     system: System, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
 ) -> tuple[Cycle, ...]:
-    """The cycles of a certificate; `Doubtful` or ValueError where one is not proved, or not shown to differ from the others."""
+    """The cycles of a certificate; `UnprovedError` or ValueError where one is not proved or may be one of the others."""
     cycles = []
     for i, entry in enumerate(entries):
         cycles.append(verified(system, stated_of(entry, len(system.walls))))
@@ -107,18 +107,18 @@ def all_verified(
 
 
 def distinct(cycles: Iterable[Cycle]) -> None:
-    """`Doubtful` unless no two of some cycles are the same, and none is a shorter one several times over."""
+    """`UnprovedError` unless no two of some cycles are the same, and none is a shorter one several times over."""
     known: dict[tuple[int, ...], list[Cycle]] = {}
     for cycle in cycles:
         for other in (*known.setdefault(tuple(sorted(cycle.walls)), []), cycle):
             for i, state in enumerate(other.states[other is cycle :]):
                 if other.walls[i + (other is cycle)] == cycle.walls[0] and _meet(cycle.states[0], state):
-                    raise Doubtful(f"cycles are not shown to differ, at phase {state[0]} and speed {state[1]}")
+                    raise UnprovedError(f"cycles are not shown to differ, at phase {state[0]} and speed {state[1]}")
         known[tuple(sorted(cycle.walls))].append(cycle)
 
 
 def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
-    """K for a vector in a box; `Doubtful` unless each impact of the box is followed by the next one of the cycle."""
+    """K for a vector in a box; `UnprovedError` unless each impact of the box is followed by the next one of the cycle."""
     images, derivatives = _images(system, walls, box)
     turns, size = _turns(images, box), len(middle)
     gaps = _gaps(_images(system, walls, middle)[0], middle, turns)
@@ -132,7 +132,7 @@ def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[
     try:
         inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
     except np.linalg.LinAlgError as error:
-        raise Doubtful("the derivative of a cycle is singular") from error
+        raise UnprovedError("the derivative of a cycle is singular") from error
     c, one = arb_mat(inverse.tolist()), arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
     way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
     move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
@@ -140,24 +140,26 @@ def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[
 
 
 def _images(system: System, walls: Sequence[int], x: Sequence[arb]) -> tuple[list[State], list[Matrix]]:
-    """The impact after each state of a vector, and the derivatives; `Doubtful` unless it is on the wall of the next."""
+    """The impact after each state of a vector, and the derivatives; `UnprovedError` unless it is on the wall of the next."""
     states, derivatives = [], []
     for i, wall in enumerate(walls):
         impact, expected = next_impact(system, wall, x[2 * i], x[2 * i + 1]), walls[(i + 1) % len(walls)]
         if impact.wall != expected:
-            raise Doubtful(f"impact {i + 1} of a cycle is followed by one on wall {impact.wall}, not {expected}")
+            raise UnprovedError(f"impact {i + 1} of a cycle is followed by one on wall {impact.wall}, not {expected}")
         states.append((impact.phase, impact.speed))
         derivatives.append(impact.derivative)
     return states, derivatives
 
 
 def _turns(images: Sequence[State], box: Sequence[arb]) -> list[int]:
-    """The periods that pass until each next impact; `Doubtful` unless they are the same for all cycles in a box."""
+    """The periods that pass until each next impact; `UnprovedError` unless they are the same for all cycles in a box."""
     found = []
     for i, (phase, _) in enumerate(images):
         turns = only_turn(phase - box[2 * (i + 1) % len(box)])
         if turns is None:
-            raise Doubtful(f"impact {i + 1} of a cycle is not shown to be followed by the next one after one number of periods")
+            raise UnprovedError(
+                f"impact {i + 1} of a cycle is not shown to be followed by the next one after one number of periods"
+            )
         found.append(turns)
     return found
 

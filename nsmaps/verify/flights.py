@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from nsmaps.verify.formula import Doubtful, System, free_motion, harmonic_motion
+from nsmaps.verify.formula import System, UnprovedError, free_motion, harmonic_motion
 
 FIRST, SHORTEST = 2.0**-3, 2.0**-40  #: longest and shortest part of a flight that is looked at at once, as shares of the period
 MOST, LONGEST = 100_000, 2.0**10  #: parts of a flight, and its periods: ends of parts are multiples of 2^-53 of these, so exact
@@ -120,7 +120,7 @@ class _Flight:
 
 
 def next_impact(system: System, wall: int, phase: arb, speed: arb, states: Part | None = None) -> Impact:
-    """The next impact of all states of a box of a wall, or of some in it; `Doubtful` unless it is the same for all.
+    """The next impact of all states of a box of a wall, or of some in it; `UnprovedError` unless it is the same for all.
 
     Args:
         phase, speed: of the impact before.
@@ -158,7 +158,7 @@ def _met(flight: _Flight, wall: int) -> tuple[int, arb]:
                 start = end
                 continue
         part /= 2
-    raise Doubtful(
+    raise UnprovedError(
         f"the next impact after those of wall {wall} at the phases {flight.phase} with the speeds {flight.speed} is not shown"
     )
 
@@ -174,7 +174,7 @@ def next_impacts(
     walls, middles = [], system._replace(walls=tuple((arb(at.mid()), side) for at, side in system.walls))
     ways = (*way, *(at - middle for (at, _), (middle, _) in zip(system.walls, middles.walls, strict=True)))
     if not all(x.contains(0) for x in ways):
-        raise Doubtful(f"the point {point} is not shown to be one of the states {way} beside it")
+        raise UnprovedError(f"the point {point} is not shown to be one of the states {way} beside it")
     columns: Any = tuple((*row, *(arb(0) for _ in system.walls)) for row in matrix)
     for _ in range(impacts):
         phase, speed = (x + _product(row, ways) for x, row in zip(point, columns, strict=True))
@@ -203,11 +203,11 @@ def _product(row: Iterable[arb], ways: Iterable[arb]) -> arb:
 
 
 def inverse_of(matrix: tuple[tuple[float, float], tuple[float, float]]) -> Matrix:
-    """The inverse of a matrix; `Doubtful` if it may be singular."""
+    """The inverse of a matrix; `UnprovedError` if it may be singular."""
     (a, b), (c, d) = (tuple(map(arb, row)) for row in matrix)
     full = a * d - b * c
     if full.contains(0):
-        raise Doubtful(f"the matrix {matrix} is not shown to be regular")
+        raise UnprovedError(f"the matrix {matrix} is not shown to be regular")
     return (d / full, -b / full), (-c / full, a / full)
 
 
@@ -242,7 +242,7 @@ def _narrowed(flight: _Flight, hit: int, time: arb) -> arb:
         here = flight.at(middle)
         there = middle - (here.z - at) / (here.v + flight.push(time) * (time - middle))
         if not there.overlaps(time):
-            raise Doubtful("a flight that meets a wall was not followed to it")
+            raise UnprovedError("a flight that meets a wall was not followed to it")
         new = there.intersection(time)
         if not new.rad() < 0.9 * time.rad():
             break

@@ -29,7 +29,7 @@ EXTRA = 30  #: bits that the exponential of a matrix may lose
 KNOWN = 10  #: bits to which the discriminant of the damping is known where a formula divides by its root
 
 
-class Doubtful(ArithmeticError):
+class UnprovedError(ArithmeticError):
     """What a certificate states is not shown."""
 
 
@@ -148,12 +148,12 @@ def bounds_of(system: System, p: arb, q: arb, before: arb, horizon: arb, depart:
 
 
 def harmonic_motion(system: System) -> tuple[arb, arb]:
-    """The coefficients of cos(w t) and sin(w t) of the harmonic motion; `Doubtful` where the parameters may be at resonance."""
+    """The coefficients of cos(w t) and sin(w t) of the harmonic motion; `UnprovedError` at a possible resonance."""
     b, k, _, cosine, sine, w, _, _ = system
     d, e = k - w * w, b * w
     square = d * d + e * e
     if square.contains(0):
-        raise Doubtful(
+        raise UnprovedError(
             f"a force of frequency {w} may be in resonance with a stiffness {k} and damping {b}; expected: no resonance"
         )
     return (d * cosine - e * sine) / square, (d * sine + e * cosine) / square
@@ -213,7 +213,7 @@ def _up(x: arb) -> float:
     """A double above the absolute value of a ball: the conversion rounds by less than 2^-52 of it."""
     upper = float(abs(x).abs_upper()) * (1 + 4 * UNIT) + 1e-300
     if not isfinite(upper):
-        raise Doubtful("a flight of the longest time that is followed has no bound in double precision")
+        raise UnprovedError("a flight of the longest time that is followed has no bound in double precision")
     return upper
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from flint import arb, ctx, fmpq
 
 from nsmaps.verify.flights import Matrix, inverse_of, next_impacts, times
-from nsmaps.verify.formula import Doubtful, System, nearest_turn
+from nsmaps.verify.formula import System, UnprovedError, nearest_turn
 
 BITS = 80  #: of the middles of balls
 MOST = 8192  #: parts of a set
@@ -86,10 +86,10 @@ def horseshoe_of(data: Any, walls: int) -> Horseshoe:
 
 
 def chaos_of(system: System, stated: Horseshoe, progress: Callable[[int, int], Any] = lambda done, total: None) -> Chaos:
-    """What follows from a horseshoe; `Doubtful` unless all its relations are shown, and its sets to be disjoint."""
+    """What follows from a horseshoe; `UnprovedError` unless all its relations are shown, and its sets to be disjoint."""
     with ctx.workprec(BITS):
         for i, j in meeting(stated.sets):
-            raise Doubtful(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
+            raise UnprovedError(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
         parts = 0
         for i, source in enumerate(stated.sets):
             targets = [j for k, j in stated.relations if k == i]
@@ -100,7 +100,7 @@ def chaos_of(system: System, stated: Horseshoe, progress: Callable[[int, int], A
 
 
 def covers(system: System, wall: int, source: Parallelogram, targets: Sequence[Parallelogram]) -> int:
-    """Show that a set covers others, and return the number of parts that this took; `Doubtful` if it is not shown."""
+    """Show that a set covers others, and return the number of parts that this took; `UnprovedError` if it is not shown."""
     one, side = arb(1), arb(0, 1)
     image = _Image(system, wall, source, targets)
     signs = [1 if x > 0 else -1 for (x, _), _ in image.of(one, arb(0))]
@@ -137,7 +137,9 @@ def entropy(size: int, relations: Sequence[tuple[int, int]]) -> float:
         image[i] += whole[j]
     least = min(Fraction(a, b) for a, b in zip(image, whole, strict=True) if b)
     if not least > 1:
-        raise Doubtful(f"the relations of the horseshoe give no chaos: the bound of the spectral radius is {float(least):.6g}")
+        raise UnprovedError(
+            f"the relations of the horseshoe give no chaos: the bound of the spectral radius is {float(least):.6g}"
+        )
     return float(np.nextafter(float(arb(fmpq(least.numerator, least.denominator)).log().lower()), 0))
 
 
@@ -156,7 +158,7 @@ def in_words(chaos: Chaos, letters: Sequence[str]) -> str:
     )
 
 
-class _Wrong(Doubtful):
+class _UnmetRelationError(UnprovedError):
     """A relation does not hold."""
 
 
@@ -193,16 +195,16 @@ class _Image:
             x, y = parts.popleft()
             count += 1
             if count > MOST:
-                raise Doubtful(f"the image of the set at {self.source.centre} is not shown to cover others in {MOST} parts")
+                raise UnprovedError(f"the image of the set at {self.source.centre} is not shown to cover others in {MOST} parts")
             wide = [(_size(self.matrix[0][k]) + _size(self.matrix[1][k])) * _size(z.rad()) for k, z in enumerate((x, y))]
             try:
                 seen = [(test(k, *place), shares[row]) for k, (place, shares) in enumerate(self.of(x, y))]
                 failed = [share for passed, share in seen if not passed]
                 if any(passed is False for passed, _ in seen):
-                    raise _Wrong(f"the set at {self.source.centre} does not cover one of those stated")
-            except _Wrong:
+                    raise _UnmetRelationError(f"the set at {self.source.centre} does not cover one of those stated")
+            except _UnmetRelationError:
                 raise
-            except Doubtful:
+            except UnprovedError:
                 failed = [wide]  # type: ignore[list-item]
             if failed:
                 first, second = (max(_size(share[k]) for share in failed) for k in (0, 1))
@@ -215,7 +217,9 @@ class _Image:
         point: Pair = tuple(c + row[0] * middle[0] + row[1] * middle[1] for c, row in zip((u, v), m, strict=True))  # type: ignore[assignment]
         walls, end, slope = next_impacts(self.system, self.wall, point, m, (x - middle[0], y - middle[1]), len(self.source.walls))
         if walls != self.source.walls:
-            raise _Wrong(f"a return from the set at {self.source.centre} has the impacts {walls}, not {self.source.walls}")
+            raise _UnmetRelationError(
+                f"a return from the set at {self.source.centre} has the impacts {walls}, not {self.source.walls}"
+            )
         return end, slope
 
 

@@ -15,7 +15,7 @@ from flint import arb
 from numpy.typing import NDArray
 
 from nsmaps.verify.flights import Matrix, inverse_of, next_impacts, times
-from nsmaps.verify.formula import Doubtful, System, lifts, nearest_turn
+from nsmaps.verify.formula import System, UnprovedError, lifts, nearest_turn
 
 
 class Trap(NamedTuple):
@@ -47,25 +47,27 @@ def trap_of(data: Mapping[str, Any]) -> Trap:
 
 
 def contraction(system: System, trap: Trap, words: set[tuple[int, ...]] | None = None) -> float:
-    """A factor q < 1 by which the iterate contracts the trap; `Doubtful` if it is not shown to, with the reason."""
+    """A factor q < 1 by which the iterate contracts the trap; `UnprovedError` if it is not shown to, with the reason."""
     largest, met = arb(0), set[tuple[int, ...]]() if words is None else words
     for i in range(trap.pieces[0]):
         for j in range(trap.pieces[1]):
             walls, _, derivative = carried(system, trap, (_part(trap, 0, i), _part(trap, 1, j)))
             met.add(walls)
             if len(met) > 1:
-                raise Doubtful(f"states of the trap have different impacts: {sorted(met)}")
+                raise UnprovedError(f"states of the trap have different impacts: {sorted(met)}")
             largest = largest.max(_norm(trap, derivative))
             if not largest < 1:
-                raise Doubtful(f"the trap is not contracted: a bound of the norm of the derivative is {float(largest.mid()):.6g}")
+                raise UnprovedError(
+                    f"the trap is not contracted: a bound of the norm of the derivative is {float(largest.mid()):.6g}"
+                )
     (walls, (phase, speed), _), inverse = carried(system, trap, (arb(0), arb(0))), inverse_of(trap.matrix)
     if walls[-1] != trap.wall:
-        raise Doubtful(f"the {trap.impacts} impacts of the trap end on wall {walls[-1]}")
+        raise UnprovedError(f"the {trap.impacts} impacts of the trap end on wall {walls[-1]}")
     gap = phase - trap.centre[0]
     moved = gap - 2 * nearest_turn(gap) * arb.pi(), speed - trap.centre[1]
     for row, half in zip(inverse, trap.half, strict=True):
         if not abs(row[0] * moved[0] + row[1] * moved[1]) <= (1 - largest) * half:
-            raise Doubtful("the centre of the trap is moved too far for a contraction into the trap")
+            raise UnprovedError("the centre of the trap is moved too far for a contraction into the trap")
     return float(largest.upper())
 
 

@@ -40,18 +40,18 @@ class Belt(HybridSystem):
         return {"slower": slower, "faster": faster, "stick": {"x": self.vb, "u": 0}}
 
     def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
-        """Stick K, slip below (M) and above (P) the speed of the belt, by the friction N that sticking takes."""
+        """Stick K, slip below (M) and above (P) the speed of the belt, by the friction that sticking takes."""
         from sympy import cos
 
-        N = 2 * self.zeta * self.vb + y.x - self.A * cos(self.w * t) - y.noise
-        held: dict[str, Any] = {"to": "stick", "reset": {"u": self.vb}, "where": (self.mu_s - N, self.mu_s + N)}
+        normal = 2 * self.zeta * self.vb + y.x - self.A * cos(self.w * t) - y.noise
+        held: dict[str, Any] = {"to": "stick", "reset": {"u": self.vb}, "where": (self.mu_s - normal, self.mu_s + normal)}
         return {
             "K from below": Guard("slower", self.vb - y.u, **held),
             "K from above": Guard("faster", y.u - self.vb, **held),
-            "P through": Guard("slower", self.vb - y.u, to="faster", where=(-N,)),
-            "M through": Guard("faster", y.u - self.vb, to="slower", where=(N,)),
-            "M": Guard("stick", self.mu_s - N, to="slower"),
-            "P": Guard("stick", self.mu_s + N, to="faster"),
+            "P through": Guard("slower", self.vb - y.u, to="faster", where=(-normal,)),
+            "M through": Guard("faster", y.u - self.vb, to="slower", where=(normal,)),
+            "M": Guard("stick", self.mu_s - normal, to="slower"),
+            "P": Guard("stick", self.mu_s + normal, to="faster"),
         }
 
     def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:

@@ -121,13 +121,13 @@ def test_basins_are_named_by_their_attractors():
 def test_a_picture_is_given_up_from_its_progress():
     scene = scene_of(nsmaps.load_study("vi_pair/bifurcation"))
 
-    class Stop(Exception):
+    class StopError(Exception):
         pass
 
     def stop(fraction):
-        raise Stop
+        raise StopError
 
-    with pytest.raises(Stop):
+    with pytest.raises(StopError):
         pictures.diagram(scene, 50, 50, stop)
 
 

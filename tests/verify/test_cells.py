@@ -17,7 +17,7 @@ from nsmaps_bouncing_ball import BouncingBall
 from nsmaps.proof.arrivals import CUT, OPEN, SPLIT
 from nsmaps.proof.cells import FINEST, base_grids, codes_of, search
 from nsmaps.proof.formula import equation_of, flow_of
-from nsmaps.verify.cells import Grid, Refused, check_cells, tree_of
+from nsmaps.verify.cells import CertificateError, Grid, check_cells, tree_of
 from nsmaps.verify.formula import system_of, tables_of
 
 POINT = np.array([0.363611564551622, 0.833385990208561])  # phase and speed of the stable fixed point at d = 0.35
@@ -100,7 +100,7 @@ def test_changes_are_refused(equation, cells, wrong):
             slopes[np.argmax(np.where(strips[:, 3] < CUT, 0, np.where(strips[:, 0] < CUT, strips[:, 0], 0)))] *= -1
         case "slopes":
             slopes = slopes[:-1]
-    with pytest.raises(Refused):
+    with pytest.raises(CertificateError):
         check_cells(system_of(equation), grid, codes, trap, slopes=slopes)
 
 
@@ -114,7 +114,7 @@ def test_divisions_that_are_not_meant_are_refused(wrong):
             codes[1], slopes = CUT, np.zeros(1, np.int8)
         case "split strip":
             codes[1], codes[-1] = CUT, SPLIT
-    with pytest.raises(Refused, match=r"lowest row is cut|slope"):
+    with pytest.raises(CertificateError, match=r"lowest row is cut|slope"):
         tree_of(GRID, 2, codes, slopes)
 
 
@@ -123,7 +123,7 @@ def test_an_error_in_the_search_is_found(equation):
     phases = flow.phases.copy()
     phases[300, 2] += 1.0  # the force at one phase
     wrong = found(equation, flow._replace(phases=phases))
-    with pytest.raises(Refused, match="later in cells of a lower order"):
+    with pytest.raises(CertificateError, match="later in cells of a lower order"):
         check_cells(system_of(equation), GRID, wrong.codes, near, slopes=wrong.slopes)
 
 

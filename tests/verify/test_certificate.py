@@ -26,10 +26,10 @@ from nsmaps.proof.horseshoe import prove_horseshoe
 from nsmaps.proof.prove import prove
 from nsmaps.proof.trap import _directions, found_trap, trapped
 from nsmaps.verify.__main__ import main
-from nsmaps.verify.cells import Refused
+from nsmaps.verify.cells import CertificateError
 from nsmaps.verify.certificate import read, statement, verify, write_certificate
 from nsmaps.verify.flights import next_impact
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import UnprovedError, system_of
 from nsmaps.verify.trap import contraction, trap_of
 
 PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
@@ -131,7 +131,7 @@ def test_a_broken_file_is_refused(certificate, tmp_path, wrong):
             changed(path, path, lambda text, codes: ({k: v for k, v in text.items() if k != "trap"}, codes))
         case "none":
             path.unlink()
-    with pytest.raises(Refused):
+    with pytest.raises(CertificateError):
         read(path)
 
 
@@ -147,7 +147,7 @@ def test_any_changed_byte_is_one_line_or_nothing(tmp_path, capsys):
         path.write_bytes(content[:place] + bytes([content[place] ^ int(rng.integers(1, 256))]) + content[place + 1 :])
         try:
             found = read(path)
-        except Refused as error:
+        except CertificateError as error:
             reasons.append(str(error))
         else:
             assert (found.system, found.horseshoe) == (whole.system, whole.horseshoe)
@@ -165,13 +165,13 @@ def test_parts_of_another_kind_are_refused_in_a_line(certificate, tmp_path):
     path, out = tmp_path / "a.proof", tmp_path / "b.proof"
     write_certificate(path, certificate)
     for part, value in (("about", []), ("system", 3), ("grid", None), ("cycles", {}), ("horseshoe", "x")):
-        with pytest.raises(Refused, match="another kind"):
+        with pytest.raises(CertificateError, match="another kind"):
             read(changed(path, out, lambda text, codes, new={part: value}: (text | new, codes)))
     nested = f'{{"format": {"[" * 100_000}'
     with zipfile.ZipFile(out, "w") as archive:
         archive.writestr("certificate.json", nested)
         archive.writestr("codes", b"")
-    with pytest.raises(Refused, match="whole certificate"):
+    with pytest.raises(CertificateError, match="whole certificate"):
         read(out)
 
 
@@ -200,7 +200,7 @@ def test_parts_of_another_kind_are_refused_in_a_line(certificate, tmp_path):
     ids=str,
 )
 def test_a_changed_statement_is_refused(certificate, part, change):
-    with pytest.raises(Refused):
+    with pytest.raises(CertificateError):
         verify(replace(certificate, **{part: {**getattr(certificate, part), **change}}))
 
 
@@ -209,7 +209,7 @@ def test_a_planted_error_of_the_search_is_found(pair, certificate, monkeypatch):
     wide = lambda trap, *boxes: trapped(trap._replace(half=(3 * trap.half[0], 3 * trap.half[1])), *boxes)  # noqa: E731
     monkeypatch.setattr("nsmaps.proof.prove.trapped", wide)
     monkeypatch.setattr("nsmaps.proof.prove.found_trap", lambda *given: trap_of(certificate.trap))
-    with pytest.raises(Refused, match="not in the trap"):
+    with pytest.raises(CertificateError, match="not in the trap"):
         verify(prove(pair, [0.8334, 0.3636], **SHAPES))
 
 
@@ -271,7 +271,7 @@ def test_a_trap_is_one_for_an_interval_of_a_parameter(pair):
         at = nsmaps.periodic_orbit(nsmaps.load_system("vi_pair", **(PAIR | {"d": d})), [0.8334, 0.3636]).states[0]
         assert (abs(np.linalg.inv(trap.matrix) @ (at[::-1] - trap.centre)) < trap.half).all()
     walls = [{**wall, "at": [wall["at"][0], "0.003"]} for wall in equation["walls"]]
-    with pytest.raises(Doubtful):
+    with pytest.raises(UnprovedError):
         contraction(system_of({**equation, "walls": walls}), trap)
 
 

@@ -16,7 +16,7 @@ pytest.importorskip("flint")
 
 from nsmaps.proof.closed import Around
 from nsmaps.proof.prove import prove
-from nsmaps.verify.cells import SPLIT, Grid, Refused, tree_of
+from nsmaps.verify.cells import SPLIT, CertificateError, Grid, tree_of
 from nsmaps.verify.certificate import Certificate, statement, verify
 
 SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
@@ -103,7 +103,7 @@ def test_changes_of_a_closed_set_are_refused(certificate, wrong):
             more = {"grid": {**certificate.grid, "closed": False}}
         case "trap beside":
             more = {"trap": {"wall": 0}}
-    with pytest.raises(Refused):
+    with pytest.raises(CertificateError):
         verify(replace(certificate, codes=codes, **more))
 
 
@@ -125,7 +125,7 @@ def test_rest_is_not_proved_of_a_system_without_bounds(change, reason):
     codes = np.full((32, 32), LEFT, np.uint16)
     codes[:, 0] = 0
     grid = {"side": 32, "depth": 0, "top": 1.0, "periods": 1, "closed": True}
-    with pytest.raises(Refused, match=reason):
+    with pytest.raises(CertificateError, match=reason):
         verify(Certificate({}, system | change, {}, grid, codes.ravel()))
 
 

@@ -17,10 +17,10 @@ import nsmaps
 from nsmaps.errors import ProofError
 from nsmaps.proof.cycles import certificate_of, impacts_of, stated
 from nsmaps.proof.formula import equation_of
-from nsmaps.verify.cells import Refused
+from nsmaps.verify.cells import CertificateError
 from nsmaps.verify.certificate import read, statement, verify, write_certificate
 from nsmaps.verify.cycles import Cycle, distinct, stated_of, verified
-from nsmaps.verify.formula import Doubtful, System, system_of
+from nsmaps.verify.formula import System, UnprovedError, system_of
 
 GRAZING = 95  #: the cycle with the slowest impact, v = 0.0019
 SOME = (0, 2, 4, 16, GRAZING, 243)
@@ -105,11 +105,11 @@ def test_the_same_cycle_is_not_counted_twice(some: Any) -> None:
     _, equation, statements, cycles = some
     saddle = statements[2]
     turned = {key: [*saddle[key][1:], saddle[key][0]] for key in saddle}
-    with pytest.raises(Doubtful, match="differ"):
+    with pytest.raises(UnprovedError, match="differ"):
         distinct([*cycles, verified(equation, stated_of(turned, 2))])
     twice = {key: statements[1][key] * 2 for key in saddle}
     twice["radii"] = (np.array(twice["radii"]) / 100).tolist()
-    with pytest.raises(Doubtful, match="differ"):
+    with pytest.raises(UnprovedError, match="differ"):
         distinct([verified(equation, stated_of(twice, 2))])
 
 
@@ -178,7 +178,7 @@ def test_wrong_statements_are_refused(some: Any) -> None:
         {**entry, "radii": [[0.4, 0.4]] * 2},
     ]
     for data in wrong:
-        with pytest.raises(Doubtful):
+        with pytest.raises(UnprovedError):
             verified(equation, stated_of(data, 2))
 
 
@@ -196,14 +196,14 @@ def test_a_changed_bit_beyond_the_radii_is_refused(some: Any) -> None:
         for column in (0, 1):
             states = np.array(entry["states"])
             states.view(np.int64)[1, column] ^= 1 << bit
-            with pytest.raises(Doubtful):
+            with pytest.raises(UnprovedError):
                 verified(equation, stated_of({**entry, "states": states.tolist()}, 2))
 
 
 def test_cycles_of_another_system_are_refused(some: Any, pair: Callable[..., Any]) -> None:
     entry = stated_of(narrow(some[2][1]), 2)
     for d in (0.349, 0.35 + 1e-7):
-        with pytest.raises(Doubtful):
+        with pytest.raises(UnprovedError):
             verified(system_of(equation_of(pair(d))), entry)
 
 
@@ -246,7 +246,7 @@ def test_a_certificate_of_cycles_alone(pair: Callable[..., Any], reference: Call
     assert "1 stable, 2 saddle, 0 open" in text
     assert "converge" not in text
     for wrong in ([], [*made.cycles, made.cycles[0]], [{**made.cycles[0], "walls": [1]}], [None], {"a": 1}):
-        with pytest.raises(Refused):
+        with pytest.raises(CertificateError):
             verify(replace(made, cycles=wrong))
-    with pytest.raises(Refused, match="not readable"):
+    with pytest.raises(CertificateError, match="not readable"):
         verify(replace(made, codes=np.zeros(3, np.uint16)))

@@ -13,7 +13,7 @@ from nsmaps_impact_oscillator import ImpactOscillator
 
 from nsmaps.proof.formula import equation_of
 from nsmaps.verify.flights import next_impact, next_impacts
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import UnprovedError, system_of
 
 SAMPLES = 200  #: places of a flight at which no wall may have been passed
 
@@ -72,7 +72,7 @@ def test_impacts_hold_those_of_sixty_digits(name: str, pair: Callable[..., Any])
             wall, phase, speed = int(rng.integers(len(walls))), float(rng.uniform(0, 6.28)), float(rng.uniform(0.2, top))
             try:
                 impact = next_impact(equation, wall, arb(phase), arb(speed))
-            except Doubtful:
+            except UnprovedError:
                 continue
             shown += 1
             start, guess = (mp.mpf(phase), mp.mpf(speed)), mp.mpf(float(impact.phase.mid()))
@@ -108,5 +108,5 @@ def test_walls_within_a_ball_shift_impacts_as_the_ball_of_the_last_one_says(pair
 
 
 def test_a_box_across_a_graze_is_not_decided(pair: Callable[..., Any]) -> None:
-    with pytest.raises(Doubtful, match="not shown"):
+    with pytest.raises(UnprovedError, match="not shown"):
         next_impact(system_of(equation_of(pair(0.35))), 0, arb(0, 4), arb(0.4, 0.3))

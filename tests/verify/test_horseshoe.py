@@ -15,10 +15,10 @@ from nsmaps_bouncing_ball import BouncingBall
 import nsmaps
 from nsmaps.errors import ProofError
 from nsmaps.proof.horseshoe import certificate_of, prove_horseshoe
-from nsmaps.verify.cells import Refused
+from nsmaps.verify.cells import CertificateError
 from nsmaps.verify.certificate import Certificate, read, statement, verify, write_certificate
 from nsmaps.verify.flights import next_impact, next_impacts
-from nsmaps.verify.formula import Doubtful, system_of
+from nsmaps.verify.formula import UnprovedError, system_of
 from nsmaps.verify.horseshoe import chaos_of, covers, entropy, horseshoe_of
 
 SLOWEST, LONGEST = 0.07, 4  #: impact and period of the cycles without impacts on T around which the small horseshoe lies
@@ -37,7 +37,7 @@ def small(pair: Callable[..., Any], reference: Callable[[str], Any]) -> Certific
 
 def refused(certificate: Certificate, data: dict[str, Any], match: str) -> None:
     """A statement is refused."""
-    with pytest.raises((Doubtful, ValueError), match=match):
+    with pytest.raises((UnprovedError, ValueError), match=match):
         chaos_of(system_of(dict(certificate.system)), horseshoe_of(data, 2))
 
 
@@ -73,7 +73,7 @@ def test_changed_numbers_and_relations_are_refused(small: Certificate) -> None:
         wrong = deepcopy(data)
         change(wrong["sets"][pairs[0][1]])
         refused(small, wrong, "cover|impacts|disjoint")
-    with pytest.raises(Refused):
+    with pytest.raises(CertificateError):
         verify(Certificate(small.about, dict(small.system) | {"restitution": ["0.51", "0"]}, horseshoe=data))
 
 
@@ -85,7 +85,7 @@ def test_a_set_that_is_too_long_or_too_low_is_not_covered(small: Certificate, co
         (a, b), (c, d) = stated.sets[j].matrix
         matrix = ((factor * a, b), (factor * c, d)) if column == 0 else ((a, factor * b), (c, factor * d))
         assert covers(system, 0, stated.sets[i], [stated.sets[j]]) > 0
-        with pytest.raises(Doubtful, match="does not cover"):
+        with pytest.raises(UnprovedError, match="does not cover"):
             covers(system, 0, stated.sets[i], [stated.sets[j]._replace(matrix=matrix)])
 
 
@@ -157,7 +157,7 @@ def test_entropies_are_those_of_closed_forms() -> None:
     assert 0 <= np.log(2) - entropy(3, [(0, 0), (0, 1), (1, 0), (1, 1), (2, 0)]) < 1e-12
     assert 0 <= np.log(2) / 2 - entropy(3, [(0, 1), (0, 2), (1, 0), (2, 0)]) < 1e-12  # of period two
     for relations in ([(0, 1), (1, 0)], [(0, 1), (1, 2)]):
-        with pytest.raises(Doubtful, match="no chaos"):
+        with pytest.raises(UnprovedError, match="no chaos"):
             entropy(3, relations)
 
 

@@ -21,9 +21,9 @@ from nsmaps.proof.cycles import certificate_of
 from nsmaps.proof.horseshoe import certificate_of as horseshoe_around
 from nsmaps.proof.maps.formula import stated_map
 from nsmaps.proof.maps.prove import prove_map
-from nsmaps.verify.cells import Refused
+from nsmaps.verify.cells import CertificateError
 from nsmaps.verify.certificate import Certificate, read, statement, verify, write_certificate
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 from nsmaps.verify.maps.cycles import stated_of, verified
 from nsmaps.verify.maps.formula import hull, jets, map_of, pieces_of
 from nsmaps.verify.maps.proved import VerifiedMap
@@ -114,7 +114,7 @@ def test_a_box_across_borders_is_in_all_pieces_that_it_meets_and_a_gap_is_found(
     assert [k for k, _, _ in pieces_of(return_map, [arb(0.3, 0.1), arb(3.1, 0.2)])] == [0, 1]
     assert [k for k, _, _ in pieces_of(return_map, [arb(1, 0.25), arb(3, 0.5)])] == [1, 2]
     data = stated_map(Kinked())
-    with pytest.raises(Doubtful, match="no piece"):
+    with pytest.raises(UnprovedError, match="no piece"):
         list(pieces_of(map_of(data | {"pieces": data["pieces"][:2]}), [arb(1, 0.25), arb(3, 0.5)]))
 
 
@@ -126,7 +126,7 @@ def test_a_root_is_bounded_up_to_the_border_that_its_condition_states() -> None:
     assert abs(found[1].lower() - (arb("0.2") - arb("0.025").sqrt())) < 1e-8
     data = stated_map(Root())
     image = {"letter": "R", "condition": "x > -1", "image": {"x": "mu - sqrt(x)"}}
-    with pytest.raises(Doubtful, match="square root"):
+    with pytest.raises(UnprovedError, match="square root"):
         [
             hull(formulas, k, part, known)
             for formulas in [map_of(data | {"pieces": [image]})]
@@ -168,14 +168,14 @@ def test_claims_of_cycles_that_are_wrong_are_refused(lozi: Lozi) -> None:
         ({"radii": [[1.0, 1.0]]}, "may be in the pieces"),
         ({"pieces": [0]}, "not in L alone"),
     ):
-        with pytest.raises(Doubtful, match=match):
+        with pytest.raises(UnprovedError, match=match):
             verified(return_map, stated_of(cycle | change, return_map))
-    with pytest.raises(Refused, match="differ"):
+    with pytest.raises(CertificateError, match="differ"):
         verify(replace(made, cycles=[cycle, cycle]))
     twice = {key: value * 2 for key, value in cycle.items()}
-    with pytest.raises(Refused, match="differ"):
+    with pytest.raises(CertificateError, match="differ"):
         verify(replace(made, cycles=[twice]))
-    with pytest.raises(Refused, match="a trap"):
+    with pytest.raises(CertificateError, match="a trap"):
         verify(replace(made, trap={"wall": 0}))
 
 
@@ -206,7 +206,7 @@ def test_a_horseshoe_of_the_lozi_map_and_wrong_ones(lozi: Lozi, tmp_path: Path) 
         {"relations": [*pairs, pairs[0]]},
         {"sets": [*data["sets"], data["sets"][0]]},
     ):
-        with pytest.raises(Refused):
+        with pytest.raises(CertificateError):
             verify(replace(made, horseshoe=data | wrong))
 
 
@@ -223,7 +223,7 @@ def test_cells_that_are_forward_invariant_hold_long_orbits(tmp_path: Path) -> No
     number = int(np.flatnonzero(made.codes == 0)[5])
     without = made.codes.copy()
     without[number] = 1
-    with pytest.raises(Refused, match="not shown to be within the set"):
+    with pytest.raises(CertificateError, match="not shown to be within the set"):
         verify(replace(made, codes=without))
 
 

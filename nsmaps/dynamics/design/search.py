@@ -17,7 +17,7 @@ LOST = "at the edge of where the motion is found"
 BEYOND = 1e-2, 1e-3  #: steps, as shares of the ranges, from where a search ends to where it continues
 
 
-class _Lost(Exception):
+class _MotionLostError(Exception):
     """The motion is not found where a gradient is needed, or too often."""
 
 
@@ -87,13 +87,13 @@ class Search:
             value = self.sought(x)
             best, lost = (value, 0) if value < best - PROGRESS else (best, lost + (value == np.inf))
             if lost > MOST_LOST:
-                raise _Lost
+                raise _MotionLostError
             return value
 
         def sure(x: Floats) -> Point:
             point = self.here(x)[0]
             if point is None:
-                raise _Lost
+                raise _MotionLostError
             last[:] = x
             return point
 
@@ -108,7 +108,7 @@ class Search:
                 method="SLSQP",
                 options={"ftol": TOLERANCE, "maxiter": ITERATIONS},
             )
-        except _Lost:
+        except _MotionLostError:
             return last, LOST
         end = np.asarray(found.x)
         return (last, LOST) if self.here(end)[0] is None else (end, str(found.message))

@@ -35,7 +35,7 @@ STILL = (
 SURE = (TypeError, sp.SympifyError)  #: errors of a formula that no later definition can correct
 
 
-class FailsNow(SystemDefinitionError):
+class PrematureFormulaError(SystemDefinitionError):
     """A formula that fails for a reason that may disappear before its first use, such as a name that its module defines further
     down.
     """
@@ -117,7 +117,7 @@ def _call(system: ImpactFormulas, formula: str, *given: Any) -> Any:
         why = f"{type(error).__name__}: {error}".replace("_p_", "")
         on_hit = isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace)
         advice = HIT if on_hit else next((advice for sign, advice in ADVICE.items() if sign in why), "")
-        kind = SystemDefinitionError if on_hit or isinstance(error, SURE) else FailsNow
+        kind = SystemDefinitionError if on_hit or isinstance(error, SURE) else PrematureFormulaError
         message = f"{name} cannot be written in symbols ({why}){advice and f'; {advice}'}"
         raise kind(f"{message}{place_of(type(system), formula)}") from error
 

@@ -4,7 +4,7 @@ import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.flows.formulas import S, V, W, Z, check_form, check_symbols, displacement_at, in_symbols, trials, values_text
-from nsmaps.exact.flows.source import FailsNow, law_of, period_of, walls_of
+from nsmaps.exact.flows.source import PrematureFormulaError, law_of, period_of, walls_of
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 
@@ -26,7 +26,7 @@ def check_definition(cls: type[ImpactFormulas]) -> None:
         return
     try:
         _check_form(cls, {name: field.get_default(call_default_factory=True) for name, field in others.items()})
-    except FailsNow:
+    except PrematureFormulaError:
         return
     except SystemDefinitionError:
         raise

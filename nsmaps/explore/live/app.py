@@ -34,7 +34,7 @@ class Task:
     power: int = 1  #: of the level, to which the work is proportional
 
 
-class Superseded(Exception):
+class SupersededError(Exception):
     """What is being computed is not asked for any more."""
 
 
@@ -178,7 +178,7 @@ class App:
 
         def still(fraction: float) -> None:
             if self._asked[key] != number:
-                raise Superseded
+                raise SupersededError
 
         def work() -> tuple[Any, float]:
             still(0.0)
@@ -194,7 +194,7 @@ class App:
     def _arrived(self, key: str, level: int, number: int, scene: Scene, found: "Future[tuple[Any, float]]") -> None:
         """Draw what was computed, unless it is not asked for any more; then the same more finely."""
         error = found.exception()
-        if self._asked[key] != number or isinstance(error, Superseded):
+        if self._asked[key] != number or isinstance(error, SupersededError):
             return
         if error is not None:
             self._say(escape(str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"))

@@ -22,7 +22,7 @@ LEAVING = ast.Return | ast.Break | ast.Continue  #: what ends a block
 PLAIN: dict[str, Callable[..., Any]] = {"abs": abs, "min": min, "max": max, "int": int}
 
 
-class Unknown(Exception):
+class NotConstantError(Exception):
     """An expression that is not a constant."""
 
 
@@ -67,7 +67,7 @@ class Evaluation:
         return None
 
     def value(self, node: ast.expr) -> Any:
-        """The constant that an expression is. Raises Unknown."""
+        """The constant that an expression is. Raises NotConstantError."""
         if self.facts and isinstance(node, ast.Compare) and (fact := self.facts.get(ast.dump(node))) is not None:
             return fact
         match node:
@@ -95,7 +95,7 @@ class Evaluation:
                 return SIGNS[type(sign)](self.value(left), self.value(right))
             case ast.Call():
                 return self.answer(node)
-        raise Unknown
+        raise NotConstantError
 
     def entry(self, node: ast.Subscript) -> Any:
         """An entry of a shape, of a tuple, or of a fixed array, all of whose entries that it may be are the same."""
@@ -105,17 +105,17 @@ class Evaluation:
         if array is None:
             return self.value(node.value)[self.value(node.slice)]
         if not isinstance(array, Array) or array.value is None or len(indices(node.slice)) < len(array.shape):
-            raise Unknown
+            raise NotConstantError
         found = np.unique(array.value[tuple(map(self.index, indices(node.slice)))])
         if len(found) != 1:
-            raise Unknown
+            raise NotConstantError
         return found.item()
 
     def index(self, node: ast.expr) -> Any:
         """An index, or all where it is not known."""
         try:
             return self.value(node)
-        except Unknown:
+        except NotConstantError:
             return slice(None)
 
     def length(self, node: ast.expr, axis: int) -> int:
@@ -124,7 +124,7 @@ class Evaluation:
         if isinstance(array, Record):
             return len(array.value)
         if not isinstance(array, Array) or (array.shape[axis] == OPEN and not array.fixed):
-            raise Unknown
+            raise NotConstantError
         return array.shape[axis]
 
     def answer(self, node: ast.Call) -> Any:
@@ -139,4 +139,4 @@ class Evaluation:
             case ast.Name() as name if isinstance(function := self.kind(name), Bound):
                 plain = takewhile(lambda each: not isinstance(each, ast.Starred), node.args)
                 return self.called(function.compiled, list(map(self.kind, plain)))
-        raise Unknown
+        raise NotConstantError

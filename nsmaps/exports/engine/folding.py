@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
 from typing import Any
 
-from nsmaps.exports.engine.evaluation import LEAVING, Evaluation, Unknown, numeral
+from nsmaps.exports.engine.evaluation import LEAVING, Evaluation, NotConstantError, numeral
 from nsmaps.exports.engine.kinds import Array, Kind, Known
 from nsmaps.exports.engine.pruning import Pruning, Result, assignment, calls
 
@@ -33,13 +33,13 @@ class Folding(Evaluation, ast.NodeTransformer):
 
     @property
     def result(self) -> Any:
-        """What the function returns if it does nothing else, and that is a constant, None without a value. Raises Unknown."""
+        """The constant that the function returns if it does nothing else, None without a value. Raises NotConstantError."""
         match [each for each in self.tree.body if not isinstance(each, ast.Expr) or not isinstance(each.value, ast.Constant)]:
             case [] | [ast.Return(value=None)]:
                 return None
             case [ast.Return(value=ast.expr() as value)]:
                 return self.value(value)
-        raise Unknown
+        raise NotConstantError
 
     def block(self, statements: Iterable[ast.stmt]) -> list[ast.stmt]:
         """Statements in order, up to one that leaves the block."""
@@ -72,7 +72,7 @@ class Folding(Evaluation, ast.NodeTransformer):
             return node
         try:
             value = self.value(node)
-        except Unknown:
+        except NotConstantError:
             return node
         whole = isinstance(value, bool | int) or (isinstance(node, ast.Call) and isinstance(value, float))
         return ast.Constant(value) if whole and not isinstance(getattr(node, "ctx", None), ast.Store) else node
@@ -82,7 +82,7 @@ class Folding(Evaluation, ast.NodeTransformer):
         value = self.visit(node.value)
         try:
             self.value(value)
-        except Unknown:
+        except NotConstantError:
             return ast.Expr(value)
         return node if isinstance(node.value, ast.Constant) else None  # a docstring is one
 
@@ -145,7 +145,7 @@ class Folding(Evaluation, ast.NodeTransformer):
         try:
             if not range(*map(self.value, bounds)):
                 return None
-        except Unknown:
+        except NotConstantError:
             pass
         return ast.For(node.target, ast.Call(node.iter.func, bounds, []), self.block(node.body), [])
 
@@ -163,7 +163,7 @@ class Folding(Evaluation, ast.NodeTransformer):
         if values is None or len(values) != len(targets):
             try:
                 values = [ast.Constant(each) for each in self.value(value)]
-            except Unknown:
+            except NotConstantError:
                 return ast.Assign([target], value)
         pairs = [(one, other) for one, other in zip(targets, values, strict=True) if not self.learnt(one, other)]
         return [assignment(pairs)] if pairs else None
@@ -178,7 +178,7 @@ class Folding(Evaluation, ast.NodeTransformer):
                 return False
             self.constants[target.id] = constant
             return not numeral(constant)
-        except Unknown:
+        except NotConstantError:
             if not isinstance(value, ast.Attribute) or not isinstance(self.kind(value), Array):
                 return False
             self.aliases[target.id] = value

@@ -11,7 +11,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.progress import beat
 from nsmaps.proof.chaos.sets import Sets, View, around
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 from nsmaps.verify.horseshoe import BITS
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ def _proved(view: View, sets: Sets, stated: list[Any]) -> dict[str, Any]:
         for i, source in enumerate(stated):
             try:
                 view.covers(source, [stated[j] for j in np.flatnonzero(sets.covers[i])])
-            except Doubtful as error:
+            except UnprovedError as error:
                 kept[i], why = False, str(error)
             beat((i + 1) / len(stated), f"{kept[: i + 1].sum()} of {len(stated)} sets cover theirs")
     numbers = np.flatnonzero(kept)

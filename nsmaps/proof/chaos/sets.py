@@ -46,7 +46,7 @@ class View(ABC):
 
     @abstractmethod
     def covers(self, source: Any, targets: Sequence[Any]) -> None:
-        """`Doubtful` unless a set is shown to cover others."""
+        """`UnprovedError` unless a set is shown to cover others."""
 
     @abstractmethod
     def written(self, kept: Sequence[Any], relations: list[list[int]], returns: int) -> dict[str, Any]:

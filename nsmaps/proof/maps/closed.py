@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
 from nsmaps.progress import beat
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 from nsmaps.verify.maps.closed import BITS, Cells, indices, met
 from nsmaps.verify.maps.formula import PiecewiseFormulas
 
@@ -39,7 +39,7 @@ def closed_set(formulas: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArr
             number = waiting.popleft()
             try:
                 found = list(met(formulas, cells, number, cells.parts))
-            except Doubtful as error:
+            except UnprovedError as error:
                 where = low + (np.array(number) + 0.5) * (high - low) / shape
                 text = f"orbits from the attractor come to the cell at {where.tolist()}: {error}"
                 raise ProofError(f"{text}; expected: a larger box, or more cells or parts of cells") from error

@@ -9,7 +9,7 @@ from flint import arb, ctx
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
 from nsmaps.verify.cycles import BITS
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.periodic import PeriodicOrbit
@@ -34,7 +34,7 @@ def largest_statement(
         data: the statement without `radii`; its `states` are rows of floats.
         first: radii to begin with, of the shape of the states.
         krawczyk: the box K of a middle and a box around it.
-        verify: raises `Doubtful` or ValueError for a statement that is not shown.
+        verify: raises `UnprovedError` or ValueError for a statement that is not shown.
 
     Raises:
         ProofError: it is not shown to exist; with the reason at the smallest box.
@@ -42,13 +42,13 @@ def largest_statement(
     reason: Exception
     try:
         radii = _inflated(np.array(data["states"], float), first, krawczyk)
-    except Doubtful as error:
+    except UnprovedError as error:
         raise ProofError(f"the cycle {orbit.word} from {orbit.states[0]} is not shown to exist: {error}") from error
     for factor in FACTORS:
         statement = data | {"radii": (factor * radii).tolist()}
         try:
             verify(statement)
-        except (Doubtful, ValueError) as error:
+        except (UnprovedError, ValueError) as error:
             reason = error
         else:
             return statement

@@ -29,7 +29,7 @@ def parsed(path: Path) -> Any:
     """
     try:
         return _tree(text_of(path, LARGEST))
-    except _Excess as excess:
+    except _LimitExceededError as excess:
         raise StudyError(f"{os.fspath(path)}:{excess}") from None
     except NsmapsError as error:
         raise StudyError(f"{path}:1:1: {error}") from error
@@ -101,7 +101,7 @@ class _Scales:
                 yield f"a number of {len(event.value)} digits; expected: fewer than 100"
 
 
-class _Excess(Exception):
+class _LimitExceededError(Exception):
     """A text exceeds a limit: the place, as `line:column: which`."""
 
 
@@ -117,7 +117,7 @@ class _Checked(RoundTripParser):
         event = RoundTripParser.get_event(self)
         self.scales.add(event)
         for complaint in self.scales.complaints(event):
-            raise _Excess(f"{event.start_mark.line + 1}:{event.start_mark.column + 1}: {complaint}")
+            raise _LimitExceededError(f"{event.start_mark.line + 1}:{event.start_mark.column + 1}: {complaint}")
         return event
 
 

@@ -42,7 +42,7 @@ LARGEST = 2**30  #: largest number of bytes of a record
 PACKAGES = ("nsmaps", "numpy", "scipy", "sympy", "matplotlib", "pydantic", "numba", "ruamel.yaml", "typer")
 
 
-class BrokenRun(NsmapsError):
+class BrokenRunError(NsmapsError):
     """A file of a run is missing or incomplete."""
 
 
@@ -190,14 +190,14 @@ def _loaded(file: Path) -> Arrays:
 
 @contextmanager
 def _whole(file: Path) -> Iterator[None]:
-    """Raise BrokenRun for a file of a run that is missing or incomplete."""
+    """Raise BrokenRunError for a file of a run that is missing or incomplete."""
     try:
         yield
     except StudyError:
         raise
     except (OSError, EOFError, ValueError, RuntimeError, MemoryError, LookupError, zipfile.BadZipFile, zlib.error) as error:
         what = "is missing" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
-        raise BrokenRun(f"{file} {what}; expected: a folder written by `nsmaps run`; run the study again") from error
+        raise BrokenRunError(f"{file} {what}; expected: a folder written by `nsmaps run`; run the study again") from error
 
 
 def _check_format(place: Path, record: Any) -> None:

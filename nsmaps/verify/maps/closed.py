@@ -13,7 +13,7 @@ import numpy as np
 from flint import arb, ctx
 from numpy.typing import NDArray
 
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 from nsmaps.verify.maps.formula import PiecewiseFormulas, hull, pieces_of
 
 BITS = 64
@@ -63,7 +63,7 @@ def invariant(
     codes: NDArray[np.uint16],
     progress: Callable[[int, int], Any] = lambda done, total: None,
 ) -> Invariant:
-    """Show that a set of cells is mapped into itself; `Doubtful` unless it is."""
+    """Show that a set of cells is mapped into itself; `UnprovedError` unless it is."""
     if len(codes) != prod(cells.counts) or not (codes <= 1).all():
         raise ValueError(f"{len(codes)} codes; expected: {prod(cells.counts)}, each zero or one")
     inside = codes.reshape(cells.counts) == 0
@@ -75,7 +75,7 @@ def invariant(
             for ranges in met(formulas, cells, number, cells.parts):
                 parts += 1
                 if not _filled(inside, ranges, formulas.angles):
-                    raise Doubtful(f"the images of the cell {number} are not shown to be within the set")
+                    raise UnprovedError(f"the images of the cell {number} are not shown to be within the set")
             if i % 256 == 0:
                 progress(i, len(numbers))
     return Invariant(cells, len(numbers), parts)
@@ -84,7 +84,7 @@ def invariant(
 def met(formulas: PiecewiseFormulas, cells: Cells, number: Sequence[int], parts: int) -> Iterator[Ranges]:
     """The cells that the images of the parts of a cell meet, of which there are `parts` along each coordinate.
 
-    `Doubtful` if an image leaves the grid, or may not exist.
+    `UnprovedError` if an image leaves the grid, or may not exist.
     """
     for place in product(range(parts), repeat=len(number)):
         part = [arb(k) + (arb(j) + arb(0.5, 0.5)) / parts for k, j in zip(number, place, strict=True)]
@@ -92,7 +92,7 @@ def met(formulas: PiecewiseFormulas, cells: Cells, number: Sequence[int], parts:
 
 
 def _ranges(formulas: PiecewiseFormulas, cells: Cells, part: list[arb]) -> Iterator[Ranges]:
-    """The cells that the image of a part of a cell by each piece meets; `Doubtful` if it leaves the grid."""
+    """The cells that the image of a part of a cell by each piece meets; `UnprovedError` if it leaves the grid."""
     sides = [_side(formulas, cells, k) for k in range(len(part))]
     box = [low + x * width for x, (low, width) in zip(part, sides, strict=True)]
     for piece, narrow, known in pieces_of(formulas, box):
@@ -101,7 +101,7 @@ def _ranges(formulas: PiecewiseFormulas, cells: Cells, part: list[arb]) -> Itera
             place = (x - low) / width
             first, last = place.lower().floor().unique_fmpz(), place.upper().floor().unique_fmpz()
             if first is None or last is None or not (formulas.angles[k] or 0 <= first <= last < cells.counts[k]):
-                raise Doubtful("an image leaves the grid")
+                raise UnprovedError("an image leaves the grid")
             ranges.append((int(first), int(last)))
         yield tuple(ranges)
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
-from nsmaps.verify.formula import Doubtful, may_meet, only_turn
+from nsmaps.verify.formula import UnprovedError, may_meet, only_turn
 from nsmaps.verify.maps.formula import PiecewiseFormulas, image
 
 BITS = 96  #: of the middles of balls
@@ -66,13 +66,13 @@ def stated_of(data: Any, formulas: PiecewiseFormulas) -> Stated:
 
 
 def verified(formulas: PiecewiseFormulas, stated: Stated) -> Cycle:
-    """The cycle that is stated; `Doubtful` unless it is shown to exist and to be the only one within its radii."""
+    """The cycle that is stated; `UnprovedError` unless it is shown to exist and to be the only one within its radii."""
     with ctx.workprec(BITS):
         middle = [arb(x) for state in stated.states for x in state]
         box = [x + arb(0, radius) for x, radius in zip(middle, (r for row in stated.radii for r in row), strict=True)]
         step = krawczyk(formulas, stated.pieces, middle, box)
         if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
-            raise Doubtful(f"the cycle from {stated.states[0]} is not shown to exist within its radii")
+            raise UnprovedError(f"the cycle from {stated.states[0]} is not shown to exist within its radii")
         for _ in range(ROUNDS):
             before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
             step = krawczyk(formulas, stated.pieces, [arb(x.mid()) for x in box], box)
@@ -84,21 +84,21 @@ def verified(formulas: PiecewiseFormulas, stated: Stated) -> Cycle:
 def all_verified(
     formulas: PiecewiseFormulas, entries: Sequence[Any], progress: Callable[[int, int], Any] = lambda done, total: None
 ) -> tuple[Cycle, ...]:
-    """The cycles of a certificate; `Doubtful` or ValueError where one is not proved, or not shown to differ from the others."""
+    """The cycles of a certificate; `UnprovedError` or ValueError where one is not proved or may be one of the others."""
     cycles: list[Cycle] = []
     for i, entry in enumerate(entries):
         cycle = verified(formulas, stated_of(entry, formulas))
         for other in (*cycles, cycle):
             first = 1 if other is cycle else 0
             if any(_meet(formulas, cycle.states[0], state) for state in other.states[first:]):
-                raise Doubtful(f"cycles are not shown to differ, at {[x.str(6) for x in cycle.states[0]]}")
+                raise UnprovedError(f"cycles are not shown to differ, at {[x.str(6) for x in cycle.states[0]]}")
         cycles.append(cycle)
         progress(i + 1, len(entries))
     return tuple(cycles)
 
 
 def krawczyk(formulas: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
-    """K for a vector in a box; `Doubtful` unless each state of the box is in its piece."""
+    """K for a vector in a box; `UnprovedError` unless each state of the box is in its piece."""
     images, derivatives = _images(formulas, pieces, box)
     turns = _turns(formulas, images, box)
     size, n = len(box), len(formulas.coordinates)
@@ -114,7 +114,7 @@ def krawczyk(formulas: PiecewiseFormulas, pieces: Sequence[int], middle: list[ar
     try:
         inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
     except np.linalg.LinAlgError as error:
-        raise Doubtful("the derivative of a cycle is singular") from error
+        raise UnprovedError("the derivative of a cycle is singular") from error
     c, one = arb_mat(inverse.tolist()), _one(size)
     way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
     move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
@@ -130,12 +130,12 @@ def _images(formulas: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]
 
 
 def _turns(formulas: PiecewiseFormulas, images: Sequence[arb], box: Sequence[arb]) -> list[int]:
-    """By how many turns each image exceeds the next state; `Doubtful` unless they are the same for all cycles in a box."""
+    """By how many turns each image exceeds the next state; `UnprovedError` unless they are the same for all cycles in a box."""
     n, found = len(formulas.coordinates), []
     for i, x in enumerate(images):
         turns = only_turn(x - box[(i + n) % len(box)]) if formulas.angles[i % n] else 0
         if turns is None:
-            raise Doubtful(f"return {i // n + 1} of a cycle is not shown to be of one number of turns")
+            raise UnprovedError(f"return {i // n + 1} of a cycle is not shown to be of one number of turns")
         found.append(turns)
     return found
 

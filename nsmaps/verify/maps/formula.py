@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from flint import arb
 
-from nsmaps.verify.formula import Doubtful, ball
+from nsmaps.verify.formula import UnprovedError, ball
 from nsmaps.verify.maps.conditions import narrowed, truth, with_condition
 from nsmaps.verify.maps.jets import FUNCTIONS, Jet, Known, constant, jet_of
 
@@ -52,7 +52,7 @@ def map_of(data: Mapping[str, Any]) -> PiecewiseFormulas:
 def pieces_of(formulas: PiecewiseFormulas, box: Sequence[arb]) -> Iterator[tuple[int, list[arb], Known]]:
     """The pieces that states of a box may be in, each with the part of the box that is, and what is known there.
 
-    `Doubtful` where a state may be in none.
+    `UnprovedError` where a state may be in none.
     """
     known, part = Known(), list(box)
     for k, condition in enumerate(formulas.conditions):
@@ -71,18 +71,18 @@ def pieces_of(formulas: PiecewiseFormulas, box: Sequence[arb]) -> Iterator[tuple
         if remainder is None:
             return
         part = remainder
-    raise Doubtful(f"a state with {_written(formulas, box)} may be in no piece")
+    raise UnprovedError(f"a state with {_written(formulas, box)} may be in no piece")
 
 
 def image(formulas: PiecewiseFormulas, piece: int, box: Sequence[arb]) -> list[Jet]:
-    """The images of all states of a box and their derivatives; `Doubtful` unless these are shown to be in one piece."""
+    """The images of all states of a box and their derivatives; `UnprovedError` unless these are shown to be in one piece."""
     for x, angle, name in zip(box, formulas.angles, formulas.coordinates, strict=True):
         if angle and not (x >= 0 and x < 2 * arb.pi()):
-            raise Doubtful(f"states with {name} = {x.str(6)} may be on both sides of the angle 0")
+            raise UnprovedError(f"states with {name} = {x.str(6)} may be on both sides of the angle 0")
     found = list(pieces_of(formulas, box))
     if [k for k, _, _ in found] != [piece]:
         others = ", ".join(formulas.letters[k] for k, _, _ in found)
-        raise Doubtful(
+        raise UnprovedError(
             f"states with {_written(formulas, box)} may be in the pieces {others}, not in {formulas.letters[piece]} alone"
         )
     return jets(formulas, piece, box, found[0][2])
@@ -108,7 +108,7 @@ def hull(formulas: PiecewiseFormulas, piece: int, box: Sequence[arb], known: Kno
         around = at.value + spread * arb(0, 1)
         kept = [each for each in (whole.value, around) if each.is_finite()]
         if not kept:
-            raise Doubtful(f"the image of {_written(formulas, box)} by the piece {formulas.letters[piece]} is not bounded")
+            raise UnprovedError(f"the image of {_written(formulas, box)} by the piece {formulas.letters[piece]} is not bounded")
         balls.append(kept[0].intersection(kept[-1]))
     return balls
 

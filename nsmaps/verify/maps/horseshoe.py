@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from flint import arb, arb_mat, ctx
 
-from nsmaps.verify.formula import Doubtful, may_meet, nearest_turn
+from nsmaps.verify.formula import UnprovedError, may_meet, nearest_turn
 from nsmaps.verify.horseshoe import entropy
 from nsmaps.verify.maps.formula import PiecewiseFormulas, image
 
@@ -82,10 +82,10 @@ def horseshoe_of(data: Any, formulas: PiecewiseFormulas) -> Horseshoe:
 def chaos_of(
     formulas: PiecewiseFormulas, stated: Horseshoe, progress: Callable[[int, int], Any] = lambda done, total: None
 ) -> Chaos:
-    """What follows from a horseshoe; `Doubtful` unless all its relations are shown, and its sets to be disjoint."""
+    """What follows from a horseshoe; `UnprovedError` unless all its relations are shown, and its sets to be disjoint."""
     with ctx.workprec(BITS):
         for i, j in meeting(formulas, stated.sets):
-            raise Doubtful(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
+            raise UnprovedError(f"sets {i} and {j} of the horseshoe are not shown to be disjoint")
         parts = 0
         for i, source in enumerate(stated.sets):
             for j in (j for k, j in stated.relations if k == i):
@@ -95,7 +95,7 @@ def chaos_of(
 
 
 def covers(formulas: PiecewiseFormulas, source: Block, target: Block) -> int:
-    """Show that a set covers another one, and return the number of parts that this took; `Doubtful` if it is not shown."""
+    """Show that a set covers another one, and return the number of parts that this took; `UnprovedError` if it is not shown."""
     inverse, n = arb_mat([list(row) for row in target.matrix]).inv(), len(formulas.coordinates)
     ends = [[arb(sign), *(arb(0, 1) for _ in range(n - 1))] for sign in (-1, 1)]
     centre = _turned(formulas, _image(formulas, source, [arb(0)] * n)[0], target.centre)
@@ -154,17 +154,17 @@ def _satisfied(seen: Callable[[Vector], Vector], part: Vector, test: Callable[[V
         part = waiting.popleft()
         count += 1
         if count > MOST:
-            raise Doubtful(f"a set is not shown to cover another one in {MOST} parts")
+            raise UnprovedError(f"a set is not shown to cover another one in {MOST} parts")
         try:
             passed = test(seen(part))
-        except Doubtful:
+        except UnprovedError:
             passed = False
             if all(x.rad() < 2.0**-30 for x in part):
                 raise
         if not passed:
             k = max(range(len(part)), key=lambda j: part[j].rad())
             if part[k].rad() < 2.0**-30:
-                raise Doubtful("a set does not cover another one that is stated")
+                raise UnprovedError("a set does not cover another one that is stated")
             middle, radius = arb(part[k].mid()), arb(part[k].rad()) / 2
             waiting += [[*part[:k], middle + sign * radius + arb(0, 1) * radius, *part[k + 1 :]] for sign in (-1, 1)]
     return count

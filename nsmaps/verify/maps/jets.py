@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-from nsmaps.verify.formula import Doubtful
+from nsmaps.verify.formula import UnprovedError
 
 MOST_POWER = 64
 Sum = tuple[tuple[str, int], ...]  #: terms, as text, with the whole numbers by which they are multiplied
@@ -83,7 +83,7 @@ def _power(x: Jet, node: ast.expr, exponent: Jet) -> Jet:
         k = int(whole)
         return Jet(x.value**k, tuple(k * x.value ** (k - 1) * slope if k else arb(0) for slope in x.slopes))
     if not x.value > 0:
-        raise Doubtful(f"a power {ast.unparse(node)} of a number that is not shown to be above zero")
+        raise UnprovedError(f"a power {ast.unparse(node)} of a number that is not shown to be above zero")
     value, n = x.value**exponent.value, exponent.value
     slow, rise = n * x.value ** (n - 1), value * x.value.log()
     return Jet(value, tuple(slow * a + rise * b for a, b in zip(x.slopes, exponent.slopes, strict=True)))
@@ -95,7 +95,7 @@ def _root(x: Jet, known: bool) -> Jet:
         root = x.value.sqrt()
         return Jet(root, tuple(slope / (2 * root) for slope in x.slopes))
     if not known:
-        raise Doubtful(f"the square root of {x.value}, which is not shown to be above zero")
+        raise UnprovedError(f"the square root of {x.value}, which is not shown to be above zero")
     return Jet(arb(0).union(abs(x.value).upper().sqrt()), tuple(arb("nan") if slope != 0 else slope for slope in x.slopes))
 
 
@@ -117,7 +117,7 @@ def _size(x: arb) -> tuple[arb, arb]:
 def _sign(x: arb) -> tuple[arb, arb]:
     """The sign of a number that is shown not to be zero."""
     if not (x > 0 or x < 0 or x == 0):
-        raise Doubtful(f"the sign of {x}")
+        raise UnprovedError(f"the sign of {x}")
     return x.sgn(), arb(0)
 
 
@@ -125,7 +125,7 @@ def _floor(x: arb) -> tuple[arb, arb]:
     """The whole part, if it is shown to be one."""
     whole = x.floor().unique_fmpz()
     if whole is None:
-        raise Doubtful(f"the whole part of {x}")
+        raise UnprovedError(f"the whole part of {x}")
     return arb(whole), arb(0)
 
 
