@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from bench.words import judged, others
 from hybrid import SYSTEMS, numbers, reference, system
+from words import judged, others
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

@@ -13,7 +13,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
 from nsmaps.exact.modes.flights.motion import begin_piece, copy_features
-from nsmaps.exact.modes.flights.pieces import combine
+from nsmaps.exact.modes.flights.pieces import combine, sizes_of
 from nsmaps.exact.modes.flights.states import derive, dot, velocity
 from nsmaps.exact.modes.march.beginning import GOES_ON, begin_mode
 from nsmaps.exact.modes.march.events import Motion
@@ -81,7 +81,8 @@ def write_noise(p, h, first, q, w):
 def series_of(p, f, w):
     """Write the series of a function from the state in memory on: the sum of the sizes of its terms."""
     if len(p.nonlinear) > 0:
-        size, _ = combine(p, f, w)
+        combine(p, f, w)
+        size, _ = sizes_of(p, f, w)
         return size
     combine_rows(p.series[f], w.z, w.a)
     return weighted_size(p.sizes[f], w.z)
