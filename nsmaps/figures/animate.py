@@ -22,7 +22,7 @@ from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces as surfaces_of
 from nsmaps.figures.composite.areas import colours_of
 from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
-from nsmaps.figures.data import COMPOSITE, PLANES
+from nsmaps.figures.data import COMPOSITE, MESH, PLANES
 from nsmaps.figures.lines import staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
@@ -123,7 +123,7 @@ def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     grid = next(iter(named.values())).grid
     coarse = {name: axis.model_copy(update={"points": min(axis.points, _FINE)}) for name, axis in grid.axes.items()}
     surfaces = surfaces_of(result.system, Grid(axes=coarse), [result.family(name) for name in named])
-    (sheet,) = surface_sheets(result.with_parts({"surfaces": surfaces}))
+    (sheet,) = surface_sheets(surfaces, MESH.of(result.with_parts({"surfaces": surfaces}), "surfaces"))
     figure, count = sheet.figure(width=_WIDTH), frames or _TURN
     spaces = [ax for ax in figure.axes if isinstance(ax, Axes3D)]
 

@@ -68,7 +68,8 @@ _ROWS = (
         "Surfaces of the images over the plane of states, seen in perspective.",
         "The return surfaces: each coordinate of the image over the initial states, coloured by family. They end "
         "where the map jumps or an angle is wrapped.",
-        (data.PLANES,),
+        (data.PLANES, data.MESH),
+        of_parts=True,
         animated=True,
     ),
     Row(

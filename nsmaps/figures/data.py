@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.manifolds.manifold import Manifold
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.events import ModeTrack, Track
+    from nsmaps.exact.surfaces.mesh import Mesh
     from nsmaps.exact.surfaces.slice import Slice
     from nsmaps.exact.surfaces.surface import Grid, Surface
     from nsmaps.reduced.adaptive.accurate import AccurateResult
@@ -220,6 +221,7 @@ SKETCH: "Need[Callable[[Axes], Axes]]" = Need(
 )
 SURFACES: "Need[Mapping[str, Surface]]" = Need("return surfaces", ("grid", "families"), _surfaces, planar=True)
 PLANES: "Need[Mapping[str, Surface]]" = Need("return surfaces over a plane", ("grid", "families"), _planes)
+MESH: "Need[Callable[[Surface], Mesh]]" = Need("triangles", (), lambda result: lambda surface: result.mesh(surface.name))
 GRID: "Need[Grid]" = Need("return surfaces", ("grid", "families"), _grid, planar=True)
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)

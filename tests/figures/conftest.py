@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -258,6 +260,15 @@ def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:
     became = {"R1.0": "split along v", "R1.1": "accepted", "R2.3": "accepted: right", "R3.1": "given up: small"}
     rows = tuple(replace(made.log[0], name=name, became=text) for name, text in became.items())
     return replace(made, composite=composite, attracting=("R1",), log=rows)
+
+
+def panel(drawn: Any, result: StudyResult, ax: Axes, **options: Any) -> Any:
+    """A panel of a figure of the catalogue on axes, of the parts of a result that it takes."""
+    name = drawn.__module__.rpartition(".")[2]
+    parts = [need.of(result, name) for need in CATALOGUE[name].needs]
+    _, *others = signature(import_module(drawn.__module__).sheets).parameters
+    taken = dict(zip(others, parts[1:], strict=False))
+    return drawn(parts[0], ax, **{key: part for key, part in taken.items() if key in signature(drawn).parameters}, **options)
 
 
 @pytest.fixture(scope="session")

@@ -18,6 +18,7 @@ DRAWN = {  #: the part of a study's result, and the number of its panels
     "slice": (lambda result: result.slices[0], 3),
     "track": (lambda result: result.orbits[0].track, 2),
     "domain": (lambda result: result.domains["fitted"], 6),
+    "surface": (lambda result: result.surfaces["BTB"], 2),
     "composite": (attrgetter("composite"), 1),
     "near": (lambda result: result.near[0], 4),
 }

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import regions_of
+from figures.conftest import panel, regions_of
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh, TriMesh
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
@@ -148,7 +148,7 @@ def test_angles_have_ticks_in_pi(result, ax):
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1), ("", 0)])
 def test_surfaces_have_every_member_at_its_image_and_end_at_the_edge(result, ax3d, coordinate, index):
-    surfaces(result, ax3d, coordinate)
+    panel(surfaces, result, ax3d, coordinate=coordinate)
     (facets,) = ax3d.collections
     drawn = facets.points
     assert np.allclose(drawn[:, 2], result.system.first_return(drawn[:, :2]).image[:, index])
@@ -164,7 +164,7 @@ def test_surfaces_have_every_member_at_its_image_and_end_at_the_edge(result, ax3
 
 def test_surfaces_say_that_they_need_three_dimensions(result, ax):
     with pytest.raises(NsmapsError, match="projection='3d'"):
-        surfaces(result, ax)
+        panel(surfaces, result, ax)
 
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])

@@ -63,6 +63,22 @@ class Mesh:
         return np.stack(found, axis=1)
 
 
+def grid_mesh(surface: Surface) -> Mesh:
+    """The surface as triangles between states of its grid alone: the cells whose corners have one word and one number of turns.
+
+    Raises NsmapsError unless the grid varies along two coordinates.
+    """
+    _check_plane(surface.grid)
+    returns, number = surface.returns, np.full(surface.grid.size, -1)
+    number[surface.member] = np.arange(len(returns))
+    cells = _around(number.reshape([axis.points for axis in surface.grid.varying.values()]))
+    cells = cells[(cells >= 0).all(axis=1)]
+    kind = np.column_stack([returns.codes, returns.turns])[cells]
+    cells = cells[(kind == kind[:, :1]).all(axis=(1, 2))]
+    triangles = np.concatenate([cells[:, corners] for corners in HALVES])
+    return Mesh(surface.name, returns, np.zeros(len(returns), np.int64), triangles)
+
+
 def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
     """The surface of a family as triangles between the states of its grid and states on its edges.
 
@@ -78,8 +94,7 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     Raises:
         NsmapsError: the grid does not vary along two coordinates.
     """
-    if len(varying := surface.grid.varying) != 2:
-        raise NsmapsError(f"the grid varies along {', '.join(varying) or 'no coordinate'}; expected: two coordinates")
+    _check_plane(surface.grid)
     pieces = _Pieces(system, family, part or (lambda returns: np.zeros(len(returns), np.int64)))
     lattice = _refined_lattice(pieces, surface)
     pairs, outlines = _piece_changes(pieces, lattice)
@@ -94,6 +109,11 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     used[used], own = pieces.members(states[used])
     triangles = (np.cumsum(used) - 1)[triangles[used[triangles].all(axis=1)]]
     return Mesh(surface.name, own, np.asarray(pieces.part(own), np.int64), triangles)
+
+
+def _check_plane(grid: Grid) -> None:
+    if len(grid.varying) != 2:
+        raise NsmapsError(f"the grid varies along {', '.join(grid.varying) or 'no coordinate'}; expected: two coordinates")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +86,8 @@ class Grid(BaseModel, Storable):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Surface(Result):
     """The first returns of one family over a grid: M of the grid's states belong to it."""
+
+    picture: ClassVar[str] = "nsmaps.figures.returns.surfaces"
 
     name: str
     grid: Grid

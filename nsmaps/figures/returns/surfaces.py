@@ -1,8 +1,8 @@
 """The return surfaces over the plane of states, a picture a coordinate: fig. 3d."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,15 +12,15 @@ from matplotlib.ticker import MaxNLocator
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import PLANES, plane, position
+from nsmaps.exact.surfaces.mesh import Mesh, grid_mesh
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.figures.data import plane, position
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.facets import Facets, shaded
 from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, symbol, tint
 
-if TYPE_CHECKING:
-    from nsmaps.exact.surfaces.mesh import Mesh
-    from nsmaps.study.result import StudyResult
-
+Surfaces = Surface | Mapping[str, Surface]  #: one, or several by name
+Meshing = Callable[[Surface], Mesh]
 Part = tuple[Floats, Ints, str]  #: places and heights (P, 3), triangles (T, 3), and their colour
 
 _WIDE = 1.5  #: inches of a panel, in which there is room for all ticks
@@ -29,24 +29,30 @@ TINT = 0.2  #: share of white in the colour of a surface
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(named: Surfaces, mesh: Meshing = grid_mesh) -> tuple[Sheet, ...]:
     """One sheet with a panel for every coordinate of the image."""
-    coordinates = next(iter(PLANES.of(result, "surfaces").values())).coordinates
-    panels = tuple(partial(surfaces, result, coordinate=name) for name in coordinates)
+    coordinates = next(iter(by_name(named).values())).coordinates
+    panels = tuple(partial(surfaces, named, mesh=mesh, coordinate=name) for name in coordinates)
     return (Sheet("surfaces", panels, 2, 0.84, "3d", legend=True),)
 
 
-def surfaces(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
-    """One coordinate of the image over the states, coloured by family and shaded, up to the edges of the map's smooth pieces.
+def by_name(named: Surfaces) -> Mapping[str, Surface]:
+    """Surfaces by name, of which one may be given alone."""
+    return {named.name: named} if isinstance(named, Surface) else named
 
-    It is the first coordinate unless another is named. The axes must be three-dimensional (`projection="3d"`).
+
+def surfaces(named: Surfaces, ax: Axes, coordinate: str = "", mesh: Meshing = grid_mesh) -> Axes:
+    """One coordinate of the image over the states, coloured by family and shaded, by the first coordinate or the one named.
+
+    `mesh` gives the triangles of a surface, which end at the edges of the map's smooth pieces if it knows the map, and else at
+    the grid's cells beside these. The axes must be three-dimensional (`projection="3d"`).
     """
-    named = PLANES.of(result, "surfaces")
+    named = by_name(named)
     first = next(iter(named.values()))
     name = coordinate or first.coordinates[0]
     position(first.coordinates, name)
     colours = family_colours(list(named))
-    parts = [part_of(result.mesh(family), plane(first.grid), name, colour) for family, colour in colours.items()]
+    parts = [part_of(mesh(named[family]), plane(first.grid), name, colour) for family, colour in colours.items()]
     raised(ax, "surfaces", parts, [first.coordinates[k] for k in plane(first.grid)], name)
     handles = [Patch(color=tint(colour, TINT), label=family) for family, colour in colours.items() if colour != GREY]
     if more := len(colours) - len(handles):
@@ -55,7 +61,7 @@ def surfaces(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
     return ax
 
 
-def part_of(mesh: "Mesh", seen: Sequence[int], coordinate: str, colour: str) -> Part:
+def part_of(mesh: Mesh, seen: Sequence[int], coordinate: str, colour: str) -> Part:
     """One coordinate of the image of a mesh over two coordinates of the states."""
     height = mesh.returns.image[:, position(mesh.coordinates, coordinate)]
     return np.column_stack([mesh.returns.start[:, seen], height]), mesh.triangles, colour
