@@ -1,8 +1,8 @@
-"""What is common to arrays everywhere: names of their types, and how results show theirs."""
+"""What is common to arrays everywhere: names of their types, and how results show theirs and are stored."""
 
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,13 @@ else:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+
+class Storable:
+    """A class whose objects may be stored in files of runs, by their fields."""
+
+    __slots__ = ()
+    from_files: ClassVar[bool] = True  #: False where fields of a file could be evaluated, as texts by sympy
 
 
 def finite_rows(values: Floats) -> Bools:

@@ -6,7 +6,7 @@ from typing import Any, Protocol, overload
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.arrays import ArrayLike, Bools, Floats, Storable
 from nsmaps.errors import NsmapsError, StateError, near_match
 
 TWO_PI = 2 * np.pi
@@ -49,7 +49,7 @@ def nearest_turn(angle: ArrayLike, to: ArrayLike) -> Floats:
 
 
 @dataclass(frozen=True, init=False, eq=False)
-class Coordinates(Sequence[str]):
+class Coordinates(Sequence[str], Storable):
     """The names of the n coordinates of a state, and which of them are angles; a sequence of names, angles as `Angle`.
 
     Arrays of states have the coordinates as their last axis, shape (..., n).

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, overloa
 
 import numpy as np
 
-from nsmaps.arrays import brief
+from nsmaps.arrays import Storable, brief
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 
@@ -70,13 +70,6 @@ def array_property(axes: str, text: str, unit: str = "", *, name: str = "") -> C
     return lambda compute: ArrayProperty(compute, Declaration(tuple(axes.split()), text, unit, name))
 
 
-class Storable:
-    """A class whose objects may be stored in files of runs, by their fields."""
-
-    __slots__ = ()
-    from_files: ClassVar[bool] = True  #: False where fields of a file could be evaluated, as texts by sympy
-
-
 class Result(Storable):
     """A result of an analysis, a frozen dataclass; its arrays are declared by `array` and `array_property`.
 
@@ -130,15 +123,16 @@ def axes_of(result: Any, declared: Declaration, count: int) -> tuple[str, ...]:
     if "..." not in declared.axes:
         return declared.axes
     place = declared.axes.index("...")
-    unnamed = count - len(declared.axes) + 1 - len(result.leading)
-    free = *result.leading, *(f"axis_{number}" for number in range(unnamed))
+    unnamed = count - len(declared.axes) + 1
+    free = (*result.leading, *(f"axis_{number}" for number in range(unnamed)))[:unnamed]
     return (*declared.axes[:place], *free, *declared.axes[place + 1 :])
 
 
 def declared_arrays(result: Any) -> Iterator[tuple[str, Declaration, Any]]:
-    """The arrays of a result that are not None: name, declaration, array; those of a tuple by number, of a mapping by key."""
+    """The arrays of a result that are not None: name, declaration, array; parts of a tuple by number, of a mapping by name."""
     for each in fields(result):
         if ARRAY in each.metadata and (value := getattr(result, each.name)) is not None:
+            value = value._asdict() if isinstance(value, tuple) and hasattr(value, "_asdict") else value
             if isinstance(value, Mapping):
                 for name, item in value.items():
                     yield name, replace(each.metadata[ARRAY], axes=_own_axes(name, each.metadata[ARRAY], np.ndim(item))), item

@@ -23,7 +23,6 @@ RANK = {
     "arrays": 0,
     "files": 0.5,
     "coordinates": 0.5,
-    "datasets": 0.7,
     "results": 0.6,
     "parallel": 0.7,
     "continuation": 0.8,

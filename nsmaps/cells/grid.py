@@ -1,7 +1,7 @@
 """A window of the state space in equal cells: which of them hold the images of others, and what sets of them are."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import product
 from typing import Self
 
@@ -11,6 +11,7 @@ from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box, as_states, wrap
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap
+from nsmaps.results import Result, array
 
 SPLITS = 5  #: times that a box of unknown or wide images is halved along every axis
 WIDE = 30.0  #: an image is wide if its side exceeds so many of its box's, each measured by the window
@@ -36,11 +37,11 @@ class Targets:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cells(WithCoordinates):
+class Cells(WithCoordinates, Result):
     """A box of states divided into equal cells, numbered as C arrays are; an angle of a whole turn closes to a circle."""
 
     coordinates: Coordinates
-    window: Floats  #: shape (n, 2)
+    window: Floats = field(metadata=array("coordinate end", "box of all cells"))
     shape: tuple[int, ...]  #: cells an axis
 
     @classmethod

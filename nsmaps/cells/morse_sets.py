@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, Storable
 from nsmaps.cells.grid import Cells, painted, targets_of
 from nsmaps.cells.transition_graph import graph_of, invariant, order_of, recurrent
 from nsmaps.coordinates import BoxLike, Coordinates
@@ -16,7 +16,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.results import NONE, Result, Storable, array
+from nsmaps.results import NONE, Result, array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

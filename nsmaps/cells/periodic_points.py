@@ -1,12 +1,12 @@
 """All cycles up to a period that a systematic search finds: cells that cannot be excluded, then Newton's method from them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.arrays import Bools, Floats, Ints, brief
+from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.cells.closed_walks import on_closed_walks
 from nsmaps.cells.grid import Cells, targets_of
 from nsmaps.cells.morse_sets import MOST_CELLS
@@ -19,6 +19,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import Progress, beat, shows
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.results import NONE, Result, array
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -31,17 +32,15 @@ RESIDUAL = 1e-10  #: of cycles, in the same
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleSearch:
+class CycleSearch(Result):
     """The cycles found in a window, and the cells in which there may be more: all others hold no point of a cycle."""
-
-    __repr__ = brief
 
     of: str
     period: int  #: the longest asked for
     cells: Cells
-    numbers: Ints  #: shape (M,), of the cells that cannot be excluded
-    may: Bools  #: shape (M, period), which periods they may hold
-    known: Bools  #: shape (M,), does a point found lie in the cell or next to it
+    numbers: Ints = field(metadata=array("cell", "numbers of the cells that cannot be excluded", NONE))
+    may: Bools = field(metadata=array("cell period", "which periods they may hold, from 1 on", NONE))
+    known: Bools = field(metadata=array("cell", "does a point found lie in the cell or next to it", NONE))
     cycles: tuple[PeriodicOrbit, ...]  #: by least period, then by state; converged, existing, in the window
     starts: int  #: of Newton's method
 

@@ -1,13 +1,13 @@
 """Orbits of return maps, in batches."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.errors import StateError
 from nsmaps.exact.outcome import OUTCOMES
@@ -15,36 +15,42 @@ from nsmaps.exact.returnmap import ReturnMap, repeat_outcomes, single_returns
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import PLAIN, Alphabet, words_of
 from nsmaps.progress import Progress, beat, shows
-
-if TYPE_CHECKING:
-    from xarray import Dataset
+from nsmaps.results import NONE, RETURNS, TIME, TURNS, Result, array, array_property, units_of
 
 BLOCK = 100_000  #: returns of a compiled orbit between calls of `progress`: a fraction of a second
 MANY = 1000  #: states for which a call costs next to nothing beside their returns, on all cores
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Orbit(WithCoordinates):
-    """The orbits of one or more starts under a return map; `...` is the shape of the starts without their last axis."""
+class Orbit(WithCoordinates, Result):
+    """The orbits of one or more starts under a return map; `...` is the shape of the starts without their last axis.
 
-    __repr__ = brief
+    Return k leads from state k to state k + 1.
+    """
+
+    leading: ClassVar[tuple[str, ...]] = ("start",)
 
     coordinates: Coordinates
     walls: tuple[str, ...]
-    states: Floats  #: shape (n + 1, ..., dim), the starts first; NaN after an orbit's end
-    turns: NDArray[np.int32]  #: shape (n, ..., dim), whole turns of an angle on each return, see `Returns.known_turns`
+    states: Floats = field(metadata=array("step ... coordinate", "the starts and their images; NaN after an orbit's end"))
+    turns: NDArray[np.int32] = field(
+        metadata=array("return ... coordinate", "whole turns of an angle, see `Returns.known_turns`", TURNS)
+    )
     codes: NDArray[np.int64]  #: shape (n, ...), words as numbers; see `words`
-    outcome: NDArray[np.int8]  #: shape (n, ...), values of `Outcome`; that which ended an orbit is repeated after its end
-    time: Floats = field(default_factory=lambda: np.zeros(0))  #: shape (n, ...), of each return; NaN where unknown; or not kept
+    outcome: NDArray[np.int8] = field(metadata=array("return ...", f"{OUTCOMES}; what ended an orbit is repeated after it", NONE))
+    time: Floats = field(metadata=array("return ...", "of each return; NaN where unknown", TIME))
     alphabet: Alphabet = PLAIN  #: what the letters of words stand for
-    number: NDArray[np.int32] | None = None  #: shape (n, ...), successive returns from state to state; None: one each
+    number: NDArray[np.int32] | None = field(
+        default=None, metadata=array("return ...", "successive returns from state to state; without it one each", RETURNS)
+    )
+    units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates, by name
 
     @property
     def numbers(self) -> NDArray[np.int32]:
         """The number of successive returns from each state to the next, shape (n, ...), above one by some composite maps."""
         return np.ones(self.codes.shape, np.int32) if self.number is None else self.number
 
-    @property
+    @array_property("return ...", "impact word of each return; empty after an orbit's end", NONE)
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (n, ...); "" after an orbit's end."""
         return words_of(self.codes, self.walls)
@@ -53,28 +59,6 @@ class Orbit(WithCoordinates):
     def final(self) -> Floats:
         """The last states, shape (..., dim)."""
         return self.states[-1]
-
-    def to_xarray(self) -> "Dataset":
-        """The orbits as an xarray dataset with dimensions `step`, those of the starts (`start0`, ...), `coordinate`.
-
-        A return has the number of the step that it leads to: the first is 1. NsmapsError without xarray.
-        """
-        from nsmaps.datasets import EACH, NONE, TIME, TURNS, dataset
-
-        dims = " ".join(["step", *(f"start{k}" for k in range(self.states.ndim - 2))])
-        each = dims.replace("step", "return")
-        rows = {
-            "state": (f"{dims} coordinate", self.states, EACH, "the start and its images; NaN after an end"),
-            "turns": (f"{each} coordinate", self.turns, TURNS, "whole turns that an angle made on each return"),
-            "word": (each, self.words, NONE, "impact word of each return"),
-            "outcome": (each, self.outcome, NONE, OUTCOMES),
-        }
-        if self.number is not None:
-            rows["number"] = (each, self.number, "returns", "successive returns to the state, counted as one step")
-        if self.time.size:  # not kept by earlier versions
-            rows["time"] = (each, self.time, TIME, "of each return")
-        steps = np.arange(len(self.states))
-        return dataset(self.coordinates, rows, {"step": steps, "return": steps[1:]}, walls=self.walls)
 
 
 @shows
@@ -112,7 +96,8 @@ def orbit(return_map: ReturnMap, state: StateLike, n: int, *, progress: Progress
     shape = n, *start.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
     several = number.reshape(shape[:-1]) if (number > 1).any() else None
-    return Orbit(Coordinates(return_map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, alphabet, several)
+    about = alphabet, several, units_of(return_map)
+    return Orbit(Coordinates(return_map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, *about)
 
 
 def returns_of(return_map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Bools, Ints
+from nsmaps.arrays import Bools, Ints, Storable
 from nsmaps.errors import StateError
-from nsmaps.results import Storable
 
 CHATTER, REST, LONGER = "~", "_", "..."
 HIGHEST, LOWEST = "^", "v"  # turning points in itineraries: the displacement has a maximum, a minimum

@@ -117,10 +117,10 @@ class StudyResult(Mapping[str, Any]):
 
         A slash in a name is written as a bar. Raises NsmapsError without xarray.
         """
-        from nsmaps.datasets import tree
+        from nsmaps.results import tree
 
         about = {"study": self.study.name, "title": self.study.title, "system": self.study.system}
-        return tree(self.parts, self.system.coordinates, **about, **self.system.parameters)
+        return tree(self.parts, **about, **self.system.parameters)
 
 
 @lru_cache(maxsize=8)

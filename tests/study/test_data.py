@@ -42,10 +42,10 @@ def test_orbits_of_one_start_and_of_several(system: nsmaps.ImpactSystem) -> None
     several = nsmaps.orbit(system, [[0.2, 0.1], [0.43, 0.26], [0.8, 0.3]], 4)
     data, more = one.to_xarray(), several.to_xarray()
     assert dict(data.sizes) == {"step": 5, "coordinate": 2, "return": 4}
-    assert dict(more.state.sizes) == {"step": 5, "start0": 3, "coordinate": 2}
-    assert np.array_equal(data.state.sel(step=4), one.final)
-    assert np.array_equal(more.state.isel(start0=0), data.state)
-    assert data.word.sel({"return": 1}) == one.words[0]
+    assert dict(more.states.sizes) == {"step": 5, "start": 3, "coordinate": 2}
+    assert np.array_equal(data.states.isel(step=4), one.final)
+    assert np.array_equal(more.states.isel(start=0), data.states)
+    assert data.words.isel({"return": 0}) == one.words[0]
 
 
 def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:

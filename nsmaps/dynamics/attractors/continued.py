@@ -8,11 +8,11 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.arrays import Bools, Floats, Ints, Storable
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.quantifiers import quantifier_array
-from nsmaps.results import NONE, RETURNS, Result, Storable, array, array_property
+from nsmaps.results import NONE, RETURNS, Result, array, array_property
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,13 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Storable
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import kept
 from nsmaps.dynamics.attractors.coexistence import grouped
 from nsmaps.dynamics.motion import condensed, label
 from nsmaps.exact.words import PLAIN, Alphabet, decode
-from nsmaps.results import Storable
 
 NEAR = 0.01  #: share of the scale within which two sets of states count as one attractor
 

@@ -1,14 +1,14 @@
 """Bifurcation curves of a periodic orbit in two parameters, with their points of codimension two."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats, brief
+from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
 from nsmaps.dynamics.continuation.events import DETACHMENT, BifurcationPoint
 from nsmaps.dynamics.continuation.pieces import AtBorder
@@ -22,6 +22,7 @@ from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
+from nsmaps.results import NONE, Result, array
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
 SMALLEST = 1e-7  #: step at which a curve is abandoned
@@ -38,16 +39,18 @@ Bounds = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class BifurcationCurve:
+class BifurcationCurve(Result):
     """K orbits of q returns on a curve in two parameters, in its order."""
 
-    __repr__ = brief
-
     kind: Kind
-    parameters: Floats  #: shape (K, 2); at a graze or a border extrapolated to a clearance of zero
-    points: Floats  #: shape (K, q, n), the states; at a graze or a border at a small clearance, at a detachment beside it
+    parameters: Floats = field(
+        metadata=array("orbit parameter", "values of both; at a graze or a border extrapolated to a clearance of zero")
+    )
+    points: Floats = field(
+        metadata=array("orbit point state", "states; at a graze or a border at a small clearance, at a detachment beside it")
+    )
     words: tuple[str, ...]  #: of the q returns
-    multipliers: NDArray[np.complex128]  #: shape (K, n), the largest first
+    multipliers: NDArray[np.complex128] = field(metadata=array("orbit multiplier", "the largest first", NONE))
     special: tuple[SpecialPoint, ...]  #: in the order of the curve
     ended: tuple[str, str]  #: the reasons why it ends, at its beginning and at its end
     everywhere: tuple[str, ...] = ()  #: kinds of such points that all orbits have up to rounding, and which are not in `special`

@@ -11,6 +11,7 @@ from nsmaps.continuation.core import Step
 from nsmaps.continuation.zeros import locate
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind
 from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.results import Result
 
 COARSEST = 1e-8  #: precision of a point of codimension two, in units of the parameters' ranges
 IDENTICAL = 1e-9  #: a test within this bound at both ends of a step is zero up to rounding, as where a map preserves area
@@ -20,7 +21,7 @@ UNKNOWN = ("branch point", "grazing", "border collision", "detachment")  #: kind
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SpecialPoint:
+class SpecialPoint(Result):
     """A point of codimension two: two conditions hold at once.
 
     On curves of folds a `cusp` (two folds meet), a `fold-flip` (another multiplier is -1) or a `1:1 resonance` (a second is 1);

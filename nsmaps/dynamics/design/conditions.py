@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Storable
 from nsmaps.dynamics.margins import margins_of
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.systems.flow import FlowSystem
@@ -18,7 +18,7 @@ BINDING = 1e-6  #: margin of an active condition, of a parameter as a share of i
 
 
 @dataclass(frozen=True, slots=True)
-class Condition:
+class Condition(Storable):
     """A condition at an optimum."""
 
     name: str  #: multiplier, clearance, impact speed, share or existence; of a parameter its name

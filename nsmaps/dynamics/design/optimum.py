@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats, brief
+from nsmaps.arrays import ArrayLike, Floats, Storable
 from nsmaps.coordinates import StateLike, as_states
 from nsmaps.dynamics.attractors.basins import Basins, basins
 from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, offsets_of, text
@@ -20,13 +20,14 @@ from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, beat, shows
+from nsmaps.results import Result
 
 BALANCED = 1e-3  #: residual of a local optimum, at most
 ROUNDS = 8  #: of a search that ends where the motion is found further on, at most
 
 
 @dataclass(frozen=True, slots=True)
-class Attempt:
+class Attempt(Storable):
     """What became of one start of the search."""
 
     start: dict[str, float]  #: the parameters from which it was begun, where the motion is
@@ -44,10 +45,8 @@ class Attempt:
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Optimum:
+class Optimum(Result):
     """The largest or least value of an observable that was found, with the motion there and all that limits it."""
-
-    __repr__ = brief
 
     observable: Observable
     per: str  #: mean per period of the forcing, per return or per time

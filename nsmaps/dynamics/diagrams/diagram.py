@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Bools, Floats
+from nsmaps.arrays import Bools, Floats, Storable
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.diagrams.names import ResolvedMotion, alphabet_among, are_exact, names, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, attractors_at
@@ -18,7 +18,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, names_among
-from nsmaps.results import NONE, RETURNS, TURNS, Result, Storable, array, array_property
+from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property
 
 FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Floats, Storable
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
-from nsmaps.results import NONE, Result, Storable, array
+from nsmaps.results import NONE, Result, array
 
 
 class Axis(BaseModel, Storable):

@@ -56,7 +56,7 @@ class Strips(Result):
     slabs: tuple[Slab, ...]
     report: StripReport
     words: Ints = field(metadata=array("leaf number", "the code of the word and the `Outcome` of each leaf", NONE))
-    tables: "Tables"  #: the arrays from which it is evaluated
+    tables: "Tables" = field(metadata=array("...", "from which it is evaluated; see `Tables`"))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

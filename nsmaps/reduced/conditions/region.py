@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, PlainSerializer, ValidationInfo, field_validator
 
-from nsmaps.arrays import ArrayLike, Bools, Floats
+from nsmaps.arrays import ArrayLike, Bools, Floats, Storable
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_states, is_angle
 from nsmaps.errors import ConditionError
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Condition, Number, read_condition, with_numbers
-from nsmaps.results import Storable
 
 if TYPE_CHECKING:
     import sympy as sp

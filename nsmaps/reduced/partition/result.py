@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 
+from nsmaps.arrays import Storable
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.partition.spec import Partition
-from nsmaps.results import Result, Storable
+from nsmaps.results import Result
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,11 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, InstanceOf, model_validator
 
+from nsmaps.arrays import Storable
 from nsmaps.exact.surfaces.family import ReturnFamily
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
-from nsmaps.results import Storable
 
 Role = Literal["attracting", "transient"]
 

@@ -15,8 +15,8 @@ from nsmaps.study.reading.values import SPEC
 from nsmaps.study.result import Verdict as Verdict
 
 if TYPE_CHECKING:  #: also for the modules of sections
+    from nsmaps.arrays import Storable
     from nsmaps.exact.systems.parameters import System as System
-    from nsmaps.results import Storable
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.reading.head import Head

@@ -1,12 +1,13 @@
 """The fields of a study's result, by the sections that compute them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from nsmaps.arrays import Floats
-from nsmaps.results import Result
+from nsmaps.results import Result, array
 
 if TYPE_CHECKING:
+    from nsmaps.coordinates import Coordinates
     from nsmaps.dynamics.attractors.limit_set import LimitSet
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.residence import Residence
@@ -15,10 +16,10 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OrbitPair:
+class OrbitPair(Result):
     """The orbits of one start: of the exact map and, if the study has one, of the composite map."""
 
-    start: Floats  #: shape (n,)
+    start: Floats = field(metadata=array("coordinate", "initial state of both"))
     exact: "Orbit"
     composite: "Orbit | None"
     track: "Track | ModeTrack | None" = (
@@ -28,14 +29,19 @@ class OrbitPair:
     composite_ends: "LimitSet | None" = None
     counterpart_ends: "LimitSet | None" = None  #: as `ends`, but only of the states after as many returns as the pieces have
 
+    @property
+    def coordinates(self) -> "Coordinates":
+        """Those of the exact map, which are those of both."""
+        return self.exact.coordinates
+
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NoisyOptimum:
+class NoisyOptimum(Result):
     """The observable at an optimum under noise, for each of K amplitudes."""
 
     sigma: tuple[float, ...]
-    value: Floats  #: shape (K,), mean over all realisations that did not end
-    error: Floats  #: shape (K,), standard error
+    value: Floats = field(metadata=array("amplitude", "mean over all realisations that did not end"))
+    error: Floats = field(metadata=array("amplitude", "standard error"))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,26 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from nsmaps.arrays import Storable
 from nsmaps.coordinates import Angle, Coordinates, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Region, as_condition
-from nsmaps.results import Storable
 from nsmaps.study.reading.head import Head
-from nsmaps.study.study import Study
 
 KIND = "$"  #: the key of the kind of a value that is not plain JSON
-SHARED = {  #: classes of several sections, by module
-    "coordinates": ("Coordinates",),
-    "cells.grid": ("Cells",),
-    "dynamics.orbit": ("Orbit",),
-}
-#: the module of every class that a file may name; files contain the name alone
-HOME = {
-    name: f"nsmaps.{module}"
-    for holds in (SHARED, *(getattr(kind, "holds", {}) for kind in Study.kinds().values()))
-    for module, names in holds.items()
-    for name in names
-}
 Arrays = dict[str, NDArray[Any]]
 OURS: Mapping[str, str] = {"nsmaps": "nsmaps"}
 OF_FILE = re.compile(r"_[0-9a-f]{12}$")  #: what follows the name of a file in that of its module, see `nsmaps.plugins`
@@ -103,26 +90,21 @@ def _members(value: Any) -> dict[str, Any]:
 
 def _stored_name(value: Any) -> str:
     cls = type(value)
-    if isinstance(value, Storable):
+    if isinstance(value, Storable) or _is_named_tuple(cls):
         return f"{OF_FILE.sub('', cls.__module__)}:{cls.__qualname__}"
-    if HOME.get(cls.__name__) != cls.__module__:
-        name = f"{cls.__module__}.{cls.__name__}"
-        raise NsmapsError(f"{name} cannot be stored in a file; expected: results and specs of nsmaps")
-    return cls.__name__
+    raise NsmapsError(f"{cls.__module__}.{cls.__name__} cannot be stored in a file; expected: results and specs of nsmaps")
 
 
 def stored_class(stored: str, trusted: Mapping[str, str] = OURS) -> Any:
-    """The class of a stored name: after its module and a colon where it is `Storable`; no other class is instantiated."""
+    """The class of a stored name: its module, a colon and its own; only what is `Storable` and named tuples are instantiated."""
     module, _, name = stored.rpartition(":")
     if module in trusted or module.partition(".")[0] in trusted:
         cls = None
         with suppress(ModuleNotFoundError):  # of an earlier version
             cls = getattr(import_module(trusted.get(module, module)), name, None)
-        if isinstance(cls, type) and issubclass(cls, Storable) and cls.from_files:
+        if isinstance(cls, type) and (_is_named_tuple(cls) or (issubclass(cls, Storable) and cls.from_files)):
             return cls
-    if name not in HOME:
-        raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
-    return getattr(import_module(HOME[name]), name)
+    raise NsmapsError(f"a result's file names the class {stored!r}; expected: results and specs of nsmaps")
 
 
 def modules_of(study: Head) -> dict[str, str]:
@@ -140,4 +122,8 @@ def modules_of(study: Head) -> dict[str, str]:
 
 def is_ours(cls: type) -> bool:
     """Whether a class is a dataclass, a pydantic model or a named tuple of nsmaps."""
-    return is_dataclass(cls) or issubclass(cls, BaseModel) or (issubclass(cls, tuple) and cls.__module__.startswith("nsmaps."))
+    return is_dataclass(cls) or issubclass(cls, BaseModel) or _is_named_tuple(cls)
+
+
+def _is_named_tuple(cls: type) -> bool:
+    return issubclass(cls, tuple) and cls.__module__.startswith("nsmaps.") and hasattr(cls, "_fields")

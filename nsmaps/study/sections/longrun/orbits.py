@@ -46,9 +46,6 @@ class Orbits(Entries[OrbitSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "orbits": (),
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "study.sections.fields": ("OrbitPair",),
-    }
 
     def bind(self, binding: "Binding") -> tuple[Floats, ...]:
         for number, orbit in enumerate(self):

@@ -37,7 +37,6 @@ class PartitionSection(PartitionChoices, Analysis):
     """The choices of a partition in a study."""
 
     key: ClassVar[str] = "partition"
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"reduced.adaptive.kernel": ("Tables",)}
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {"tolerance": ("partition",)}
     results: ClassVar[Mapping[str, Any]] = {
         "partition": None,  #: the result of the general algorithm

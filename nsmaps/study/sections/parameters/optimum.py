@@ -42,12 +42,6 @@ class OptimumSection(Analysis):
         "optimum": None,
         "noisy_optimum": None,
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.attractors.basins": ("Basins",),
-        "dynamics.design.conditions": ("Condition",),
-        "dynamics.design.optimum": ("Attempt", "Optimum"),
-        "study.sections.fields": ("NoisyOptimum",),
-    }
 
     model_config = SPEC
     observable: str | Observable

@@ -30,10 +30,6 @@ class StabilitySection(Analysis):
         "stability": None,
         "curves": {},  #: by event and branch
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {
-        "dynamics.curves.curve": ("BifurcationCurve",),
-        "dynamics.curves.special": ("SpecialPoint",),
-    }
 
     model_config = SPEC
     sweep: Range

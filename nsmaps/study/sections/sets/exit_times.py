@@ -26,7 +26,6 @@ class ExitTimesSection(Analysis):
         "cycles": None,  #: of the window of the transient regions
         "exit_times": None,
     }
-    holds: ClassVar[Mapping[str, tuple[str, ...]]] = {"cells.periodic_points": ("CycleSearch",)}
 
     model_config = SPEC
     box: Bounds
