@@ -59,6 +59,9 @@ def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
     assert kept.basins.quantifiers["mean"] == pytest.approx([4.2 / 6.4])
     assert kept.chart.quantifiers["mean"].shape == (2, 2, 1)
     assert "mine.py:mean" in (folder / "out" / "study.yaml").read_text()
+    (folder / "mine.py").write_text(CODE.replace("mean()", "max()"))
+    with pytest.raises(nsmaps.NsmapsError, match="versions"):
+        nsmaps.run(study, folder / "out", resume=True)
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.npz import packed
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.files.storage import replace_file
-from nsmaps.plugins import is_installed, owners_of
+from nsmaps.plugins import is_file, is_installed, owners_of
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.estimates import GIGABYTE
 from nsmaps.study.limits import memory_limit
@@ -62,11 +62,13 @@ def _versions() -> dict[str, str]:
 
 
 def versions_of(study: Study) -> dict[str, str]:
-    """The versions, the package or the file that defines the system, and the packages that define other classes of the study."""
+    """The versions, the package or the file that defines the system, the packages of other classes, and digests of all files."""
     names = study.classes()
     system = names.pop(("system",))
     installed = {name: owners for name in names.values() if (owners := owners_of(name))}
-    return {**versions(), "system": owners_of(system) if is_installed(system) else system, **installed}
+    files = sorted({name.rpartition(":")[0] for name in (system, *names.values()) if is_file(name)})
+    digests = {file: f"sha256 {sha256(Path(file).read_bytes()).hexdigest()[:16]}" for file in files}
+    return {**versions(), "system": owners_of(system) if is_installed(system) else system, **installed, **digests}
 
 
 def resolved(study: Study) -> str:
