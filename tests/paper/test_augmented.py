@@ -18,8 +18,6 @@ from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.composite.parametric import chebyshev_nodes, parametric_map
 from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit
-from nsmaps.study.sections.longrun.basins import BASINS
-from nsmaps.study.sections.longrun.noise import NOISE
 
 D, R = 0.2265, 0.25
 G_BAR = 0.1245 * 9.8 * np.sin(np.pi / 6) / 5
@@ -145,7 +143,7 @@ def test_basins_and_noise_of_both_maps(result):
     assert min(counted.switches[0, 1], reduced.switches[0, 1]) >= 8
     ratio = reduced.rates[0, 1] / counted.rates[0, 1]
     assert 1 / 3 < ratio < 3
-    titles = [table.title for section in (BASINS, NOISE) for table in section.tables(result)]
+    titles = [table.title for section in (result.study.basins, result.study.noise) for table in section.tables(result)]
     assert any(title.startswith("Basins of the composite map") for title in titles)
     assert "Motions under noise" in titles
 
