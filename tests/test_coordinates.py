@@ -104,7 +104,7 @@ SWEPT = {
         ).period
     ),
     "impact_diagram": lambda of, state: (
-        impact_diagram(of, [0.34, 0.35], state, nsmaps.Noise(sigma=0, tau=1), "up", returns=2, discard=2).speed
+        impact_diagram(of, "d", [0.34, 0.35], state, nsmaps.Noise(sigma=0, tau=1), "up", n_returns=2, transient=2).speed
     ),
 }
 

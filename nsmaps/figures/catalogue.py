@@ -237,6 +237,7 @@ _ROWS = (
         "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the shares "
         "of motions and the rates of transitions between them, with standard errors, over the size of the noise.",
         (data.NOISE,),
+        of_parts=True,
     ),
     Row(
         "domains.auxiliary",

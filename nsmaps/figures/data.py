@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.stability import StabilityDiagram
     from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.dynamics.manifolds.manifold import Manifold
+    from nsmaps.dynamics.noise.residence import NoiseResult
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.events import ModeTrack, Track
     from nsmaps.exact.surfaces.mesh import Mesh
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from nsmaps.reduced.validation.speed import Speed
     from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.fields import NoiseResult, OrbitPair
+    from nsmaps.study.sections.fields import OrbitPair
     from nsmaps.study.sections.maps.composite import PieceSection
     from nsmaps.symbolic.curve_iterates import SecondIterate
 

@@ -224,11 +224,11 @@ def test_noise_leads_to_two_to_one_beyond_the_window(pair):
 
 def test_impact_diagrams_follow_a_parameter(pair):
     base = pair(0.2275, r=0.25, beta=np.pi / 6)
-    made = impact_diagram(lambda d: base.at(d=d), [0.21, 0.24, 0.225], [0.68, 0.5], QUIET, "down", returns=20, discard=300)
+    made = impact_diagram(base, "d", [0.21, 0.24, 0.225], [0.68, 0.5], QUIET, "down", n_returns=20, transient=300)
     assert made.values.tolist() == [0.24, 0.225, 0.21]
     assert [len(set(np.round(made.speed[k][made.wall[k] == 0], 4))) for k in (0, 2)] == [1, 2]  # 1:1, then 2:1
     with pytest.raises(NsmapsError, match="direction is 'left'"):
-        impact_diagram(lambda d: base.at(d=d), [0.21], [0.68, 0.5], QUIET, "left")
+        impact_diagram(base, "d", [0.21], [0.68, 0.5], QUIET, "left")
 
 
 def test_wrong_calls_are_errors(pair):

@@ -273,10 +273,7 @@ def test_results_depend_on_seeds_alone():
 
 
 def test_impacts_over_a_parameter_are_those_of_the_orbit_without_strength():
-    def pair(eta):
-        return PAIR.at(eta=float(eta))
-
-    made = impact_diagram(pair, [0.05, 0.2], STARTS[PAIR], QUIET, "up", returns=8, discard=300)
+    made = impact_diagram(PAIR, "eta", [0.05, 0.2], STARTS[PAIR], QUIET, "up", n_returns=8, transient=300)
     assert made.walls == ("B", "T")
     assert [len(set(np.round(made.speed[k][made.wall[k] == 0], 7))) for k in range(2)] == [1, 2]  # doubled at 0.115
     orbit = nsmaps.periodic_orbit(PAIR, STARTS[PAIR])

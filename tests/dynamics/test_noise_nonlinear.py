@@ -129,7 +129,7 @@ class Pit(Falling):
 
 def test_motions_end_at_walls_and_impacts_are_listed_over_a_parameter_under_noise():
     assert noisy_orbits(Pit(), [0.83, 0.36], 20, LOUD, 3).ended() == {"escaped": 3}
-    made = impact_diagram(lambda f: DUFFING.at(f=float(f)), [0.75, 0.8], CYCLE, LOUD, "up", returns=5, discard=2)
+    made = impact_diagram(DUFFING, "f", [0.75, 0.8], CYCLE, LOUD, "up", n_returns=5, transient=2)
     assert made.walls == ("B",)
     assert all((speeds[wall == 0] > 0).sum() >= 5 for wall, speeds in zip(made.wall, made.speed, strict=True))
 

@@ -52,7 +52,7 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     "chart refined": partial(
         nsmaps.parameter_plane, PAIR, PLANE, STARTS[:1], n_returns=20, transient=100, max_period=8, refine=4, observables=["loss"]
     ),
-    "impacts": partial(impact_diagram, ALONG, [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
+    "impacts": partial(impact_diagram, PAIR, "d", [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),
 }
 
 

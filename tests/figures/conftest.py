@@ -30,7 +30,7 @@ from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.dynamics.lyapunov import LyapunovSweep
 from nsmaps.dynamics.noise.impacts import ImpactDiagram
 from nsmaps.dynamics.noise.orbits import Noise
-from nsmaps.dynamics.noise.residence import Residence
+from nsmaps.dynamics.noise.residence import NoiseResult, Residence
 from nsmaps.dynamics.observables.attractors import AttractorMeans
 from nsmaps.dynamics.observables.means import Mean
 from nsmaps.dynamics.orbit import orbit
@@ -54,7 +54,7 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
 from nsmaps.results import units_of
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.fields import NoiseResult, OrbitPair
+from nsmaps.study.sections.fields import OrbitPair
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 from nsmaps.symbolic.curve_iterates import SecondIterate
@@ -247,10 +247,10 @@ def _noisy() -> NoiseResult:
         np.array([[0.5, 0.3, 0.6], [0.4, 0.2, np.nan]]),
     )
     sizes = Noise(sigma=0, tau=1), Noise(sigma=0.1, tau=1)
-    impacts = tuple(ImpactDiagram(WALLS, size, follow, values, wall, speed) for follow in ("down", "up") for size in sizes)
+    impacts = tuple(ImpactDiagram(WALLS, size, follow, "d", values, wall, speed) for follow in ("down", "up") for size in sizes)
     switches = np.array([[0, 3], [4, 0]])
     stays = tuple(Residence(("one", "two"), 6, np.array([50.0, 10.0]), 1.0, switches * k) for k in range(2))
-    return NoiseResult((0.0, 0.1), stays, ({}, {}), impacts)
+    return NoiseResult(sizes, stays, ({}, {}), impacts)
 
 
 def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:

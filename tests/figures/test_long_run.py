@@ -69,7 +69,7 @@ def test_counts_of_returns_over_decades_are_told_apart_by_their_logarithm(result
 
 
 def test_impacts_have_the_sign_of_their_wall(result, ax):
-    impacts(result, ax, "up")
+    impacts(result.noise.impacts[2:], ax)
     by_name = {line.get_label(): line for line in ax.lines}
     assert sorted(by_name["B, no noise"].get_ydata()) == [0.4, 0.5, 0.6]
     assert sorted(by_name["T, no noise"].get_ydata()) == [-0.3, -0.2]
@@ -78,8 +78,8 @@ def test_impacts_have_the_sign_of_their_wall(result, ax):
 
 
 def test_shares_and_rates_are_those_of_the_residence(result, ax):
-    shares(result, ax)
+    shares(result.noise, ax)
     assert np.allclose(ax.lines[0].get_ydata(), [5 / 6, 5 / 6])
     ax.clear()
-    rates(result, ax)
+    rates(result.noise, ax)
     assert np.allclose([bar.lines[0].get_ydata() for bar in ax.containers], [[3 / 50], [4 / 10]])

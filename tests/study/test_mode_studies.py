@@ -57,7 +57,7 @@ def test_noise_in_a_study_is_that_of_the_function():
     assert [diagram.walls for diagram in result.noise.impacts] == [("B", "T")] * 4
     again = read_result("noise")
     assert np.array_equal(again.noise.impacts[3].speed, result.noise.impacts[3].speed, equal_nan=True)
-    (sheet,) = sheets(again)
+    (sheet,) = sheets(again.noise)
     drawn = [panel(Figure().add_subplot()) for panel in sheet.panels]
     assert all(ax.has_data() for ax in drawn[:3])
 

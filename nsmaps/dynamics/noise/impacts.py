@@ -1,8 +1,8 @@
 """The speeds of impacts on every wall over a parameter, with or without noise: fig. comp_stoch."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
@@ -10,10 +10,10 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.noise.law import Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits
-from nsmaps.dynamics.returnmap import nearest_starts, starts_under
+from nsmaps.dynamics.returnmap import map_along, nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
-from nsmaps.results import NONE, Result, array
+from nsmaps.results import NONE, Result, array, units_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -21,27 +21,34 @@ if TYPE_CHECKING:
 KEPT = 3  #: impacts that are kept for each return
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class ImpactDiagram(Result):
     """Impacts after a transient, for V values of a parameter: K each, NaN where there were fewer."""
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.noise"
 
     walls: tuple[str, ...]
     noise: Noise
     direction: Literal["up", "down"]
-    values: Floats = field(metadata=array("value", "values of the parameter, in the order in which they were taken"))
+    parameter: str
+    values: Floats = field(
+        metadata=array("value", "values of the parameter, in the order in which they were taken", name="parameter")
+    )
     wall: Floats = field(metadata=array("value impact", "index of the wall", NONE))
     speed: Floats = field(metadata=array("value impact", "impact speed, at least zero"))
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
 
 
 @divides
 def impact_diagram(
-    system_of: "Callable[[float], System]",
+    model: "System | Callable[[float], System]",
+    parameter: str,
     values: ArrayLike,
-    state: StateLike,
+    start: StateLike,
     noise: Noise,
     direction: Literal["up", "down"],
-    returns: int = 60,
-    discard: int = 500,
+    n_returns: int = 60,
+    transient: int = 500,
     seed: int = 0,
     step: float | None = None,
     *,
@@ -49,19 +56,24 @@ def impact_diagram(
 ) -> ImpactDiagram:
     """The impacts of one orbit that is followed through ascending ("up") or descending ("down") values of a parameter.
 
-    At each value `discard` returns are computed as the transient, and the impacts of the next `returns` are stored, at most
-    three per return. The noise starts from its stationary law at each value. An orbit that ended starts again from `state`.
-    Without noise (sigma = 0) these are the deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
+    At each value the impacts of `n_returns` returns after the transient are stored, at most three per return. The noise starts
+    from its stationary law at each value. An orbit that ended starts again from `start`. Without noise (sigma = 0) these are the
+    deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
+
+    Args:
+        model: a system with this parameter, or a function of its value that gives the system.
 
     Raises:
-        NsmapsError: the direction is neither "up" nor "down"; others as for `noisy_orbits`.
+        NsmapsError: the direction is neither "up" nor "down", or there is no such parameter; others as for `noisy_orbits`.
     """
     if direction not in ("up", "down"):
         raise NsmapsError(f"direction is {direction!r}; expected: 'up' or 'down'")
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
-    parts = [(system_of, along, starts_under(system_of, along, state), noise, returns, discard, seed, step)]
+    system_of = map_along(model, parameter)
+    parts = [(system_of, along, starts_under(system_of, along, start), noise, n_returns, transient, seed, step)]
     (tables,) = jobs.run(_impacts, parts)
-    return ImpactDiagram(tuple(tables["walls"].tolist()), noise, direction, along, tables["wall"], tables["speed"])
+    about = tuple(tables["walls"].tolist()), noise, direction, parameter, along
+    return ImpactDiagram(*about, tables["wall"], tables["speed"], units_of(model))
 
 
 def _impacts(

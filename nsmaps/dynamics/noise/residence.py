@@ -2,13 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.dynamics.noise.law import Noise
 from nsmaps.errors import NsmapsError
-from nsmaps.results import NONE, TIME, Result, array
+from nsmaps.results import NONE, TIME, Result, array, array_property
+
+if TYPE_CHECKING:
+    from nsmaps.dynamics.noise.impacts import ImpactDiagram
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +53,31 @@ class Residence(Result):
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.time / self.switches.sum(axis=1))
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NoiseResult(Result):
+    """Residence and impacts under noise of each amplitude."""
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.noise"
+
+    noise: tuple[Noise, ...]  #: one per amplitude, otherwise alike
+    stays: tuple[Residence, ...]  #: one per amplitude
+    ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
+    impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
+    counted: tuple[Residence, ...] = ()  #: as `stays`, with the return as the unit of time, where it is compared with
+    reduced: tuple[Residence, ...] = ()  #: that of the composite map under kicks, see `KickedMap`; none if not in the study
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+
+    @array_property("amplitude", "standard deviations of the noise")
+    def sigma(self) -> Floats:
+        """The amplitudes, in the order of `noise`."""
+        return np.array([each.sigma for each in self.noise])
+
+    @property
+    def in_returns(self) -> bool:
+        """Whether residence that is shown is in returns: of two maps, and of noise on images."""
+        return bool(self.reduced) or self.noise[0].tau is None
 
 
 def residence(words: ArrayLike, time: ArrayLike, modes: Mapping[str, Sequence[str]], min_returns: int = 12) -> Residence:

@@ -9,8 +9,6 @@ from nsmaps.results import Result, array
 if TYPE_CHECKING:
     from nsmaps.coordinates import Coordinates
     from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.dynamics.noise.impacts import ImpactDiagram
-    from nsmaps.dynamics.noise.residence import Residence
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.events import ModeTrack, Track
 
@@ -42,15 +40,3 @@ class NoisyOptimum(Result):
     sigma: tuple[float, ...]
     value: Floats = field(metadata=array("amplitude", "mean over all realisations that did not end"))
     error: Floats = field(metadata=array("amplitude", "standard error"))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class NoiseResult(Result):
-    """Residence and impacts under noise of each amplitude."""
-
-    sigma: tuple[float, ...]
-    stays: "tuple[Residence, ...]"  #: one per amplitude
-    ended: tuple[dict[str, int], ...]  #: per amplitude: number of realisations that ended, by outcome
-    impacts: "tuple[ImpactDiagram, ...]" = ()  #: descending without and with noise, ascending without and with noise
-    counted: "tuple[Residence, ...]" = ()  #: as `stays`, with the return as the unit of time, where it is compared with
-    reduced: "tuple[Residence, ...]" = ()  #: that of the composite map under kicks, see `KickedMap`; none if not in the study

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.parallel import Jobs
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.results import units_of
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
 from nsmaps.study.sections.base import Analysis, Need, Table
-from nsmaps.study.sections.fields import NoiseResult
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
@@ -103,7 +102,7 @@ class NoiseSection(NoiseSizes, Analysis):
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
         from nsmaps.dynamics.noise.orbits import noisy_orbits
-        from nsmaps.dynamics.noise.residence import Residence, residence
+        from nsmaps.dynamics.noise.residence import NoiseResult, Residence, residence
 
         stays, ended, count = [], [], len(self.sigma) + (self.impacts is not None)
         counted, reduced = list[Residence](), list[Residence]()
@@ -118,8 +117,8 @@ class NoiseSection(NoiseSizes, Analysis):
                     counted.append(residence(orbits.words, _each(orbits.words), self.modes, self.min_returns))
                     reduced.append(_reduced(self, plan, result, noise))
             impacts = _impacts(self, self.impacts, plan, plan.portion(count - 1, count, "impacts")) if self.impacts else ()
-            both = tuple(counted), tuple(reduced)
-            return {"noise": NoiseResult(self.sigma, tuple(stays), tuple(ended), impacts, *both)}
+            sizes, both = tuple(map(self.noise, self.sigma)), (tuple(counted), tuple(reduced))
+            return {"noise": NoiseResult(sizes, tuple(stays), tuple(ended), impacts, *both, units_of(plan.system))}
 
     def describe(self, study: "Study") -> str:
         sizes = f"{len(self.sigma)} amplitudes, {self.realisations} realisations of {self.returns} returns each"
@@ -148,7 +147,7 @@ class NoiseSection(NoiseSizes, Analysis):
         if noise is None:
             return {}
         rows: list[dict[str, Any]] = []
-        for sigma, stay, ended in zip(noise.sigma, noise.stays, noise.ended, strict=True):
+        for sigma, stay, ended in zip(self.sigma, noise.stays, noise.ended, strict=True):
             row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
             tables = {name: plain(getattr(stay, name)) for name in ("share", "mean", "rates", "rates_error")}
             rows.append(row | tables | {"unknown": stay.unknown, "ended": ended})
@@ -166,7 +165,7 @@ class NoiseSection(NoiseSizes, Analysis):
         pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]
         heads = "sigma", "map", *(f"share of {name}" for name in modes), *(f"{modes[i]} to {modes[j]}" for i, j in pairs)
         rows = []
-        for sigma, exact, reduced in zip(noise.sigma, noise.counted, noise.reduced, strict=True):
+        for sigma, exact, reduced in zip(self.sigma, noise.counted, noise.reduced, strict=True):
             for of, stay in (("exact", exact), ("composite", reduced)):
                 found = [(1000 * stay.rates[pair], 1000 * stay.rates_error[pair], stay.switches[pair]) for pair in pairs]
                 changes = [f"{rate:.2g} +- {error:.1g}" if count else "0" for rate, error, count in found]
@@ -202,9 +201,9 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jo
     values = np.linspace(section.low, section.high, section.points)
     sizes = spec.noise(0.0), spec.noise(section.sigma)
     how = section.returns, section.discard, spec.seed, spec.step
-    along, start = Along(plan.system, section.parameter), plan.bound["noise"]
+    where = plan.system, section.parameter, values, plan.bound["noise"]
     return tuple(
-        impact_diagram(along, values, start, size, way, *how, jobs=jobs.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
+        impact_diagram(*where, size, way, *how, jobs=jobs.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
         for k, way in enumerate(DOWN_AND_UP)
         for n, size in enumerate(sizes)
     )
