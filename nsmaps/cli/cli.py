@@ -1,5 +1,7 @@
-"""The command line: `nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR |
-explore DIR | export DIR | prove STUDY | verify FILE | new-plugin NAME | schema | cite | bench`.
+"""The command line of nsmaps.
+
+`nsmaps systems | check STUDY | run STUDY | copy STUDY | figures DIR | animate DIR | report DIR | show DIR | explore DIR |
+export DIR | prove STUDY | verify FILE | new-plugin NAME | schema | cite | bench`.
 
 Exit codes: 0 done, 1 a required verdict fails, 2 the study or the command cannot be read, a figure not be drawn or the output
 not be written, 130 stopped by Ctrl-C, 141 broken pipe.

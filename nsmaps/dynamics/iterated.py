@@ -16,9 +16,10 @@ from nsmaps.exact.surfaces.compose import iterate_returns
 
 @dataclass(frozen=True, slots=True)
 class IteratedMap(ReturnMap):
-    """The iterate of a return map of order `times`: words are joined, such as BBTB for BB and BTB; an orbit that ends keeps
-    its outcome. The order may depend on the state: `times` is then a function of states (N, n) with orders (N,), such as the
-    `returns_of` of a composite map with pieces of several returns, whose counterpart this is.
+    """The iterate of a return map of order `times`: words are joined; an orbit that ends keeps its outcome.
+
+    Words are joined as BBTB for BB and BTB. The order may depend on the state: `times` is then a function of states (N, n) with
+    orders (N,), such as the `returns_of` of a composite map with pieces of several returns, whose counterpart this is.
     """
 
     map: ReturnMap

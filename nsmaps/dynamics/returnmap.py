@@ -20,7 +20,9 @@ class Ended(Protocol):
     """The result of following orbits under a map: `final` holds the last states (..., n), NaN where an orbit ended before."""
 
     @property
-    def final(self) -> Floats: ...
+    def final(self) -> Floats:
+        """The last states (..., n)."""
+        ...
 
 
 Run = TypeVar("Run", bound=Ended)

@@ -40,9 +40,11 @@ def base_of_words(walls: Sequence[str], turns: bool = False) -> int:
 
 
 def decode(code: int, walls: Sequence[str], turns: bool = False) -> str:
-    """The word of a code: a letter for each impact in order, `~` after a wall on which chatter accumulated,
-    `_` after one on which the ball rested, `...` where the word is longer than the code holds. With `turns` the code is that of
-    an itinerary, in which `^` and `v` are turning points: maxima and minima of the displacement.
+    """The word of a code: a letter for each impact in order.
+
+    `~` stands after a wall on which chatter accumulated, `_` after one on which the ball rested, `...` where the word is longer
+    than the code holds. With `turns` the code is that of an itinerary, in which `^` and `v` are turning points: maxima and minima
+    of the displacement.
 
     >>> decode(1 + 4 * 5 + 3 * 25, ("B", "T")), decode(1 + 2 * 5 + 1 * 25, ("B", "T"))
     ('B_~', 'BTB')

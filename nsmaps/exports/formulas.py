@@ -7,8 +7,7 @@ from nsmaps.exports.program import Part
 
 
 def lines_of(part: Part, dialect: Dialect, places: Mapping[str, str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """The scaled variables s1, s2, ... with their Chebyshev polynomials, such as s2_3, and then the images, absolute values not
-    taken.
+    """The scaled variables s1, s2, ..., their Chebyshev polynomials, such as s2_3, and the images, absolute values not taken.
 
     Args:
         places: how each coordinate is written in the language.

@@ -202,7 +202,7 @@ def _remembered(ax: Axes) -> Callable[..., Bbox | None]:
 
 
 def _as_it_stands(figure: Figure) -> None:
-    """Draw a name such as `$\\frac{`, which is not mathematics, literally.
+    r"""Draw a name such as `$\frac{`, which is not mathematics, literally.
 
     What is parsed here is what will be drawn, by one parser for all figures, which remembers it.
     """

@@ -1,0 +1,1 @@
+"""Proofs by computation: certificates are computed here and checked in `nsmaps.verify`."""

@@ -1,0 +1,1 @@
+"""The check of certificates, by code of its own."""

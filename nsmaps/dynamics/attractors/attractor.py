@@ -54,9 +54,7 @@ class Attractor(WithCoordinates, Result):
         return KDTree(self.states, boxsize=np.where(self.coordinates.angles, TWO_PI, 0.0))
 
     def near(self, states: Floats) -> NDArray[np.bool_]:
-        """A mask of the states, shape (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for states that are not
-        finite.
-        """
+        """A mask of the states (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for non-finite states."""
         near = np.array(np.isfinite(states).all(axis=1))
         near[near] = _nearest(self).distances(states[near], np.inf, self.reach) <= self.reach
         return near
@@ -91,8 +89,7 @@ def kept(coordinates: Coordinates, states: Floats, length: int, label: str, near
 
 
 def may_be_one(one: Attractor, other: Attractor) -> bool:
-    """True if two sets of states may belong to one attractor: two cycles whose states all agree, or a sample that contains the
-    other set.
+    """True if two sets of states may be of one attractor: cycles whose states all agree, or a sample that contains the other.
 
     A set without a period is a sample, which another orbit on the same attractor need not approach; then most of the states
     of either must lie within the reach of the other.

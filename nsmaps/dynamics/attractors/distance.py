@@ -39,8 +39,7 @@ def extents(states: ArrayLike, coordinates: Sequence[str], unit: Floats | None =
 
 
 def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> float:
-    """The Hausdorff distance of two sets of states: the largest distance of a state of either from the nearest state of the
-    other.
+    """The Hausdorff distance of two sets: the largest distance of a state of either from the nearest state of the other.
 
     Distances are in the coordinates' units, or in a given scale, with angles the shorter way round.
 

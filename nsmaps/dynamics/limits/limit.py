@@ -215,8 +215,9 @@ def _has_slopes(return_map: ReturnMap, states: Floats) -> bool:
 
 
 def least(return_map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> PeriodicOrbit:
-    """The same cycle with its least period: an orbit that approaches it from alternating sides repeats sooner at twice its
-    period.
+    """The same cycle with its least period.
+
+    An orbit that approaches it from alternating sides repeats sooner at twice its period.
     """
     period = len(found.states)
     for shorter in range(1, period // 2 + 1):

@@ -40,17 +40,13 @@ class Residence(Result):
 
     @property
     def rates_error(self) -> Floats:
-        """Standard errors of the rates, shape (M, M), as if changes were independent: rate/sqrt(changes); without changes, the
-        rate of one.
-        """
+        """Standard errors of the rates, shape (M, M), as if changes were independent: sqrt(max(changes, 1))/time."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.sqrt(np.maximum(self.switches, 1)) / self.time[:, None])
 
     @property
     def mean(self) -> Floats:
-        """Mean residence, shape (M,): time spent over changes away, which accounts for stays that were cut off; inf without
-        changes.
-        """
+        """Mean residence, shape (M,), inf without changes: time spent over changes away, which accounts for stays cut off."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(self.time / self.switches.sum(axis=1))
 

@@ -1,5 +1,6 @@
-"""The folder of compiled code: files are verified when they are read, and compiled again where they are damaged, by one process
-while others wait.
+"""The folder of compiled code.
+
+Files are verified when they are read, and compiled again where they are damaged, by one process while others wait.
 """
 
 import os

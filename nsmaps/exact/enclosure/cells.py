@@ -81,8 +81,9 @@ def take_impact(p, hit, word, progress, w):
 
 @inner
 def set_images(p, v, phi, w):
-    """The images of the set that fills a box: (their number, whether all are bounded, whether some state may have none, whether
-    no graze cuts it). A box with one smooth image has it in the first row of `hits`.
+    """The images of the set that fills a box: (number, all bounded, some state may have none, no graze cuts it).
+
+    A box with one smooth image has it in the first row of `hits`.
     """
     put_set(w.parts[FIRST], on_top(p), box_set(v, phi), True)
     code, place_value = append_symbol(0, 1, word_base(p), BASE_LETTER, 1)

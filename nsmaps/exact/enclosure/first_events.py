@@ -33,8 +33,9 @@ def passing_time(y, u, b):
 
 @inlined
 def step_within(clear, passing, s, limit):
-    """(A step of time within which no state meets a guard, or a short one; whether it is short and possible events are to be
-    recorded), from the time for which the guards are clear and that in which the set passes the nearest one.
+    """(A step of time within which no state meets a guard, or a short one; whether it is short and events are to be recorded).
+
+    From the time for which the guards are clear and that in which the set passes the nearest one.
     """
     h, short = min(clear, limit), SHORT * passing
     if h > short:

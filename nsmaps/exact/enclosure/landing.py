@@ -111,9 +111,7 @@ def later_gap(gap, jerk, h):
 
 @inner
 def closing_times(gap, jerk, tau):
-    """For gaps that all close within tau, once, and at the time zero: the times at which they close, by the interval Newton
-    method (Moore, Kearfott, Cloud).
-    """
+    """The times at which gaps close that all do so once within tau, by the interval Newton method (Moore, Kearfott, Cloud)."""
     near = -2.0 * size(gap.y) / high(gap.u)
     if near > 0.0 and low(later_gap(gap, jerk, -near)) > 0.0 and high(later_gap(gap, jerk, near)) < 0.0:
         tau = bmeet(tau, Ball(0.0, near))
@@ -170,9 +168,7 @@ def pass_wall_in_window(p, launch, impact, centre):
 
 @inlined
 def impact_slopes(x, slope, a):
-    """Derivatives of time and velocity at impacts by x, from the derivatives at fixed times and from -1/rate: the implicit
-    function theorem.
-    """
+    """Derivatives of time and velocity at impacts by x, from those at fixed times and -1/rate: the implicit function theorem."""
     s_1, s_2 = bmul(x.d_1, slope), bmul(x.d_2, slope)
     return (s_1, s_2), (bplus(x.v_1, a, s_1), bplus(x.v_2, a, s_2))
 
@@ -207,9 +203,7 @@ def start_bends(p, up, a_set):
 
 @inlined
 def half_way(rate, bend, s):
-    """A rate plus half of the contribution of its own rate up to an impact: the terms of the product of two sums that both
-    variations give.
-    """
+    """A rate plus half the contribution of its own rate up to an impact: terms of a product that both variations give."""
     return bplus(rate, bhalf(bend), s)
 
 

@@ -163,9 +163,7 @@ def halve(box, k, last):
 
 @inner
 def enclose_box(p, codes, images, w, cell_images):
-    """Write the images of the box in the first cell, halved where that helps: (number, whether all are bounded, whether some
-    state may have none).
-    """
+    """Write the images of the box in the first cell, halved where that helps: (number, all bounded, some may have none)."""
     number, last, missing, k = 0, 1, False, 0
     while k < last:
         found, bounded, without, loose = cell_images(p, k, w)
@@ -197,9 +195,10 @@ def first_cell(box, sides):
 
 @inner
 def enclose_boxes(p, boxes, rows, w, cell_images):
-    """Write the images of boxes of shape (N, m, 2), up to `MOST_IMAGES` of each, into rows of codes of words and of boxes, in
-    order, and of each box the number of its images, whether some state may have none and whether they contain all; returns the
-    number of rows.
+    """Write the images of boxes (N, m, 2), at most `MOST_IMAGES` of each, into rows; returns the number of rows.
+
+    Rows hold codes of words and boxes, in order; of each box are written the number of its images, whether some state may have
+    none and whether they contain all.
     """
     all_codes, all_images, numbers, all_empty, all_bounded = rows
     total, room = 0, len(w.box.codes)

@@ -1,5 +1,7 @@
-"""Second-order Taylor sets: sets of states that are followed together (K. Makino, M. Berz, *Taylor models and other validated
-functional inclusion methods*, Int. J. Pure Appl. Math. 4, 2003, here of first and second order with the mean value form besides).
+"""Second-order Taylor sets: sets of states that are followed together.
+
+K. Makino, M. Berz, *Taylor models and other validated functional inclusion methods*, Int. J. Pure Appl. Math. 4, 2003, here of
+first and second order with the mean value form besides.
 
 A *Taylor set* is a set of impacts on one wall that depends on x, |x_k| <= r_k, in balls: for x = 0 its centre c and derivative d,
 for all x the first derivative D and the second derivative H, and, besides, a box (V, P) around it. By Taylor's theorem (v, phi)
@@ -164,9 +166,7 @@ def spread(a, b, r):
 
 @inner
 def narrow_slopes(known, d, h, r):
-    """Bounds on the first derivative over a set, intersected with those from the derivative of the centre and the second
-    derivative.
-    """
+    """Bounds on the first derivative over a set, intersected with those from its centre's and the second derivative."""
     return Slopes(
         bmeet(known.v_1, widen(d.v_1, spread(h.v_11, h.v_12, r))),
         bmeet(known.v_2, widen(d.v_2, spread(h.v_12, h.v_22, r))),

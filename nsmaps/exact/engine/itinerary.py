@@ -31,9 +31,7 @@ from nsmaps.exact.engine.steps import approach, first_step
 
 @inner
 def next_turn(p, s, h, end):
-    """The first zero of the velocity after s + h and before `end`, or infinity: the march of the flight for the derivative of the
-    gap.
-    """
+    """The first zero of the velocity after s + h and before `end`, or infinity: the march for the derivative of the gap."""
     for _ in range(MOST_STEPS):
         s += h
         if s >= end:

@@ -76,9 +76,7 @@ class SpectralKernel(MotionKernel):
 
     @property
     def law(self) -> tuple[float, float]:
-        """The coefficients k and c of flights, z'' = -k z - c z' + f(t): how the acceleration at the start depends on place and
-        velocity.
-        """
+        """The coefficients k and c of flights, z'' = -k z - c z' + f(t): the acceleration by place and velocity."""
         start = int(self.table[layout.AT_START])
         return 0.0 - float(self.table[start + BY_PLACE]), 0.0 - float(self.table[start + BY_VELOCITY])
 

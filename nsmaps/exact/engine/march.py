@@ -103,8 +103,7 @@ def gap_ahead(has_up, has_down, motion, up, room_up, room_down, size):
 
 @inlined
 def is_ambiguous(rate, size, bound, room, way, grown_error):
-    """True if an impact lies within the rounding of the gap: an arc beyond the wall, at least rate^2/(2 bound) deep, or the way
-    flown to it.
+    """True if an impact is within the rounding of the gap: an arc rate^2/(2 bound) deep or more, or the way flown to it.
 
     `size` is that of the displacement's terms, `room` the distance to the wall, zero for that just left, `way` the distance flown
     at the speed of the start, and `grown_error` the size to which rounding errors at the start have grown.

@@ -102,9 +102,7 @@ def time_to_release(p, phi, up):
 
 @inlined
 def accumulation(u, v, press, jerk, snap):
-    """The time at which impacts of speeds v, u, ... accumulate, to second order, and whether the third order makes that exact to
-    rounding.
-    """
+    """Time at which impacts of speeds v, u, ... accumulate, to 2nd order, and whether the 3rd makes that exact to rounding."""
     x = accumulation_time(u, u / v, press)
     return x, x * jerk <= SUMMED_JERK * press and x * x * snap <= SUMMED_SNAP * press
 
@@ -118,17 +116,17 @@ def ends_chatter(u, v, press, jerk, snap):
 
 @inlined
 def may_be_summed(p, up, v, chatter, press):
-    """True if chatter that begins with an impact of speed v may be summed: always on the other wall, and on the base wall from
-    `chatter` on, as a share of the speed that the acceleration into the wall gives in a radian of the forcing.
+    """True if chatter that begins with an impact of speed v may be summed.
+
+    That is always so on the other wall; on the base wall from `chatter` on, as a share of the speed that the acceleration into
+    the wall gives in a radian of the forcing.
     """
     return up != on_top(p) or v * phase_rate(p) <= chatter * press
 
 
 @inlined
 def keeps_ratio(p, up, u, ratio, angle):
-    """True if chatter over an angle of the forcing keeps the ratio of its speeds, from u on, so well that its end is exact to
-    rounding.
-    """
+    """True if chatter over an angle of the forcing keeps its ratio of speeds from u on, so that its end is exact to rounding."""
     again, _ = rebound(p, up, u)
     return angle * abs(again / u - ratio) <= STEADY * (1.0 - ratio)
 

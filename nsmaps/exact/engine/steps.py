@@ -80,9 +80,7 @@ def stays_clear(y, u, b, jerk, h):
 
 @inlined
 def closes(gap, u, b, j, jerk, snap):
-    """For a gap of at most `gap`, with rates u, b, j: (True if it certainly closes, once and without a minimum, within LATEST
-    times x; x).
-    """
+    """For a gap of at most `gap`, with rates u, b, j: (True if it surely closes, once, with no minimum, within LATEST x; x)."""
     x = 2.0 * gap / (math.sqrt(max(u * u - 2.0 * gap * b, 0.0)) - u) if u < 0.0 else 0.0
     far = LATEST * x
     highest = gap + far * (u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH))

@@ -167,8 +167,9 @@ def power(x: Number, n: int) -> Number:
 
 
 def table_of_flight(program: Program, total: Sum, parameters: int) -> tuple[list[Number], tuple[Floats, int, float]]:
-    """The numbers of the table of a flight behind its head, then sizes of rates; the table without them, filled except for walls
-    and laws, the number of the first ones, and the reach in units of the largest of the sizes.
+    """The numbers of the table of a flight behind its head, then sizes of rates, and the table without them.
+
+    The table is filled except for walls and laws, the number of the first ones, and the reach in units of the largest size.
 
     The reach, the time over which bounds on flights that grow are taken, is that of growth by a factor e.
     """

@@ -36,9 +36,7 @@ SURE = (TypeError, sp.SympifyError)  #: errors of a formula that no later defini
 
 
 class PrematureFormulaError(SystemDefinitionError):
-    """A formula that fails for a reason that may disappear before its first use, such as a name that its module defines further
-    down.
-    """
+    """A formula that fails for a reason that may disappear before its first use, such as a name that is defined further down."""
 
 
 def periods_of(system: ImpactFormulas) -> sp.Rational:

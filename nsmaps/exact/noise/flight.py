@@ -29,9 +29,7 @@ class Expansion(NamedTuple):
 
 @inner
 def noise_over(normals, step, eta):
-    """The contribution of the noise over a step of as many exact ones as there are normals: place and velocity, from zero, and
-    eta.
-    """
+    """The contribution of the noise over a step of as many exact ones as there are normals: place, velocity (from zero), eta."""
     n, m = 0.0, 0.0
     for x, y, z in normals:
         n, m, eta = (
@@ -50,9 +48,7 @@ def transition_row(step, row, n, m, eta):
 
 @inner
 def quintic(h, first, n, m, last):
-    """The polynomial with place and rate zero and second rate `first` at zero, and these values after h: its coefficients of s^2
-    to s^5.
-    """
+    """Coefficients of s^2 to s^5 of the polynomial with place and rate 0 and second rate `first` at 0, these values after h."""
     b = first * 0.5
     n, m, a = (n - b * h * h) / (h * h), (m - first * h) / h, last - first
     return b, (10 * n - 4 * m + 0.5 * a) / h, (7 * m - 15 * n - a) / (h * h), (6 * n - 3 * m + 0.5 * a) / (h * h * h)
@@ -128,9 +124,7 @@ def zero_of_gap(p, n, sign, room, low, high):
 
 @inner
 def time_to_wall(p, n, sign, room, end):
-    """The time at which a wall that the ball is clear of is first met, or infinity: its gap is closed at the end, or where it is
-    least.
-    """
+    """The time at which a wall that the ball is clear of is first met, or infinity: the gap closes at the end or its minimum."""
     y, u = gap(p, n, sign, room, end)
     if y > 0.0:
         if not u > 0.0:

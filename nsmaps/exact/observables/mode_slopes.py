@@ -72,9 +72,7 @@ def add_piece(piece, length, seen):
 
 @inner
 def add_time(p, mode, function, seen, w):
-    """Add the derivatives by the time of a flight to an event, whose formulas at its end are written; none of one that takes no
-    time.
-    """
+    """Add the derivatives by the time of a flight, if it takes any, to an event whose formulas at its end are written."""
     if w.reals[FLIGHT_TIME] == 0.0:
         return
     shift(p, w)

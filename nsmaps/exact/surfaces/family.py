@@ -36,9 +36,7 @@ class ReturnFamily(BaseModel, Transferable, ABC):
 
     @abstractmethod
     def contains(self, returns: Returns) -> NDArray[np.bool_]:
-        """The returns that belong to the family, shape (N,); if `max_returns` exceeds one it is called again for two in a row,
-        and so on.
-        """
+        """The returns of the family, shape (N,); if `max_returns` exceeds one, called again for two in a row, and so forth."""
 
     def surface(self, system: System, grid: Grid) -> Surface:
         """The family's returns over a grid of states."""

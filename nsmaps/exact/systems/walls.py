@@ -105,8 +105,7 @@ class ImpactFormulas(HybridFormulas):
         return self.r * speed  # type: ignore[attr-defined]
 
     def absolute(self, t: Any, displacement: Any) -> Any:
-        """Place relative to an observer at rest, for figures of the motion, at this displacement and time t of the forcing, in
-        arrays.
+        """Place relative to an observer at rest, for figures, at this displacement and time t of the forcing, in arrays.
 
         It equals the displacement unless a system defines the motion of its walls.
         """

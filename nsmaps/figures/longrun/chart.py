@@ -113,8 +113,9 @@ def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: 
 
 
 def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
-    """A quantifier of the attractor of the first start, or the mean of an observable along its orbit, per period of the forcing,
-    without forcing per return. Grey is where none was computed.
+    """A quantifier of the attractor of the first start, or the mean of an observable along its orbit; grey if not computed.
+
+    Means are per period of the forcing, without forcing per return.
 
     Raises:
         NsmapsError: the plane has none of this name.

@@ -1,6 +1,4 @@
-"""A planar return map to any tolerance: polynomials in strips between the edges of the exact map, which itself answers
-elsewhere.
-"""
+"""A planar return map to any tolerance: polynomials in strips between edges of the exact map, which itself answers elsewhere."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

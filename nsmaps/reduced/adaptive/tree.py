@@ -167,9 +167,7 @@ def places(slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> Floa
 
 
 def _sampled(system: "FlowSystem", slabs: Sequence[Slab], leaves: Sequence[Node], local: Floats) -> tuple[Floats, list[bool]]:
-    """Speed and advance of the phase at local points of leaves, (leaves, P, 2), and a mask of leaves on which all have the
-    word of their cell.
-    """
+    """Speed and advance of the phase at points of leaves, (leaves, P, 2), and a mask of leaves with one word throughout."""
     states = places(slabs, leaves, local)
     returns = system.first_return(states.reshape(-1, 2))
     values = np.stack([returns.image[:, 0], returns.time * system.phase_rate()], axis=-1).reshape(states.shape)
@@ -194,9 +192,7 @@ def _solver(highest: int, degree: int) -> Floats:
 
 @lru_cache(maxsize=1)
 def _trial() -> Floats:
-    """Points of a square that decide whether a fit is good, (P, 2): everywhere, increasingly close to its sides, and to its
-    corners.
-    """
+    """Points of a square that decide whether a fit is good, (P, 2): everywhere, denser towards its sides and corners."""
     rng = np.random.default_rng(1)
     inside = rng.uniform(-1, 1, (INSIDE, 2))
     near = (1 - 2 * 10.0 ** -rng.uniform(0.5, 5, (3 * BESIDE, 2))) * rng.choice([-1, 1], (3 * BESIDE, 2))

@@ -63,8 +63,7 @@ class Design:
 
 
 def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Floats, float]:
-    """Polynomials orthonormal on scaled data (N, n) that span the Chebyshev products `columns` of exponents (m, n): shape (N,
-    m).
+    """Polynomials (N, m) orthonormal on scaled data (N, n) that span the Chebyshev products `columns` of exponents (m, n).
 
     Each is a coordinate times an earlier one, minus its projection on the previous ones (Arnoldi's process, twice against
     rounding: Brubeck, Nakatsukasa and Trefethen, Vandermonde with Arnoldi, SIAM Rev. 63, 2021), so that no monomial of high
@@ -88,8 +87,10 @@ def orthonormal(exponents: Ints, scaled: Floats, columns: Floats) -> tuple[Float
 
 
 def _factors(exponents: Ints) -> dict[int, tuple[int, int]]:
-    """By monomial of (m, n), the coordinate and the earlier monomial of which it is the product, if with that coordinate all
-    monomials up to this one have products that are no later, so that any sum of them has."""
+    """The coordinate and the earlier monomial of which each monomial of (m, n) is the product.
+
+    With that coordinate all monomials up to this one have products that are no later, so that any sum of them has.
+    """
     place = {tuple(each): at for at, each in enumerate(exponents.tolist())}
     factors: dict[int, tuple[int, int]] = {}
     for j, unit in enumerate(np.eye(exponents.shape[1], dtype=int)):

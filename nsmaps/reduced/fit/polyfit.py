@@ -118,8 +118,10 @@ class PolyFit(BaseModel, Transferable, ABC):
 
 
 class PolynomialFit(PolyFit):
-    """Polynomials in all coordinates, by MATLAB's rule of polyNM: in each coordinate at most its own degree, and in total
-    at most the largest of them; `{"v": 3, "phi": 2}` is the paper's poly23 (eq. cubic2dv).
+    """Polynomials in all coordinates, by MATLAB's rule of polyNM.
+
+    The degree is in each coordinate at most its own and in total at most the largest of them; `{"v": 3, "phi": 2}` is the paper's
+    poly23 (eq. cubic2dv).
 
     `degrees` are the same for every output, or by output: `{"v": {"v": 5, "phi": 3}, "phi": {"v": 5, "phi": 4}}` (eq. Apr3eqn).
     """

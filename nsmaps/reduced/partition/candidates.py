@@ -61,8 +61,9 @@ def near_diagonals(returns: Returns, grid: Grid, criterion: NearDiagonal, sortin
 
 
 def ends_of_orbits(return_map: ReturnMap, grid: Grid) -> Floats:
-    """States of the grid's box in which orbits from all over it end, and those that they leave it for and come back from at once,
-    shape (M, n). Longer ways outside, as in chatter, are left to resets.
+    """States of the grid's box in which orbits from all over it end, and those to which they leave it for one return, (M, n).
+
+    Longer ways outside, as in chatter, are left to resets.
     """
     box = box_of(grid)
     side = side_of(len(box), STARTS)

@@ -179,9 +179,7 @@ class Refinement:
         return SPECK * float(np.prod(np.ptp(box_of(self.grid), axis=1))) if loose else 0.0
 
     def refine(self, found: Sequence[Leaf], max_pieces: int) -> None:
-        """Step v: the region with the largest possible gain is split, until all meet their demand together or max_pieces is
-        reached.
-        """
+        """Step v: split the region with the largest possible gain until all meet their demand together, or at max_pieces."""
         todo, done = list(found), len(self.leaves)
         allowed = sum(leaf.sample.area * leaf.demand.share for leaf in found)
         while todo:
@@ -219,9 +217,7 @@ class Refinement:
         return f"split at {cut.text(self.system.coordinates).replace('<=', '=')}", parts
 
     def cut(self, leaf: Leaf) -> Cut | None:
-        """The place at which to split a region: along an edge between sheets of the map if there is one, otherwise where the
-        fits gain most.
-        """
+        """The place to split a region: along an edge between sheets of the map if there is one, else where the fits gain most."""
         separator = self.separator(leaf.sample, leaf.role)
         if separator is not None:
             return separator
@@ -258,8 +254,10 @@ class Refinement:
         return CompositeMap(self.system.coordinates, self.system.letters, pieces + self.resets, units_of(self.system))
 
     def loose(self) -> dict[Leaf, str]:
-        """The regions that must be more accurate, with the reason: transient ones in which orbits of the composite map end, and
-        any by which they leave the basin of the attractor of the exact map.
+        """The regions that must be more accurate, with the reason.
+
+        They are transient ones in which orbits of the composite map end, and any by which they leave the basin of the attractor
+        of the exact map.
         """
         composite = self.composite()
         ended = {composite.pieces[k].name for k in np.unique(ends(composite, composite, box_of(self.grid))) if k >= 0}

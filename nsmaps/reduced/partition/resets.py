@@ -64,9 +64,7 @@ def _beyond(box: Floats, i: int, side: str, around: bool) -> Floats:
 
 
 def _entrance(return_map: ReturnMap, states: Floats, box: Floats) -> Floats | None:
-    """The place where most orbits from states (N, n) enter the box to stay, or enter it first if none stays; None if none
-    enters.
-    """
+    """The place where most orbits from states (N, n) enter the box to stay, or first if none stays; None if none enters."""
     path = orbit(return_map, states, RETURNS).states[1:]
     shifted = Coordinates(return_map.coordinates).lift(path, box.mean(axis=1))
     enclosed = inside(shifted.reshape(-1, len(box)), box).reshape(path.shape[:2])

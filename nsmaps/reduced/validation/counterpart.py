@@ -21,4 +21,5 @@ class CounterpartAlong:
     reduced_of: Callable[[float], CompositeMap]
 
     def __call__(self, value: float) -> ReturnMap:
+        """The counterpart at a value."""
         return counterpart(self.map_of(value), self.reduced_of(value))

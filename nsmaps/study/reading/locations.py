@@ -17,8 +17,7 @@ Loc = tuple[str | int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """The text a study was read from. Studies with the same content are equal, so
-    the source is not compared."""
+    """The text a study was read from. Studies with the same content are equal: the source is not compared."""
 
     name: str = field(default="study", compare=False)  #: the given name of the file, or "study" for one created in Python
     root: Any = field(default=None, compare=False, repr=False)  #: the tree of ruamel, with a line and column per key

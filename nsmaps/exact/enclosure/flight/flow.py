@@ -194,8 +194,9 @@ def ball_start(p, at, z, w):
 
 @inlined
 def chained_rate(t, i, rate):
-    """A rate, and for a chained one that is not the first of its chain all between it and the previous one, with the power of s
-    before its exponential: a divided difference is s exp(rate s) for a rate between the two.
+    """A rate; for a chained one that is not the first also all between it and the previous one, with the power of s before.
+
+    A divided difference is s exp(rate s) for a rate between the two.
     """
     if i < int(t[SIMPLE]):
         return rate, 0
@@ -249,9 +250,7 @@ def apply_coefficients(p, c, which, orders):
 
 @inlined
 def ball_motion(p, c, w, orders):
-    """Displacement since the start and its first time derivatives at the time of `at_time`, from velocities w: see
-    `apply_coefficients`.
-    """
+    """Displacement since the start and its first time derivatives at `at_time`, from velocities w: see `apply_coefficients`."""
     d, v, a, j = apply_coefficients(p, c, PLAIN, orders)
     return Motion(bplus(d, w, ball_in(p.table, p.basis)), badd(w, v), a, j)
 

@@ -185,9 +185,7 @@ def next_impacts(p, t, n, up, chatter, begun, with_derivative):
 
 @allocating
 def returns_in_blocks(p, start, i, chatter, written):
-    """Returns number i of all orbits, which start from the states (M, 2), block by block: while a return continues, its impacts
-    are on the other wall.
-    """
+    """Returns number i of all orbits from the states (M, 2), block by block: within a return impacts are on the other wall."""
     with_derivative, base, base_up = len(written.tangents) > 0, base_of(p), on_top(p)
     rows = harmonic(p, int(p.table[HARMONICS]) + 1)
     t = np.empty(rows)

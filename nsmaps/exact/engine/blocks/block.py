@@ -83,9 +83,7 @@ def linear_row(p, t, n, row, z, into):
 
 @inner
 def begin_block(p, t, n, z):
-    """Write coefficients and bounds of the flights that start now, as `begin` of `flow.py`, and their first rates to scratch
-    rows.
-    """
+    """Write coefficients and bounds of the flights that start now, as `begin` of `flow.py`, and rates to scratch rows."""
     f = p.table
     width, terms = width_of(f), int(f[AT_TERMS])
     phases(p, t, n)

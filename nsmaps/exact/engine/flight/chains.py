@@ -50,9 +50,7 @@ def mean_excess(x):
 
 @inner
 def chains(p, s):
-    """The contribution to `evaluate` of the chained rates: the derivative of each function is the rate times it, plus the
-    previous function.
-    """
+    """The contribution of the chained rates to `evaluate`: a function's derivative is rate times it plus the previous one."""
     t, c = p.table, p.flight
     plain, n = int(t[SIMPLE]), int(t[CHAINED])
     row, rates = POLYNOMIAL + int(t[POWERS]), int(t[AT_RATES])

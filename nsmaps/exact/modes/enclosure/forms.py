@@ -1,5 +1,7 @@
-"""Affine forms: sets of states that are linear in symbols but for a remainder (L. H. de Figueiredo, J. Stolfi, *Affine
-arithmetic: concepts and applications*, Numerical Algorithms 37, 2004, here with one remainder in place of new symbols).
+"""Affine forms: sets of states that are linear in symbols but for a remainder.
+
+L. H. de Figueiredo, J. Stolfi, *Affine arithmetic: concepts and applications*, Numerical Algorithms 37, 2004, here with one
+remainder in place of new symbols.
 
 A *form* is a row (c, a_1, ..., a_m, r): the numbers c + a e + b with |e_k| <= 1, |b| <= r. The forms of one set have the symbols
 e_k in common, the remainders b may be any. A *set* of states has a form for each state and one for the phase, and as many

@@ -63,8 +63,9 @@ def meet_conditions(p, k, a_set, z, w):
 
 @inlined
 def exclude(p, a, b, z, form):
-    """Whether two rows, one of which is negative and the other not positive, cannot be so together: a multiple of b cancels an
-    entry of a, and their sum is nowhere negative.
+    """Whether two rows, one of them negative and the other not positive, exclude each other.
+
+    They do where a multiple of b cancels an entry of a and their sum is nowhere negative.
     """
     lead = 0
     for j in range(len(b)):

@@ -63,8 +63,9 @@ class Return(NamedTuple):
 
 @inner
 def enter_return(p, k, phase, w):
-    """Begin a return with a transition, whose state just before it, or of sections `after` their events just after it, is in
-    memory: a `Motion`, whose mode is still to begin.
+    """Begin a return with a transition: a `Motion`, whose mode is still to begin.
+
+    Its state just before it, or of sections `after` their events just after it, is in memory.
     """
     reset_return(w)
     code, power = first_letter(p, k, w)
