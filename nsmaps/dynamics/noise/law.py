@@ -5,13 +5,12 @@ from typing import Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Storable
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.results import Storable
 
 
 class Noise(BaseModel, Storable):

@@ -5,9 +5,9 @@ from typing import Annotated, Any, Literal, Self, TypeAlias
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from nsmaps.arrays import Storable
 from nsmaps.errors import NsmapsError
 from nsmaps.files.complaints import refused
-from nsmaps.results import Storable
 
 
 def _as_tuple(value: Any) -> Any:
