@@ -230,6 +230,7 @@ _ROWS = (
         "bifurcation diagram, with two standard errors, and along branches of periodic orbits, dashed where they are "
         "not stable.",
         (data.OBSERVABLES,),
+        of_parts=True,
     ),
     Row(
         "longrun.noise",

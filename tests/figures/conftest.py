@@ -228,7 +228,7 @@ def _observed() -> AttractorMeans:
     table = np.arange(24.0).reshape(12, 1, 2)
     table[0] = np.nan
     mean = Mean(table, table / 100)
-    return AttractorMeans(chosen, mean, mean, mean)
+    return AttractorMeans(chosen, mean, mean, mean, parameter="d", values=np.linspace(-0.1, 1, 12))
 
 
 def _exponents() -> LyapunovSweep:

@@ -47,12 +47,15 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
 def test_results_draw_themselves_and_name_their_axes(result):
     pytest.importorskip("xarray")
     (branch,), attractors = result.branches["one"], result.global_continuation
-    impacts, others = result.noise.impacts[0], (result.manifolds["saddle"][0], result.morse, result.exit_times, result.noise)
-    for each in (branch, result.basins, attractors, *others, impacts):
+    impacts, means = result.noise.impacts[0], result.observables["bifurcation"]
+    others = (result.manifolds["saddle"][0], result.morse, result.exit_times, result.noise, impacts)
+    for each in (branch, result.basins, attractors, *others):
         assert each.plot(width=3.4).axes
         table = each.to_xarray()
         assert table.sizes
         assert not any("_" in str(name) for name in table.sizes)
     assert (branch.to_xarray().d.values == branch.values).all()
+    assert means.plot(width=3.4).axes
+    assert means.to_xarray().means.dims == ("d", "start", "observable")
     assert impacts.to_xarray().speed.dims == ("d", "impact")
     assert (attractors.to_xarray().d.values == attractors.values).all()

@@ -46,7 +46,7 @@ def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> N
     section = result.study.observables
     numbers = section.numbers(result)["observables"]
     assert numbers["orbits"]["loss"]["value"] == pytest.approx([0.374532], rel=1e-3)
-    assert len(numbers["branches"]["1:1"][0]["loss"]["derivative"]) == len(result.branches["1:1"][0].parameter)
+    assert len(numbers["branches"]["1:1"][0]["loss"]["derivative"]) == len(result.branches["1:1"][0].values)
     assert (numbers["basins"]["per"], numbers["basins"]["energy at B"]["unit"]) == ("per period", "J")
     (table,) = section.tables(result)
     assert [row[1] for row in table.rows[:6]] == [
@@ -58,17 +58,16 @@ def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> N
         "hardest",
     ]
     assert "loss, work, speed, energy at B, sway, hardest" in caption(result, "observables")
-    assert section.describe(result.study.observables, result.study).startswith(
-        "loss, work, speed, energy at B, sway, hardest; 64"
-    )
+    assert section.describe(result.study).startswith("loss, work, speed, energy at B, sway, hardest; 64")
 
 
 def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> None:
-    (sheet,) = sheets(result)
+    found = {"bifurcation": result.observables["bifurcation"], **result.branch_observables}
+    (sheet,) = sheets(found)
     assert len(sheet.panels) == 6
     _, ax = plt.subplots()
-    observables(result, ax, "d", 3)
-    curve = next(line for line in ax.lines if len(line.get_xdata()) == len(result.branches["1:1"][0].parameter))
+    observables(found, ax, "d", 3)
+    curve = next(line for line in ax.lines if len(line.get_xdata()) == len(result.branches["1:1"][0].values))
     assert np.array_equal(curve.get_ydata(), result.branch_observables["1:1"][0].per_period.value[:, 3])
     dots = next(line for line in ax.lines if len(line.get_xdata()) == 4)
     assert np.array_equal(dots.get_ydata(), result.observables["bifurcation"].per_period.value[:, 0, 3])

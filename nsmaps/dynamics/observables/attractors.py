@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_form
 from nsmaps.dynamics.observables.maps import noisy_totals, parted
-from nsmaps.dynamics.observables.means import Mean, ratio
+from nsmaps.dynamics.observables.means import Mean, Means, ratio
 from nsmaps.dynamics.observables.observe import BATCHES, observe
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError
@@ -22,7 +22,6 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
 from nsmaps.progress import beat
-from nsmaps.results import Result
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.observables.observe import Observed
@@ -32,18 +31,12 @@ RETURNS = 1000  #: of an orbit, unless given
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class AttractorMeans(Result):
+class AttractorMeans(Means):
     """Means of K observables on attractors, `...` the shape of the orbits on them, such as values of a parameter and starts."""
 
-    observables: tuple[Observable, ...]
     per_return: Mean
     per_time: Mean  #: per unit of the system's time
     per_period: Mean  #: per period of the forcing; NaN without forcing
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the observables."""
-        return tuple(one.name for one in self.observables)
 
 
 @divides
@@ -78,7 +71,7 @@ def observe_diagram(
         table = np.full((len(MEANS), 2, *diagram.period.shape, len(found)), np.nan)
         for k, part in parts.items():
             table[:, :, cuts[k]] = part["means"]
-        return _means(found, table)
+        return _means(found, table, parameter=diagram.parameter, values=diagram.values, units=diagram.units)
 
     return means(dict(enumerate(jobs.run(_along, parts, means))))
 
@@ -130,8 +123,8 @@ def _rows(observed: "Observed") -> Floats:
     return np.array([(nothing, nothing) if mean is None else (mean.value, mean.error) for mean in found])
 
 
-def _means(observables: tuple[Observable, ...], table: Floats) -> AttractorMeans:
-    return AttractorMeans(observables, *(Mean(value, error) for value, error in table))
+def _means(observables: tuple[Observable, ...], table: Floats, **along: Any) -> AttractorMeans:
+    return AttractorMeans(observables, *(Mean(value, error) for value, error in table), **along)
 
 
 def observe_attractors(

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.chatter.complete import CompleteChatter, sensitivities
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
 from nsmaps.dynamics.observables.maps import by_parameters, map_slopes
+from nsmaps.dynamics.observables.means import Means
 from nsmaps.dynamics.observables.observe import observe
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.errors import NsmapsError
@@ -38,18 +39,13 @@ class Slope(Result):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class CycleMeans(Result):
+class CycleMeans(Means):
     """Means of C observables over periodic orbits of q returns, and how they change with a parameter."""
 
-    observables: tuple[Observable, ...]
     per_return: Slope
     per_time: Slope  #: per unit of the system's time
     per_period: Slope | None  #: per period of the forcing; None without forcing
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the observables."""
-        return tuple(one.name for one in self.observables)
+    stable: Bools | None = field(default=None, metadata=array("value", "whether the orbits of a branch are known to be stable"))
 
 
 def observe_orbit(
@@ -234,4 +230,6 @@ def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observa
         return Slope(np.array([part.value for part in parts]), np.array([part.derivative for part in parts]))
 
     forced = None if rows[0].per_period is None else stacked("per_period")
-    return CycleMeans(rows[0].observables, stacked("per_return"), stacked("per_time"), forced)
+    stable = np.array([one is True for one in branch.stable])
+    along: dict[str, Any] = {"parameter": branch.parameter, "values": branch.values, "units": branch.units}
+    return CycleMeans(rows[0].observables, stacked("per_return"), stacked("per_time"), forced, stable, **along)

@@ -1,11 +1,14 @@
-"""The mean of a correlated series, with its standard error."""
+"""Means of observables, and the mean of a correlated series with its standard error."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.results import Result, array
+from nsmaps.exact.observables.spec import Observable
+from nsmaps.results import NONE, Result, array, array_property
 
 WINDOW = 5.0  #: autocorrelation times over which correlations are added
 
@@ -16,6 +19,41 @@ class Mean(Result):
 
     value: Floats = field(metadata=array("... observable", "mean; NaN where an orbit ended"))
     error: Floats = field(metadata=array("... observable", "standard error; NaN where unknown, as of the largest values"))
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
+class Means(Result):
+    """Means of observables per return, per period of the forcing and per unit of time, maybe over a parameter."""
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.observables"
+
+    observables: tuple[Observable, ...] = field(kw_only=False)
+    parameter: str = ""  #: empty where they are of one system
+    values: Floats | None = field(default=None, metadata=array("value", "values of the parameter", name="parameter"))
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+
+    @property
+    def leading(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The axes of the means before that of the observables."""
+        return (("value", "start") if self.parameter else ("attractor",))[: np.ndim(self.shown[1].value) - 1]
+
+    @array_property("observable", "names of the observables", NONE)
+    def names(self) -> tuple[str, ...]:
+        """The names of the observables."""
+        return tuple(one.name for one in self.observables)
+
+    @array_property("... observable", "means per period of the forcing, or per return where there is none")
+    def means(self) -> Floats:
+        """The means by which the observables are shown."""
+        shown: Floats = self.shown[1].value
+        return shown
+
+    @property
+    def shown(self) -> tuple[str, Any]:
+        """The means per period of the forcing, or per return where there is none, after what they are called."""
+        forced = self.per_period  # type: ignore[attr-defined]
+        known = forced is not None and bool(np.isfinite(forced.value).any())
+        return ("per period", forced) if known else ("per return", self.per_return)  # type: ignore[attr-defined]
 
 
 def ratio(parts: Floats, sizes: Floats) -> Mean:

@@ -1,61 +1,64 @@
 """Observables over a parameter: on the attractors of a bifurcation diagram, and along branches of periodic orbits."""
 
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Bools, Floats
-from nsmaps.figures.data import OBSERVABLES
+from nsmaps.dynamics.observables.cycles import CycleMeans
+from nsmaps.dynamics.observables.means import Means
+from nsmaps.errors import NsmapsError
 from nsmaps.figures.lines import neighbours
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, ORANGE, label
 
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+Found: TypeAlias = Means | Mapping[str, Means | Sequence[Means]]  #: means, or those of a diagram and of branches by name
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet a parameter, a panel an observable."""
-    found, study = OBSERVABLES.of(result, "observables"), result.study
-    swept = [study.bifurcation.parameter] if "bifurcation" in found and study.bifurcation is not None else []
-    followed = [each.parameter for each in study.branches if each.name in found]
-    parameters = list(dict.fromkeys([*swept, *followed]))
+def sheets(found: Found) -> tuple[Sheet, ...]:
+    """One sheet a parameter, a panel an observable; NsmapsError for means without a parameter."""
+    parameters = list(dict.fromkeys(each.parameter for each in _along(found)))
     several = len(parameters) > 1
-    return tuple(_sheet(result, parameter, f"observables-{parameter}" if several else "observables") for parameter in parameters)
+    return tuple(_sheet(found, parameter, f"observables-{parameter}" if several else "observables") for parameter in parameters)
 
 
-def _sheet(result: "StudyResult", parameter: str, name: str) -> Sheet:
-    first = next(iter(OBSERVABLES.of(result, "observables").values()))
-    names = (first[0] if isinstance(first, tuple) else first).names
-    panels = tuple(partial(observables, result, parameter=parameter, number=k) for k in range(len(names)))
-    return Sheet(name, panels, min(len(names), 2), legend=True)
+def _sheet(found: Found, parameter: str, name: str) -> Sheet:
+    count = len(_along(found, parameter)[0].names)
+    panels = tuple(partial(observables, found, parameter=parameter, number=k) for k in range(count))
+    return Sheet(name, panels, min(count, 2), legend=True)
 
 
-def observables(result: "StudyResult", ax: Axes, parameter: str = "", number: int = 0) -> Axes:
+def _along(found: Found, parameter: str = "") -> list[Means]:
+    """The means over a parameter, or over any."""
+    parts = [found] if isinstance(found, Means) else list(found.values())
+    every = [each for part in parts for each in ([part] if isinstance(part, Means) else part)]
+    kept = [each for each in every if each.values is not None and parameter in ("", each.parameter)]
+    if not kept:
+        raise NsmapsError("these means are not over a parameter; expected: those of a bifurcation diagram or of a branch")
+    return kept
+
+
+def observables(found: Found, ax: Axes, parameter: str = "", number: int = 0) -> Axes:
     """The means of one observable over a parameter: dots with bars of two standard errors, and lines along branches.
 
     Lines are dashed where the periodic orbits are not stable.
     """
-    found, study = OBSERVABLES.of(result, "observables"), result.study
-    observable, forced = None, result.system.period() is not None
-    if "bifurcation" in found and study.bifurcation is not None and study.bifurcation.parameter == parameter:
-        means = found["bifurcation"]
-        observable, values = means.observables[number], result.bifurcation["exact"].values
-        mean = means.per_period if forced else means.per_return
+    kept = _along(found, parameter)
+    for each in kept:
+        values, (_, mean) = np.asarray(each.values), each.shown
+        if isinstance(each, CycleMeans):
+            _lines(ax, values, mean.value[:, number], np.asarray(each.stable))
+            continue
         for y, error in zip(mean.value[..., number].T, mean.error[..., number].T, strict=True):
             ax.errorbar(values, y, 2 * np.nan_to_num(error), fmt=".", ms=2.5, mew=0, elinewidth=0.6, color=BLUE)
         ax.plot([], [], ".", color=BLUE, label="attractors")
-    for section in [each for each in study.branches if each.name in found and each.parameter == parameter]:
-        branches = [branch for branch in result.branches[section.name] if len(branch.values)]
-        for part, branch in zip(found[section.name], branches, strict=True):
-            observable, slope = part.observables[number], part.per_period if forced else part.per_return
-            _lines(ax, branch.values, slope.value[:, number], np.array([stable is True for stable in branch.stable]))
-    ax.set_xlabel(label(parameter))
-    if observable is not None:
-        per = "" if observable.per or observable.largest else f" per {'period' if forced else 'return'}"
-        ax.set_ylabel(f"{observable.name}{f' ({observable.unit})' * bool(observable.unit)}{per}")
+    observable, per = kept[0].observables[number], kept[0].shown[0]
+    unit, how = f" ({observable.unit})" * bool(observable.unit), "" if observable.per or observable.largest else f" {per}"
+    ax.set_xlabel(label(kept[0].parameter))
+    ax.set_ylabel(f"{observable.name}{unit}{how}")
     handles, names = ax.get_legend_handles_labels()
     ax.legend(*zip(*{name: (handle, name) for handle, name in zip(handles, names, strict=True)}.values(), strict=True))
     return ax

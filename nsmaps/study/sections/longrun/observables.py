@@ -17,9 +17,7 @@ from nsmaps.study.sections.base import Analysis, Table
 from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.observables.attractors import AttractorMeans
-    from nsmaps.dynamics.observables.cycles import CycleMeans, Slope
-    from nsmaps.dynamics.observables.means import Mean
+    from nsmaps.dynamics.observables.cycles import CycleMeans
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
@@ -108,9 +106,9 @@ class ObservablesSection(Analysis):
         """Means and errors by section and observable, and on branches the least and largest with the derivatives at both ends."""
         found: dict[str, Any] = {}
         for section, means in result.observables.items():
-            per, mean = best(means)
+            per, mean = means.shown
             rows = {
-                name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}  # type: ignore[union-attr]
+                name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}
                 for k, (name, one) in enumerate(zip(means.names, means.observables, strict=True))
             }
             found[section] = {"per": per} | rows
@@ -122,30 +120,23 @@ class ObservablesSection(Analysis):
         """Each observable on each section's motions: a value with its error, or the range of values."""
         rows = list[tuple[str, ...]]()
         for section, means in result.observables.items():
-            per, mean = best(means)
+            per, mean = means.shown
             for k, one in enumerate(means.observables):
                 flat = mean.value.reshape(-1, len(means.observables))[:, k]
                 rows.append((section, " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
         for branch, parts in result.branch_observables.items():
             for k, one in enumerate(parts[0].observables if parts else ()):
-                per = best(parts[0])[0]
-                flat = np.concatenate([best(part)[1].value[:, k] for part in parts])
+                per = parts[0].shown[0]
+                flat = np.concatenate([part.shown[1].value[:, k] for part in parts])
                 rows.append((f"branch {branch}", " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
         if rows:
             yield Table(f"Observables of the {result.system.map_name}", ("of", "observable", "mean"), tuple(rows))
 
 
-def best(means: "AttractorMeans | CycleMeans") -> "tuple[str, Mean | Slope]":
-    """The means per period of the forcing, or per return where there is none, and what they are called."""
-    forced = means.per_period
-    known = forced is not None and bool(np.isfinite(forced.value).any())
-    return ("per period", forced) if known and forced is not None else ("per return", means.per_return)
-
-
 def _part(part: "CycleMeans") -> dict[str, Any]:
-    per, slope = best(part)
+    per, slope = part.shown
     ends = {
-        name: {"value": plain(slope.value[:, k]), "derivative": plain(slope.derivative[:, k])}  # type: ignore[union-attr]
+        name: {"value": plain(slope.value[:, k]), "derivative": plain(slope.derivative[:, k])}
         for k, name in enumerate(part.names)
     }
     return {"per": per} | ends
