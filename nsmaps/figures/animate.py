@@ -20,10 +20,10 @@ from nsmaps.coordinates import nearest_turn
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces as surfaces_of
-from nsmaps.figures.composite.areas import colours_of
-from nsmaps.figures.composite.cobweb import composite_states, draw_pieces, look
-from nsmaps.figures.data import COMPOSITE, MESH, PLANES
-from nsmaps.figures.lines import staircase
+from nsmaps.figures.composite.areas import colours_over
+from nsmaps.figures.composite.cobweb import composite_orbit, draw_pieces, look
+from nsmaps.figures.data import COMPOSITE, GRID, MESH, ORBITS, PLANES
+from nsmaps.figures.lines import finite_states, staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.returns.surfaces import sheets as surface_sheets
@@ -136,7 +136,7 @@ def _turning(result: "StudyResult", frames: int | None, orbit: int) -> Film:
 
 def _stepping(result: "StudyResult", frames: int | None, orbit: int) -> Film:
     """The cobwebs of one orbit, a panel a coordinate, above them the step and the piece that makes it."""
-    composite, states = COMPOSITE.of(result, "cobweb"), composite_states(result, orbit - 1)
+    composite, states = COMPOSITE.of(result, "cobweb"), finite_states(composite_orbit(ORBITS.of(result, "cobweb"), orbit - 1))
     count = min(frames or _STEPS, len(states))
     states = states[:count]
     by, count_of = composite.piece_of(states), np.cumsum(composite.returns_of(states))
@@ -165,8 +165,9 @@ class _Cobweb:
 
     def __init__(self, result: "StudyResult", ax: Axes, i: int, states: Floats) -> None:
         self._composite, self._states, self._i = COMPOSITE.of(result, "cobweb"), states, i
-        self._pieces = draw_pieces(result, ax, i)
-        self._colours = colours_of(result, "cobweb")
+        grid = GRID.of(result, "cobweb")
+        self._colours = colours_over(self._composite, grid, result.orbits)
+        self._pieces = draw_pieces(self._composite, ax, i, grid, self._colours)
         (self._path,) = ax.plot([], [], color="0.2", lw=0.7, zorder=5, label="composite orbit")
         (self._curve,) = ax.plot([], [], lw=2.2, zorder=4, label="_")
         (self._point,) = ax.plot([], [], "o", color="black", ms=3.6, zorder=6, label="state")

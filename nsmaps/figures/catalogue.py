@@ -19,11 +19,14 @@ _ROWS = (
         "A drawing of the system with the names of its parts.",
         "The system: its parts, the forcing, and the walls whose impacts are counted.",
         (data.SKETCH,),
+        of_parts=True,
     ),
     Row(
         "system.algorithm",
         "A flow chart of the general algorithm, from top to bottom: initialize, iterate, finalize.",
         "The general algorithm, steps 0 to vii. Each box names what is done, the section of a study, and the function.",
+        (data.MADE,),
+        of_parts=True,
     ),
     Row(
         "system.motion",
@@ -54,7 +57,8 @@ _ROWS = (
         "The plane of states coloured by word.",
         "The word or family of the first return from every state of the grid, and the pieces of any composite map."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
-        (data.PLANES,),
+        (data.PLANES, data.MESH, data.NEAR_DIAGONALS, data.REDUCED, data.PAIRS),
+        of_parts=True,
     ),
     Row(
         "composite.regions",
@@ -121,14 +125,16 @@ _ROWS = (
         "The plane of states divided into attracting and transient regions.",
         "The regions found by the general algorithm, with the names and colours of the pieces of the composite map. Attracting "
         "regions have a thick frame.",
-        (data.PARTITION, data.SURFACES),
+        (data.PARTITION, data.GRID, data.PAIRS),
+        of_parts=True,
     ),
     Row(
         "composite.strips",
         "Strips of the plane of states between grazing curves.",
         "The cells of the accurate map by the total degree of their polynomials, separated by white lines. Black curves are the "
         "edges of the exact map.",
-        (data.ACCURATE,),
+        (data.ACCURATE, data.NAMES),
+        of_parts=True,
     ),
     Row(
         "composite.speed_error",
@@ -151,7 +157,8 @@ _ROWS = (
         "A cobweb of the composite map in the phase planes, with its last tenth marked, over the pieces: a line where the image "
         "depends on one coordinate alone, else the range of its values over the other, pale where the orbit does not come. A "
         "cross, if any, is the end of an orbit that leaves the domain of the map.",
-        (data.SURFACES, data.COMPOSITE, data.ORBITS),
+        (data.COMPOSITE, data.GRID, data.ORBITS),
+        of_parts=True,
         animated=True,
     ),
     Row(
@@ -284,7 +291,8 @@ _ROWS = (
         "The full auxiliary map: in A_1 and over the regions of the pieces that the study names, every coordinate is led on by "
         "its upper and lower auxiliary map alternately, elsewhere by the composite map. Pieces are lines where the image depends "
         "on one coordinate alone, else the range of its values over the other.",
-        (data.SURFACES, data.COMPOSITE, data.AUXILIARY_MAP),
+        (data.AUXILIARY_MAP, data.COMPOSITE, data.GRID, data.PAIRS),
+        of_parts=True,
     ),
     Row(
         "cells.morse",

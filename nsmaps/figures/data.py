@@ -109,9 +109,12 @@ def _manifolds(result: "StudyResult") -> "Sequence[Manifold]":
 
 def _below(result: "StudyResult") -> "Callable[[Axes], Axes] | None":
     """The panel over which manifolds are drawn."""
-    name, part = ("longrun.basins", result.basins) if result.basins is not None else ("returns.words", result)
-    drawn = result.basins is not None or result.surfaces
-    return partial(getattr(import_module(f"nsmaps.figures.{name}"), name.partition(".")[2]), part) if drawn else None
+    if result.basins is not None:
+        return partial(import_module("nsmaps.figures.longrun.basins").basins, result.basins)
+    if not (surfaces := _planes(result)):
+        return None
+    words = import_module("nsmaps.figures.returns.words").words
+    return partial(words, surfaces, mesh=MESH.of(result, "words"), diagonal=result.diagonal)
 
 
 def _basins(result: "StudyResult") -> "Basins | Mapping[str, Basins] | None":
@@ -226,6 +229,7 @@ MESH: "Need[Callable[[Surface], Mesh]]" = Need("triangles", (), lambda result: l
 GRID: "Need[Grid]" = Need("return surfaces", ("grid", "families"), _grid, planar=True)
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)
+NEAR_DIAGONALS: "Need[DiagonalRegion]" = Need("states near the diagonals", (), lambda result: result.diagonal, optional=True)
 NEAR: "Need[Sequence[NearDiagonals]]" = Need("the states near the diagonals", ("diagonal",), _near, planar=True)
 ORDERS: "Need[Sequence[NearDiagonals]]" = Need(
     "fits near the diagonals",
@@ -242,6 +246,7 @@ COMPOSITE: "Need[CompositeMap]" = Need(
     "'composite' or a 'partition' of kind closed_form",
     lambda study: not _is_accurate(study),
 )
+REDUCED: "Need[CompositeMap]" = Need("a composite map", (), lambda result: result.composite, optional=True)
 SEPARABLE: "Need[Mapping[str, PieceSection]]" = Need(
     "pieces with a separable fit",
     ("composite",),
@@ -257,6 +262,7 @@ PARTITION: "Need[PartitionResult]" = Need(
     "a 'partition' of kind closed_form",
     lambda study: not _is_accurate(study),
 )
+MADE: "Need[PartitionResult]" = Need("a partition", (), lambda result: result.partition, optional=True)
 ACCURATE: "Need[AccurateResult]" = Need(
     "strips between grazing curves",
     ("grid", "partition"),
@@ -307,4 +313,5 @@ AUXILIARY_MAP: "Need[AuxiliaryOrbit]" = Need("the full auxiliary map", ("auxilia
 MORSE: "Need[MorseCover]" = Need("a cover by Morse sets", ("morse",), lambda result: result.morse, planar=True)
 EXACT_ORBITS: "Need[Sequence[Orbit]]" = Need("orbits", (), lambda result: [pair.exact for pair in result.orbits], optional=True)
 EXIT_TIMES: "Need[ExitTimes]" = Need("exit times", ("exit_times",), lambda result: result.exit_times, planar=True)
+NAMES: "Need[Sequence[str]]" = Need("coordinates", (), lambda result: result.system.coordinates)
 PLANE: "Need[Any]" = Need("the plane of states", (), lambda result: result.system, planar=True)

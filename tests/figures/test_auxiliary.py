@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, through
+from figures.conftest import COORDINATES, panel, through
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 
@@ -13,7 +13,6 @@ from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.cobweb import cobweb
-from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
 from nsmaps.figures.data import Bounded
 from nsmaps.figures.domains.auxiliary import auxiliary, first_interval
 from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
@@ -33,7 +32,7 @@ def by_label(ax):
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1), ("", 0)])
 def test_cobweb_steps_through_the_composite_orbit(result, ax, coordinate, index):
-    assert cobweb(result, ax, coordinate) is ax
+    assert panel(cobweb, result, ax, coordinate=coordinate) is ax
     states = result.orbits[0].composite.states[:, index]
     assert np.array_equal(by_label(ax)["composite orbit"].get_xydata(), np.column_stack(staircase(states)))
     ends = by_label(ax)["last 10 %"].get_xydata()
@@ -41,7 +40,7 @@ def test_cobweb_steps_through_the_composite_orbit(result, ax, coordinate, index)
 
 
 def test_cobweb_draws_separable_pieces_as_curves_and_shades_the_others(result, ax):
-    cobweb(result, ax, "v")
+    panel(cobweb, result, ax, coordinate="v")
     curve = by_label(ax)[r"$\mathcal{R}_{2}$"].get_xydata()
     curve = curve[np.isfinite(curve).all(axis=1)]
     assert np.allclose(curve[:, 1], 0.9 - 0.2 * curve[:, 0])
@@ -57,12 +56,12 @@ def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orb
     only_r1 = through(result, np.array([[0.83, 0.36], [0.8, 0.4], [0.82, 0.38]]))
     for pair, pale in ((stays, {"R1"}), (only_r1, set())):
         ax.clear()
-        cobweb(result.with_parts({"orbits": (pair,)}), ax, "v")
+        panel(cobweb, result.with_parts({"orbits": (pair,)}), ax, coordinate="v")
         curve = by_label(ax)[r"$\mathcal{R}_{2}$"]
         assert to_rgb(curve.get_color()) == to_rgb(PIECES[1])
         (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection) and artist.get_paths()]
         assert (to_rgb(area.get_facecolor()[0]) == to_rgb(REST)) == bool(pale)
-    assert [(sheet.name, len(sheet.panels)) for sheet in cobweb_sheets(result)] == [("cobweb", 2), ("cobweb-2", 2)]
+    assert [(sheet.name, len(sheet.panels)) for sheet in CATALOGUE["cobweb"].sheets(result)] == [("cobweb", 2), ("cobweb-2", 2)]
 
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
@@ -184,7 +183,7 @@ def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
 
 def test_a_coordinate_that_is_not_there(result, ax):
     with pytest.raises(NsmapsError, match="no coordinate 'w'; expected: v, phi"):
-        cobweb(result, ax, "w")
+        panel(cobweb, result, ax, coordinate="w")
 
 
 def test_cobweb_of_a_curve_across_the_seam_of_a_phase_is_drawn_on_one_stretch(result, ax):
@@ -197,7 +196,7 @@ def test_cobweb_of_a_curve_across_the_seam_of_a_phase_is_drawn_on_one_stretch(re
     states = np.array([[0.5, 2.0], [0.5, 0.5], [0.5, 0.4]])
     orbits = (through(result, states),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(result.with_parts(made), ax, "phi")
+    panel(cobweb, result.with_parts(made), ax, coordinate="phi")
     x, y = by_label(ax)[r"$\mathcal{R}_{1}$"].get_data()
     assert np.allclose(y, 0.4 * x - 0.3)
     low, high = ax.get_ylim()
@@ -215,7 +214,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
     pieces = (Piece("R1", Box.of(COORDINATES, [[0, 2], [0, 4]]), wild, "BTB"),)
     orbits = (through(result, np.array([[0.5, 2.0], [0.52, 0.5], [0.51, 0.4]])),)
     made = {"composite": CompositeMap(COORDINATES, ("B", "T"), pieces), "orbits": orbits}
-    cobweb(result.with_parts(made), ax, "v")
+    panel(cobweb, result.with_parts(made), ax, coordinate="v")
     (area,) = [artist for artist in ax.collections if isinstance(artist, PolyCollection)]
     assert area.get_datalim(ax.transData).y1 > 2
     assert ax.get_ylim()[1] < 1.1
@@ -259,7 +258,7 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     states = np.array(pair.composite.states)
     states[7, 0], states[8:] = end, np.nan
     stopped = replace(pair, composite=replace(pair.composite, states=states))
-    cobweb(result.with_parts({"orbits": (stopped,)}), ax)
+    panel(cobweb, result.with_parts({"orbits": (stopped,)}), ax)
     named = by_label(ax)
     assert "last 10 %" not in named
     assert ("end" in named) is shown

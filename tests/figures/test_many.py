@@ -5,18 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, regions_of, through
+from figures.conftest import COORDINATES, GRID, WALLS, Toy, linear, panel, regions_of, through
 from matplotlib.collections import PolyCollection, TriMesh
 
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.words import encode
-from nsmaps.figures.composite.areas import colours_of
+from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import cobweb, draw_pieces
-from nsmaps.figures.composite.cobweb import sheets as cobweb_sheets
 from nsmaps.figures.composite.partition import partition
 from nsmaps.figures.data import SURFACES
 from nsmaps.figures.returns.words import pieces, words
-from nsmaps.figures.returns.words import sheets as word_sheets
 from nsmaps.figures.style import GREY, PIECES, REST, family_colours, piece_label, tint
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
@@ -63,7 +62,7 @@ def legend_texts(ax):
 
 
 def test_eight_pieces_have_a_colour_first_those_in_which_orbits_end(many):
-    told = colours_of(many, "words")
+    told = colours_over(many.composite, GRID, many.orbits)
     assert sorted(set(told)) == sorted({*PIECES, REST})
     assert told.count(REST) == STRIPS - 8
     assert told[-1] != REST, "the narrowest holds the orbit"
@@ -73,7 +72,7 @@ def test_eight_pieces_have_a_colour_first_those_in_which_orbits_end(many):
 
 
 def test_pieces_are_named_up_to_eight_and_the_rest_counted(many, ax):
-    draw_pieces(many, ax, 0)
+    draw_pieces(many.composite, ax, 0, GRID, colours_over(many.composite, GRID, many.orbits))
     texts = [str(each.get_label()) for each in (*ax.lines, *ax.collections)]
     drawn = len(np.unique(many.composite.piece_of(GRID.states())))
     assert [text for text in texts if "more" in text] == [f"{drawn - 8} more pieces"]
@@ -81,7 +80,7 @@ def test_pieces_are_named_up_to_eight_and_the_rest_counted(many, ax):
 
 
 def test_a_cobweb_names_the_pieces_that_its_orbit_visits(many, ax):
-    cobweb(many, ax, "v")
+    panel(cobweb, many, ax, coordinate="v")
     states = many.orbits[0].composite.states
     visited = {many.composite.pieces[k].name for k in many.composite.piece_of(states[:-1])}
     named = [text for text in legend_texts(ax) if "mathcal" in text]
@@ -97,14 +96,14 @@ def test_small_areas_are_drawn_over_large_ones(result, ax):
         WALLS,
         tuple(Piece(n, b, linear((0.3, 0.1, 0.1), (0.5, 0.1, 0.05)), "BB") for n, b in zip("ab", (inner, outer), strict=True)),
     )
-    draw_pieces(result.with_parts({"composite": made}), ax, 0)
+    draw_pieces(made, ax, 0, GRID, colours_over(made, GRID))
     height = {area.get_label(): area.get_zorder() for area in ax.collections if isinstance(area, PolyCollection)}
     assert height["a"] > height["b"]
 
 
-@pytest.mark.parametrize("sheets", [cobweb_sheets, word_sheets])
-def test_panels_keep_their_size_beside_a_long_legend(many, sheets):
-    (sheet,) = sheets(many)
+@pytest.mark.parametrize("name", ["cobweb", "words"])
+def test_panels_keep_their_size_beside_a_long_legend(many, name):
+    (sheet,) = CATALOGUE[name].sheets(many)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         figure = sheet.figure()
@@ -124,7 +123,7 @@ def test_panels_keep_their_size_beside_a_long_legend(many, sheets):
 
 
 def test_a_name_lies_within_its_piece(many, ax):
-    pieces(many, ax)
+    pieces(many.composite, ax, GRID, many.orbits)
     ax.figure.canvas.draw()
     assert 0 < len(ax.texts) < STRIPS
     label = {rf"$\mathcal{{R}}_{{{k + 1}}}$": k for k in range(STRIPS)}
@@ -135,7 +134,7 @@ def test_a_name_lies_within_its_piece(many, ax):
 
 
 def test_the_ninth_word_and_all_after_it_are_grey(many, ax):
-    words(many, ax)
+    panel(words, many, ax)
     assert legend_texts(ax)[:9] == [*sorted(many.surfaces, key=lambda name: -len(many.surfaces[name].start))[:8], "4 more words"]
     colours = [tuple(artist.get_facecolor()[0, :3]) for artist in ax.collections if isinstance(artist, TriMesh)]
     assert len(set(colours[:8])) == 8
@@ -159,7 +158,7 @@ def test_shares_of_pieces_without_a_colour_are_summed(many, ax):
 
 def test_a_partition_of_many_words_names_each_where_there_is_room(result, many, ax):
     made = replace(result.partition, composite=many.composite, attracting=(), log=())
-    partition(many.with_parts({"partition": made}), ax)
+    panel(partition, many.with_parts({"partition": made}), ax)
     told = [text.get_text().splitlines() for text in ax.texts]
     word = {rf"$\mathcal{{R}}_{{{k + 1}}}$": many.composite.pieces[k].word for k in range(STRIPS)}
     assert len(set(word.values())) > 1

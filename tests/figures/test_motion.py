@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import COORDINATES, WALLS, study_of
+from figures.conftest import COORDINATES, WALLS, panel, study_of
 from matplotlib import rc_context
 from matplotlib.colors import to_rgba
 from matplotlib.patches import FancyBboxPatch
@@ -109,7 +109,7 @@ def test_the_phase_plane_of_the_coordinate_that_runs_has_the_map_and_its_diagona
 
 
 def test_the_algorithm_names_every_step_and_counts_the_log(result, ax):
-    algorithm(result, ax)
+    panel(algorithm, result, ax)
     texts = [text.get_text() for text in ax.texts]
     assert [step[0] for _, _, steps in STEPS for step in steps] == ["0", "i", "ii", "iii", "iv", "v", "vi", "vii"]
     assert {part for _, _, steps in STEPS for step in steps for part in step} <= set(texts)
@@ -119,7 +119,7 @@ def test_the_algorithm_names_every_step_and_counts_the_log(result, ax):
 
 def test_no_text_of_the_algorithm_leaves_its_box(result):
     with rc_context(STYLE):
-        figure = algorithm_sheets(result)[0].figure()
+        figure = algorithm_sheets(result.partition)[0].figure()
         figure.canvas.draw()
         (ax,) = figure.axes
         boxes = [patch.get_window_extent() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
@@ -133,7 +133,7 @@ def test_no_text_of_the_algorithm_leaves_its_box(result):
 @pytest.mark.parametrize("name", ["vi_pair", "bouncing_ball", "impact_oscillator"])
 def test_every_system_of_the_project_has_a_sketch(result, ax, name):
     assert name in system_names()
-    assert sketch(replace(result, study=study_of(system=name)), ax) is ax
+    assert panel(sketch, replace(result, study=study_of(system=name)), ax) is ax
     texts = {text.get_text() for text in ax.texts}
     named = {"vi_pair": r"$\beta$", "bouncing_ball": "$g$", "impact_oscillator": r"$2\zeta$"}
     assert named[name] in texts
@@ -141,7 +141,7 @@ def test_every_system_of_the_project_has_a_sketch(result, ax, name):
 
 def test_a_system_without_a_sketch_says_so(result, ax):
     with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 'mine\.py:Mine'"):
-        sketch(replace(result, study=study_of(system="mine.py:Mine")), ax)
+        panel(sketch, replace(result, study=study_of(system="mine.py:Mine")), ax)
 
 
 def test_slices_of_many_words_count_those_beyond_eight_below_the_panels(result, ax):

@@ -20,6 +20,8 @@ DRAWN = {  #: the part of a study's result, and the number of its panels
     "domain": (lambda result: result.domains["fitted"], 6),
     "surface": (lambda result: result.surfaces["BTB"], 2),
     "composite": (attrgetter("composite"), 1),
+    "partition": (attrgetter("partition"), 1),
+    "strips": (attrgetter("accurate"), 1),
     "near": (lambda result: result.near[0], 4),
 }
 ARRAYS = {  #: further results, without a picture of their own

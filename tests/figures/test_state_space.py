@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import panel, regions_of
+from figures.conftest import GRID, panel, regions_of
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh, TriMesh
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
@@ -14,6 +14,7 @@ from sheets import Analytic, surface_of
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.areas import borders, pieces_on
 from nsmaps.figures.composite.orbits import around, orbits
 from nsmaps.figures.composite.orbits import sheets as orbit_sheets
@@ -22,7 +23,7 @@ from nsmaps.figures.composite.strips import strips
 from nsmaps.figures.returns.projections import projections
 from nsmaps.figures.returns.projections import sheets as projection_sheets
 from nsmaps.figures.returns.surfaces import surfaces
-from nsmaps.figures.returns.words import pieces, sheets, words
+from nsmaps.figures.returns.words import pieces, words
 from nsmaps.figures.style import BROWN, GREEN, ORANGE, RED
 from nsmaps.reduced.adaptive.accurate import accurate
 from nsmaps.reduced.adaptive.kernel import DEGREE
@@ -41,7 +42,7 @@ def legend_texts(ax):
 
 
 def test_words_are_painted_up_to_their_borders(result, ax):
-    assert words(result, ax) is ax
+    assert panel(words, result, ax) is ax
     areas = [artist for artist in ax.collections if isinstance(artist, TriMesh)]
     assert labels(ax) == ("$v_k$ (dimensionless)".replace("_k", "_{k}"), r"$\phi_{k}$ (rad)")
     assert legend_texts(ax) == ["BB", "BTB", "near diagonals"]
@@ -64,14 +65,14 @@ def test_words_are_painted_up_to_their_borders(result, ax):
 
 
 def test_words_outline_the_hull_of_the_states_near_the_diagonals(result, ax):
-    words(result, ax)
+    panel(words, result, ax)
     (outline,) = [patch for patch in ax.patches if isinstance(patch, Rectangle)]
     box = [[outline.get_x(), outline.get_x() + outline.get_width()], [outline.get_y(), outline.get_y() + outline.get_height()]]
     assert np.allclose(box, result.diagonal.box)
 
 
 def test_pieces_are_named_where_they_are(result, ax):
-    pieces(result, ax)
+    pieces(result.composite, ax, GRID, result.orbits)
     names = {text.get_text(): text.get_position() for text in ax.texts}
     assert set(names) == {r"$\mathcal{R}_{1}$", r"$\mathcal{R}_{2}$"}  # the reset holds nowhere on this grid
     assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
@@ -80,12 +81,12 @@ def test_pieces_are_named_where_they_are(result, ax):
 
 
 def test_words_and_pieces_stand_side_by_side(result):
-    (sheet,) = sheets(result)
+    (sheet,) = CATALOGUE["words"].sheets(result)
     assert (len(sheet.panels), sheet.columns) == (2, 2)
 
 
 def test_regions_of_a_partition_have_the_names_and_colours_of_other_figures(result, ax):
-    partition(result, ax)
+    panel(partition, result, ax)
     names = {text.get_text(): text.get_position() for text in ax.texts}
     assert set(names) == {r"$\mathcal{R}_{1}$", r"$\mathcal{R}_{2}$"}
     assert result.composite.piece_of([names[r"$\mathcal{R}_{1}$"]]) == 1
@@ -97,7 +98,7 @@ def test_regions_of_a_partition_have_the_names_and_colours_of_other_figures(resu
 
 
 def test_the_frame_of_an_attracting_region_is_that_of_its_box(result, ax):
-    partition(result, ax)
+    panel(partition, result, ax)
     every, frame = (np.concatenate(each.get_segments()) for each in ax.collections if isinstance(each, LineCollection))
     sides = np.abs(frame[:, :1] - [0.6, 0.95]).min(axis=1), np.abs(frame[:, 1:] - [0.1, 0.8]).min(axis=1)
     assert np.minimum(*sides) == pytest.approx(0, abs=1e-5)
@@ -125,7 +126,7 @@ def edged(result):
 
 
 def test_strips_have_a_shade_a_degree_and_their_edges(edged, ax):
-    strips(edged, ax)
+    panel(strips, edged, ax)
     made = edged.accurate.strips
     (image,) = ax.images
     degrees = np.array([*made.tables.leaf[:, DEGREE], np.nan])[made.tables.raster]
@@ -139,7 +140,7 @@ def test_strips_have_a_shade_a_degree_and_their_edges(edged, ax):
 
 
 def test_angles_have_ticks_in_pi(result, ax):
-    words(result, ax)
+    panel(words, result, ax)
     ax.figure.canvas.draw()
     shown = [text.get_text() for text in ax.get_yticklabels()]
     assert r"$\pi/2$" in shown
@@ -321,7 +322,7 @@ def test_regions_are_named_with_their_words_and_shares(result, ax):
 
 
 def test_states_of_other_words_are_told(result, ax):
-    words(result.with_parts({"surfaces": {"BB": result.surfaces["BB"]}}), ax)
+    panel(words, result.with_parts({"surfaces": {"BB": result.surfaces["BB"]}}), ax)
     assert legend_texts(ax) == ["BB", "near diagonals", "other"]
 
 

@@ -1,5 +1,6 @@
 """Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
 
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +14,8 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
-from nsmaps.figures.composite.areas import colours_of, pieces_on
+from nsmaps.figures.composite.areas import colours_over, pieces_on
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import COMPOSITE, ORBITS, SURFACES
 from nsmaps.figures.data import position as place
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.page import Sheet, file_of
@@ -24,39 +24,40 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 _FINER = 10  #: parts of a cell of the grid in which the edges and the extremes of pieces are looked for
 _REACH = 0.3  #: of the picture, beyond which images are cut off
 _MOST = (10, 90)  #: per cent of the outline of an area that the picture holds, for fits may run away at an end
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]") -> tuple[Sheet, ...]:
     """A sheet an orbit, the first's named `cobweb`, the second's `cobweb-2`, with a panel a coordinate."""
-    coordinates = COMPOSITE.of(result, "cobweb").coordinates
-    drawn = []
-    for k in range(len(ORBITS.of(result, "cobweb"))):
-        panels = tuple(partial(cobweb, result, coordinate=c, number=k) for c in coordinates)
+    drawn, of = [], partial(cobweb, composite, grid=grid, orbits=orbits)
+    for k in range(len(orbits)):
+        panels = tuple(partial(of, coordinate=c, number=k) for c in composite.coordinates)
         drawn.append(Sheet(file_of("cobweb", str(k + 1) if k else ""), panels, min(len(panels), 2), 0.85, legend=True))
     return tuple(drawn)
 
 
-def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 0) -> Axes:
+def cobweb(
+    composite: CompositeMap, ax: Axes, grid: Grid, orbits: "Sequence[OrbitPair]", coordinate: str = "", number: int = 0
+) -> Axes:
     """The cobweb of one coordinate of a composite orbit, with its last tenth in magenta; of one that ends, a cross at its end.
 
     A piece whose map is separable in this coordinate is a curve; of any other the area of its images is shaded, pale where the
     orbit does not visit it. An attractor that is small is enlarged in an inset. The picture holds the grid,
     the orbit and the curves as far as they stay near; what lies farther out is cut off.
     """
-    composite = COMPOSITE.of(result, "cobweb")
     i = place(composite.coordinates, coordinate or composite.coordinates[0])
-    values = composite_states(result, number)[:, i]
-    visited = np.unique(composite.piece_of(composite_states(result, number)[:-1]))
-    draw_pieces(result, ax, i, visited)
+    orbit, colours = composite_orbit(orbits, number), colours_over(composite, grid, orbits)
+    states = finite_states(orbit)
+    values, visited = states[:, i], np.unique(composite.piece_of(states[:-1]))
+    draw_pieces(composite, ax, i, grid, colours, visited)
     ax.plot(*staircase(values), color="0.2", lw=0.8, zorder=4, path_effects=HALO, label="composite orbit")
     dots: dict[str, Any] = {"mfc": MAGENTA, "mec": "black", "mew": 0.5, "zorder": 6}
     low, high = ax.get_xlim()
-    lasts = not ended(_orbit(result, number))
+    lasts = not ended(orbit)
     if lasts:
         _ends(ax, values)
     elif low <= values[-1] <= high:
@@ -68,7 +69,7 @@ def cobweb(result: "StudyResult", ax: Axes, coordinate: str = "", number: int = 
     inner = inset(ax, np.column_stack([ends[:-1], ends[1:]]), corners) if lasts else None
     if inner is not None:
         limits = inner.get_xlim(), inner.get_ylim()
-        draw_pieces(result, inner, i, visited)
+        draw_pieces(composite, inner, i, grid, colours, visited)
         inner.set(xlim=limits[0], ylim=limits[1])
         diagonal(inner, *ax.get_xlim())
         _ends(inner, values)
@@ -82,14 +83,8 @@ def _ends(ax: Axes, values: Floats) -> None:
     ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=3.3, zorder=6, label="last 10 %")
 
 
-def composite_states(result: "StudyResult", number: int = 0) -> Floats:
-    """The states (m, n) of one orbit of the composite map, by position, before it ends."""
-    return finite_states(_orbit(result, number))
-
-
-def _orbit(result: "StudyResult", number: int) -> "Orbit":
+def composite_orbit(pairs: "Sequence[OrbitPair]", number: int = 0) -> "Orbit":
     """One orbit of the composite map, by position, or the error that says what to name."""
-    pairs = ORBITS.of(result, "cobweb")
     if not 0 <= number < len(pairs):
         raise NsmapsError(f"there is no orbit {number + 1}; the result has {len(pairs)}")
     orbit = pairs[number].composite
@@ -117,17 +112,18 @@ def look(ax: Axes, values: Floats, name: str) -> Axes:
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
-def draw_pieces(result: "StudyResult", ax: Axes, i: int, visited: Ints | None = None) -> dict[int, list[Line2D | PolyCollection]]:
-    """The images of every piece over the grid of the surfaces, against coordinate i; what was drawn, by the piece's number.
+def draw_pieces(
+    composite: CompositeMap, ax: Axes, i: int, grid: Grid, colours: Sequence[str], visited: Ints | None = None
+) -> dict[int, list[Line2D | PolyCollection]]:
+    """The images of every piece over a grid, against coordinate i; what was drawn, by the piece's number.
 
     With the numbers of those that are `visited` the areas of all others are pale. An angle is not wrapped, so that an area
     across the seam is not the whole circle: it is drawn on each turn.
     """
-    composite, colours = COMPOSITE.of(result, "cobweb"), colours_of(result, "cobweb")
     if visited is not None:
         shown = [k in visited or _separable(piece, i) for k, piece in enumerate(composite.pieces)]
         colours = [colour if seen else REST for colour, seen in zip(colours, shown, strict=True)]
-    axes = tuple(next(iter(SURFACES.of(result, "cobweb").values())).grid.axes.values())
+    axes = tuple(grid.axes.values())
     x = axes[i].values()
     ax.set_xlim(x[0], x[-1])
     angle = composite.coordinates.angles[i]

@@ -1,5 +1,6 @@
 """The regions that the general algorithm found, over the state space: as fig. regions, with the attracting ones framed."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -7,30 +8,32 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from nsmaps.figures.composite.areas import borders, colours_of, draw_borders, finer, name_area, paint, piece_borders, pieces_on
-from nsmaps.figures.data import PARTITION, SURFACES
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.figures.composite.areas import borders, colours_over, draw_borders, finer, name_area, paint, piece_borders, pieces_on
+from nsmaps.figures.composite.regions import window_of
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, dress, fill_of, piece_label
+from nsmaps.reduced.partition.result import PartitionResult
 
 if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(found: PartitionResult, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("partition", (partial(partition, result),), 1, 0.66, legend=True),)
+    return (Sheet("partition", (partial(partition, found, grid=grid, orbits=orbits),), 1, 0.66, legend=True),)
 
 
-def partition(result: "StudyResult", ax: Axes) -> Axes:
+def partition(found: PartitionResult, ax: Axes, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> Axes:
     """The state space by region, in the colours and with the names of the other figures, attracting regions in a thick frame.
 
-    Where there are several words, each region is named with its own.
+    Where there are several words, each region is named with its own. The window is that of the grid, or else holds the data of
+    all fits.
     """
-    found = PARTITION.of(result, "partition")
-    grid = finer(next(iter(SURFACES.of(result, "partition").values())).grid)
+    grid = finer(grid or window_of(found.composite))
     composite, pieces = found.composite, found.composite.pieces
     number = pieces_on(composite, grid)
-    paint(ax, grid, number, [fill_of(colour) for colour in colours_of(result, "partition")])
+    paint(ax, grid, number, [fill_of(colour) for colour in colours_over(composite, grid, orbits)])
     draw_borders(ax, piece_borders(composite, grid))
     attracts = np.array([*(piece.name in found.attracting for piece in pieces), False])
     draw_borders(ax, borders(grid, attracts[number], lambda states: attracts[composite.piece_once(states)]), BLACK, 1.4)

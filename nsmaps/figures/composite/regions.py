@@ -30,7 +30,7 @@ def regions(composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits:
     The window is that of the grid, or else holds the data of all fits. The legend has the words of the pieces, their shares of
     the window, and that of what is in no piece. Of many pieces those have a colour in which the orbits end.
     """
-    grid = finer(grid or _window(composite))
+    grid = finer(grid or window_of(composite))
     colours = colours_over(composite, grid, orbits)
     paint_pieces(ax, composite, colours, grid)
     number = pieces_on(composite, grid)
@@ -51,7 +51,7 @@ def regions(composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits:
     return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))
 
 
-def _window(composite: CompositeMap) -> Grid:
+def window_of(composite: CompositeMap) -> Grid:
     """A grid over the smallest box that holds the data of all fits."""
     boxes = np.array([piece.map.domain for piece in composite.pieces if np.isfinite(piece.map.domain).all()])
     if len(composite.coordinates) != 2 or not len(boxes):

@@ -1,32 +1,31 @@
 """The strips of an accurate map over the state space: the degree of its polynomials, and the grazes between which they lie."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 
-from nsmaps.figures.data import ACCURATE
+from nsmaps.coordinates import Angle
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import dress
+from nsmaps.reduced.adaptive.accurate import AccurateResult
 from nsmaps.reduced.adaptive.kernel import DEGREE
 
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
-
 POINTS = 200  #: of a drawn edge
+NAMES = "v", Angle("phi")  #: of the speed and the phase of every map of strips
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(result: AccurateResult, names: Sequence[str] = NAMES) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("strips", (partial(strips, result),), 1, 0.75),)
+    return (Sheet("strips", (partial(strips, result, names=names),), 1, 0.75),)
 
 
-def strips(result: "StudyResult", ax: Axes) -> Axes:
+def strips(result: AccurateResult, ax: Axes, names: Sequence[str] = NAMES) -> Axes:
     """The leaves by the total degree of their polynomials, with white lines between them and the edges of the map in black."""
-    strips = ACCURATE.of(result, "strips").strips
+    strips = result.strips
     (v0, v1), (phi0, phi1) = strips.bounds
     degrees = sorted(strips.report.degrees)
     degree = np.array([*strips.tables.leaf[:, DEGREE], np.nan])[strips.tables.raster]
@@ -42,5 +41,4 @@ def strips(result: "StudyResult", ax: Axes) -> Axes:
     bar.ax.set_yticklabels([str(each) for each in degrees])
     bar.set_label("total degree")
     ax.set(xlim=(v0, v1), ylim=(phi0, phi1))
-    names = result.system.coordinates
     return dress(ax, (names[0], "k"), (names[1], "k"))

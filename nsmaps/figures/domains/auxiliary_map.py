@@ -1,37 +1,48 @@
 """Cobwebs of the full auxiliary map over its curves and those of the separable pieces: eq. auxM, fig. cobweb12d35 (a)."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
+from nsmaps.auxiliary.full_map import AuxiliaryOrbit
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import draw_pieces, look
-from nsmaps.figures.data import AUXILIARY_MAP, position
+from nsmaps.figures.data import position
 from nsmaps.figures.lines import last_tenth, staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, HALO, MAGENTA, ORANGE
+from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(orbit: AuxiliaryOrbit, composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate."""
-    coordinates = AUXILIARY_MAP.of(result, "auxiliary_map").coordinates
-    panels = tuple(partial(auxiliary_map, result, coordinate=name) for name in coordinates)
+    of = partial(auxiliary_map, orbit, composite=composite, grid=grid, orbits=orbits)
+    panels = tuple(partial(of, coordinate=name) for name in orbit.coordinates)
     return (Sheet("auxiliary_map", panels, min(len(panels), 2), 0.85, legend=True),)
 
 
-def auxiliary_map(result: "StudyResult", ax: Axes, coordinate: str = "") -> Axes:
+def auxiliary_map(
+    orbit: AuxiliaryOrbit,
+    ax: Axes,
+    composite: CompositeMap,
+    grid: Grid,
+    orbits: "Sequence[OrbitPair]" = (),
+    coordinate: str = "",
+) -> Axes:
     """The generic orbit of the full auxiliary map in one coordinate, with its last tenth in magenta.
 
     Separable pieces are curves and others the areas of their images; upper (blue) and lower maps (orange) are drawn where they
     replace the map, in A_1 and over the regions of the pieces that the study names.
     """
-    orbit = AUXILIARY_MAP.of(result, "auxiliary_map")
     i = position(orbit.coordinates, coordinate or orbit.coordinates[0])
-    draw_pieces(result, ax, i)
+    draw_pieces(composite, ax, i, grid, colours_over(composite, grid, orbits))
     for k, region in enumerate(orbit.regions):
         envelope = region.envelopes[i]
         for curve, colour, text in ((envelope.upper, BLUE, "upper map"), (envelope.lower, ORANGE, "lower map")):

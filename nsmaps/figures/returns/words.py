@@ -1,5 +1,6 @@
 """The state space by word and by piece: fig. regions, panels (a) and (b)."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -7,42 +8,55 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
-from nsmaps.figures.composite.areas import colours_of, paint_pieces, pieces_on
-from nsmaps.figures.data import COMPOSITE, PLANES, SURFACES, plane
+from nsmaps.exact.surfaces.mesh import grid_mesh
+from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.figures.composite.areas import colours_over, paint_pieces, pieces_on
+from nsmaps.figures.data import plane
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.facets import flat
+from nsmaps.figures.returns.surfaces import Meshing, Surfaces, by_name
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
+from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.reduced.fit.filter import DiagonalRegion
 
 if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.fields import OrbitPair
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(
+    named: Surfaces,
+    mesh: Meshing = grid_mesh,
+    diagonal: DiagonalRegion | None = None,
+    composite: CompositeMap | None = None,
+    orbits: "Sequence[OrbitPair]" = (),
+) -> tuple[Sheet, ...]:
     """One sheet: the words, and beside them the pieces where there is a composite map."""
-    panels = [partial(words, result)] + ([partial(pieces, result)] if result.composite else [])
+    panels = [partial(words, named, mesh=mesh, diagonal=diagonal)]
+    if composite is not None:
+        panels.append(partial(pieces, composite, grid=next(iter(by_name(named).values())).grid, orbits=orbits))
     alone = len(panels) == 1
     return (Sheet("words", tuple(panels), len(panels), 0.8 if alone else 0.85, legend=True, share=0.65 if alone else 1.0),)
 
 
-def words(result: "StudyResult", ax: Axes) -> Axes:
+def words(named: Surfaces, ax: Axes, mesh: Meshing = grid_mesh, diagonal: DiagonalRegion | None = None) -> Axes:
     """The state space by the family of each start's return, grey from the ninth on; starts in no family stay white.
 
     The hull of the states near the diagonals, over all values of the swept parameter, is outlined (eq. r1uniond).
     """
-    surfaces = PLANES.of(result, "words")
+    surfaces = by_name(named)
     first = next(iter(surfaces.values()))
     grid, seen = first.grid, plane(first.grid)
     colours = family_colours(list(surfaces))
     for name, colour in colours.items():
-        mesh = result.mesh(name)
-        flat(ax, mesh.returns.start[:, seen], mesh.triangles, tint(colour, 0.25))
+        facets = mesh(surfaces[name])
+        flat(ax, facets.returns.start[:, seen], facets.triangles, tint(colour, 0.25))
     ends = [(axis.low, axis.high) for axis in grid.varying.values()]
     ax.set(xlim=ends[0], ylim=ends[1])
     handles: list[Patch] = [Patch(color=tint(c, 0.25), label=name) for name, c in colours.items() if c != GREY]
     if more := len(colours) - len(handles):
         handles.append(Patch(color=tint(GREY, 0.25), label=f"{more} more words"))
-    if result.diagonal is not None and len(result.diagonal.start):
-        (left, right), (low, high) = result.diagonal.box
+    if diagonal is not None and len(diagonal.start):
+        (left, right), (low, high) = diagonal.box
         outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=1.3, label="near diagonals")
         ax.add_patch(outline)
         handles.append(outline)
@@ -53,12 +67,10 @@ def words(result: "StudyResult", ax: Axes) -> Axes:
     return dress(ax, (across, "k"), (up, "k"))
 
 
-def pieces(result: "StudyResult", ax: Axes) -> Axes:
+def pieces(composite: CompositeMap, ax: Axes, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> Axes:
     """The state space by the first piece of the composite map that holds each state (eq. compositemapM)."""
-    composite = COMPOSITE.of(result, "words")
-    first = next(iter(SURFACES.of(result, "words").values()))
-    paint_pieces(ax, composite, colours_of(result, "words"), first.grid)
-    if np.any(pieces_on(composite, first.grid) < 0):
+    paint_pieces(ax, composite, colours_over(composite, grid, orbits), grid)
+    if np.any(pieces_on(composite, grid) < 0):
         handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
         ax.legend(handles=[handle])
-    return dress(ax, (first.coordinates[0], "k"), (first.coordinates[1], "k"))
+    return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))

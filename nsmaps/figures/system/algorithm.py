@@ -13,7 +13,6 @@ from nsmaps.figures.style import BLUE, GREEN, GREY, ORANGE, tint
 
 if TYPE_CHECKING:
     from nsmaps.reduced.partition.result import PartitionResult
-    from nsmaps.study.result import StudyResult
 
 Step = tuple[str, str, str, str]  #: number, what is done, section of a study, function
 
@@ -48,12 +47,12 @@ _LEFT, _WIDE, _HIGH, _ROW = 0.3, 3.95, 0.42, 0.58  #: inches: left edge, width a
 _BESIDE = 2.35  #: inches, from a box's left edge to the section and the function
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(partition: "PartitionResult | None" = None) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("algorithm", (partial(algorithm, result),), 1, 1.1 if result.partition is None else 1.18),)
+    return (Sheet("algorithm", (partial(algorithm, partition),), 1, 1.1 if partition is None else 1.18),)
 
 
-def algorithm(result: "StudyResult", ax: Axes) -> Axes:
+def algorithm(partition: "PartitionResult | None", ax: Axes) -> Axes:
     """Boxes for the steps, one below the other: what is done, the section of a study for it, the function that does it.
 
     If the study has a partition, the counts of its log are shown below.
@@ -71,10 +70,10 @@ def algorithm(result: "StudyResult", ax: Axes) -> Axes:
                 _arrow(ax, [(x, -(row - 1) * _ROW), (x, -row * _ROW + _HIGH)])
     _loop(ax)
     text = "The section partition of a study does steps ii to vii by itself."
-    if result.partition is not None:
-        text += f"\n{_counts(result.partition)}"
+    if partition is not None:
+        text += f"\n{_counts(partition)}"
     ax.text(_LEFT, -row * _ROW - 0.12, text, ha="left", va="top", color="0.2", linespacing=1.4)
-    ax.set(xlim=(0, 4.9), ylim=(-row * _ROW - (0.3 if result.partition is None else 0.62), _HIGH + 0.05), aspect="equal")
+    ax.set(xlim=(0, 4.9), ylim=(-row * _ROW - (0.3 if partition is None else 0.62), _HIGH + 0.05), aspect="equal")
     ax.set_axis_off()
     return ax
 

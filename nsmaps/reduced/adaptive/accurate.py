@@ -1,6 +1,7 @@
 """The accurate variant of the general algorithm: a map of strips over a grid's box, validated at held-out states."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.systems.flow import FlowSystem
@@ -14,6 +15,8 @@ from nsmaps.results import Result
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AccurateResult(Result):
     """A map of strips with its errors at held-out states."""
+
+    picture: ClassVar[str] = "nsmaps.figures.composite.strips"
 
     strips: Strips
     uniform: HeldOut  #: at states drawn uniformly over the box

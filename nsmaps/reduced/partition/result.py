@@ -1,6 +1,7 @@
 """The result of the general algorithm: the composite map, the log of its construction, and its errors."""
 
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 from nsmaps.arrays import Storable
 from nsmaps.reduced.composite.composite import CompositeMap
@@ -32,6 +33,8 @@ class LogRow(Storable):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class PartitionResult(Result):
     """The composite map of the algorithm, the log of its iterations, and its remaining errors."""
+
+    picture: ClassVar[str] = "nsmaps.figures.composite.partition"
 
     spec: Partition
     composite: CompositeMap
