@@ -82,20 +82,23 @@ _ROWS = (
         "The return surfaces projected along one coordinate, which each line holds fixed; its colour "
         "is the value held. On the dashed diagonal a coordinate is mapped to itself. Stars, if any, are states near the diagonals"
         " of all coordinates, filled where no slope exceeds the bound of the study (1 unless it sets one), else hollow.",
-        (data.SURFACES,),
+        (data.SURFACES, data.MESH, data.NEAR_DIAGONALS),
+        of_parts=True,
     ),
     Row(
         "fits.diagonal",
         "States near the diagonals in the phase planes, for some values of a parameter and for all of them.",
         "States near both diagonals (eq. r1uniond): green for one value of the parameter, blue for all values of the sweep. "
         "Dotted lines are the ratios delta and 1/delta.",
-        (data.DIAGONAL,),
+        (data.DIAGONAL, data.SWEPT, data.SHOWN),
+        of_parts=True,
     ),
     Row(
         "returns.diagonal_surface",
         "Surfaces of the images over the plane of states; the part near both diagonals is blue.",
         "The return surfaces of one family, blue where a state is near the diagonals of all coordinates (eq. r1uniond).",
-        (data.NEAR,),
+        (data.NEAR, data.SURFACES, data.NEAR_MESH),
+        of_parts=True,
     ),
     Row(
         "fits.orders",
@@ -141,7 +144,8 @@ _ROWS = (
         "The error of the reduced map against its processor time per state, beside the time of the exact map.",
         "Error against speed: the processor time for the return of one state, and the largest error at held-out states. A map to"
         " the right of the line is slower than the exact map.",
-        (data.SPEED,),
+        (data.SPEED, data.ERRORS, data.TOLERANCE, data.TITLE),
+        of_parts=True,
     ),
     Row(
         "composite.orbits",

@@ -148,6 +148,23 @@ def _near(result: "StudyResult") -> "Sequence[NearDiagonals]":
     return result.near
 
 
+def _swept(study: "Study") -> str:
+    """The parameter over whose values states are near the diagonals; empty without one."""
+    return "" if study.diagonal is None or study.diagonal.sweep is None else study.diagonal.sweep.parameter
+
+
+def _near_mesh(result: "StudyResult") -> "Callable[[Surface], Mesh]":
+    """The surface as triangles, of which part 1 passes the filter of the study at its own parameters."""
+    from nsmaps.reduced.conditions.region import ConditionRegion
+    from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
+
+    asked = section(result.study.diagonal, "diagonal")
+    region = None if asked.region is None else ConditionRegion(coordinates=result.system.coordinates, text=asked.region)
+    near = NearDiagonal(delta=_near(result)[0].delta, slope=asked.slope, region=region)
+    attracting = Attracting(near, result.system, result.family(asked.family))
+    return lambda surface: result.mesh(surface.name, attracting)
+
+
 def _check_some(states: int) -> None:
     """An error where no state is near the diagonals."""
     if not states:
@@ -202,6 +219,16 @@ def _separable(pieces: "Sequence[PieceSection]") -> "Mapping[str, PieceSection]"
     return {piece.name: piece for piece in pieces if piece.separable}
 
 
+def _errors(result: "StudyResult") -> Mapping[str, float]:
+    """The largest errors of a partition by where they were found."""
+    if result.accurate is not None:
+        return {"over the box": result.accurate.uniform.largest, "beside edges": result.accurate.beside.largest}
+    if result.partition is None:
+        return {}
+    transient = [max(row.max_error) for row in result.partition.table() if row.role == "transient"]
+    return {"attracting pieces": result.partition.max_error, "transient pieces": max(transient, default=float("nan"))}
+
+
 def _is_accurate(study: "Study") -> bool:
     return study.partition is not None and study.partition.kind == "accurate"
 
@@ -230,7 +257,14 @@ GRID: "Need[Grid]" = Need("return surfaces", ("grid", "families"), _grid, planar
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)
 NEAR_DIAGONALS: "Need[DiagonalRegion]" = Need("states near the diagonals", (), lambda result: result.diagonal, optional=True)
-NEAR: "Need[Sequence[NearDiagonals]]" = Need("the states near the diagonals", ("diagonal",), _near, planar=True)
+SWEPT: "Need[str]" = Need("a parameter", (), lambda result: _swept(result.study), optional=True)
+SHOWN: "Need[Sequence[float]]" = Need(
+    "values", (), lambda result: section(result.study.diagonal, "diagonal").shown, optional=True
+)
+NEAR: "Need[NearDiagonals]" = Need(
+    "the states near the diagonals", ("diagonal",), lambda result: next(iter(_near(result)), None), planar=True
+)
+NEAR_MESH: "Need[Callable[[Surface], Mesh]]" = Need("triangles by the filter", (), _near_mesh)
 ORDERS: "Need[Sequence[NearDiagonals]]" = Need(
     "fits near the diagonals",
     ("diagonal",),
@@ -270,6 +304,9 @@ ACCURATE: "Need[AccurateResult]" = Need(
     "a 'partition' of kind accurate",
     lambda study: not study.partition or _is_accurate(study),
 )
+ERRORS: "Need[Mapping[str, float]]" = Need("errors", (), _errors, optional=True)
+TOLERANCE: "Need[float]" = Need("a tolerance", (), lambda result: section(result.study.partition, "partition").tolerance)
+TITLE: "Need[str]" = Need("the title of the map", (), lambda result: result.system.map_name)
 SPEED: "Need[Speed]" = Need("the speed of a reduced map", ("grid", "partition"), lambda result: result.speed, "a 'partition'")
 ORBITS: "Need[Sequence[OrbitPair]]" = Need("orbits", ("orbits",), lambda result: result.orbits)
 PAIRS: "Need[Sequence[OrbitPair]]" = Need("orbits", (), lambda result: result.orbits, optional=True)

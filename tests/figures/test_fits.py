@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from figures.conftest import SECTIONS, study_of
+from figures.conftest import SECTIONS, panel, study_of
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
 
@@ -13,7 +13,6 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.fits.diagonal import diagonal
-from nsmaps.figures.fits.diagonal import sheets as diagonal_sheets
 from nsmaps.figures.fits.fit_error import fit_error
 from nsmaps.figures.fits.fit_error import sheets as error_sheets
 from nsmaps.figures.fits.orders import orders
@@ -46,7 +45,7 @@ def rows(points):
 
 @both
 def test_the_diagonal_shows_one_value_within_all(result, ax, coordinate, i):
-    diagonal(result, ax, coordinate, 2)
+    panel(diagonal, result, ax, coordinate=coordinate, value=2)
     shown = {line.get_label(): line for line in ax.lines}
     union, here = [line.get_xydata() for line in ax.lines if line.get_marker() == "o"]
     states = near_by_hand(result.surfaces["BTB"].grid.states(), 1.2)
@@ -60,14 +59,14 @@ def test_the_diagonal_shows_one_value_within_all(result, ax, coordinate, i):
 
 
 def test_the_diagonal_has_rows_for_the_first_the_middle_and_the_last_value(result):
-    (sheet,) = diagonal_sheets(result)
+    (sheet,) = CATALOGUE["diagonal"].sheets(result)
     assert [panel.keywords["value"] for panel in sheet.panels] == [0, 0, 2, 2, 3, 3]
 
 
 def test_the_diagonal_has_rows_for_the_values_that_the_study_names(result):
     section = SECTIONS["diagonal"]
     study = study_of(diagonal={**section, "shown": [0.1, 0.3, 0.3 - 0.2 / 3]})
-    (sheet,) = diagonal_sheets(replace(result, study=study))
+    (sheet,) = CATALOGUE["diagonal"].sheets(replace(result, study=study))
     assert [panel.keywords["value"] for panel in sheet.panels[::2]] == [3, 0, 1]
     with pytest.raises(ValueError, match=r"'shown' has 0\.2, which the sweep lacks; expected: one of its 4, such as 0\.23"):
         study_of(diagonal={**section, "shown": [0.2]})
@@ -77,13 +76,13 @@ def test_the_diagonal_has_rows_for_the_values_that_the_study_names(result):
 
 def test_the_diagonal_without_a_sweep_shows_the_studys_own_parameters(result, ax):
     alone = study_of(diagonal={"family": "BTB", "delta": 1.2})
-    diagonal(replace(result, study=alone), ax)
+    panel(diagonal, replace(result, study=alone), ax)
     assert ax.get_legend().get_texts()[0].get_text() == "the study's own parameters"
 
 
 @both
 def test_the_surface_is_blue_near_the_diagonals_and_only_there(result, ax3d, coordinate, i):
-    diagonal_surface(result, ax3d, coordinate)
+    panel(diagonal_surface, result, ax3d, coordinate=coordinate)
     (facets,) = ax3d.collections
     drawn = facets.points
     assert drawn[:, 2] == pytest.approx(IMAGE[i](*drawn[:, :2].T), abs=1e-12)
@@ -223,4 +222,4 @@ def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
 def test_a_run_that_kept_no_images_says_so(result, ax):
     older = replace(result.diagonal, images=())
     with pytest.raises(NsmapsError, match="the region near the diagonals with its images, which the result lacks"):
-        diagonal(result.with_parts({"diagonal": older}), ax)
+        panel(diagonal, result.with_parts({"diagonal": older}), ax)

@@ -21,7 +21,6 @@ from nsmaps.figures.composite.orbits import sheets as orbit_sheets
 from nsmaps.figures.composite.partition import partition
 from nsmaps.figures.composite.strips import strips
 from nsmaps.figures.returns.projections import projections
-from nsmaps.figures.returns.projections import sheets as projection_sheets
 from nsmaps.figures.returns.surfaces import surfaces
 from nsmaps.figures.returns.words import pieces, words
 from nsmaps.figures.style import BROWN, GREEN, ORANGE, RED
@@ -31,6 +30,12 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.polymap import PolyMap
+
+
+def project(result, family, ax, coordinate):
+    """The projections of one surface of a result."""
+    mesh = lambda surface: result.mesh(family)  # noqa: E731
+    return projections(result.surfaces[family], ax, coordinate, mesh=mesh, diagonal=result.diagonal)
 
 
 def labels(ax):
@@ -170,7 +175,7 @@ def test_surfaces_say_that_they_need_three_dimensions(result, ax):
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
 def test_projections_draw_strands_of_the_surface(result, ax, coordinate, index):
-    projections(result, ax, coordinate, "BTB")
+    project(result, "BTB", ax, coordinate)
     segments, shade = strands(ax)
     surface = result.surfaces["BTB"]
     x, y = segments[..., 0], segments[..., 1]
@@ -203,7 +208,7 @@ def _unit(name):
 
 
 def test_projections_star_what_is_near_all_diagonals(result, ax):
-    projections(result, ax, "v", "BTB")
+    project(result, "BTB", ax, "v")
     stars = [line for line in ax.lines if line.get_marker() == "*"]
     assert stars
     for line in stars:
@@ -212,7 +217,7 @@ def test_projections_star_what_is_near_all_diagonals(result, ax):
 
 
 def test_projections_show_every_family_in_every_coordinate(result):
-    (sheet,) = projection_sheets(result)
+    (sheet,) = CATALOGUE["projections"].sheets(result)
     assert (len(sheet.panels), sheet.columns) == (4, 2)
 
 
@@ -266,7 +271,7 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
     bent = lambda v, phi: (0.1 + 0.8 * v, np.where(phi < 1, 0.2 + 0.8 * phi, 3 * phi - 2))  # noqa: E731
     made = surface_of(bent, (0.3, 0.7, 21), (0.6, 1.4, 41))
     region = diagonal_region(NearDiagonal(delta=1.3, slope=1), [(0.0, made)])
-    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": region}), system=Analytic(bent)), ax, "phi")
+    project(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": region}), system=Analytic(bent)), "BB", ax, "phi")
     stars = {line.get_label(): line for line in ax.lines if line.get_marker() == "*"}
     gentle, steep = stars["near both diagonals, gentle"], stars["near both diagonals, steep"]
     assert gentle.get_xdata().max() < 1 < steep.get_xdata().max()
@@ -277,8 +282,11 @@ def test_stars_are_filled_on_gentle_slopes_and_hollow_on_steep_ones(result, ax):
 def test_a_whole_circle_of_phases_is_drawn_in_halves(result, ax):
     half = lambda v, phi: (0.5 * v, 0.5 * phi)  # noqa: E731
     made = surface_of(half, (0.1, 1.0, 11), (0.0, 2 * np.pi, 41))
-    result = replace(result.with_parts({"surfaces": {"BB": made, "B+": made}, "diagonal": None}), system=Analytic(half))
-    first, second = projection_sheets(result)
+    result = replace(
+        result.with_parts({"surfaces": {name: replace(made, name=name) for name in ("BB", "B+")}, "diagonal": None}),
+        system=Analytic(half),
+    )
+    first, second = CATALOGUE["projections"].sheets(result)
     assert (first.name, second.name, len(first.panels)) == ("projections-BB", "projections-B+", 4)
     drawn = first.panels[3](ax)
     x = strands(drawn)[0][..., 0]
@@ -290,7 +298,7 @@ def test_no_strand_is_drawn_through_a_jump_and_each_ends_there(result, ax):
     high = lambda v, phi: v >= 0.503  # noqa: E731
     torn = lambda v, phi: (np.where(high(v, phi), 0.6 + 0.2 * v, 0.2 * v), phi)  # noqa: E731
     made = surface_of(torn, (0.0, 1.0, 100), (0.1, 1.0, 5))
-    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(torn, high)), ax, "v")
+    project(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(torn, high)), "BB", ax, "v")
     x, y = np.moveaxis(strands(ax)[0], -1, 0)
     below = y < 0.4
     assert np.array_equal(below[:, 0], below[:, 1])
@@ -302,7 +310,9 @@ def test_a_square_root_is_drawn_to_its_end(result, ax):
     missed = lambda v, phi: v > 0.9  # noqa: E731
     root = lambda v, phi: (np.sqrt(np.maximum(0.9 - v, 0)), phi)  # noqa: E731
     made = surface_of(root, (0.0, 1.0, 100), (0.1, 1.0, 5))
-    projections(replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(root, missed)), ax, "v")
+    project(
+        replace(result.with_parts({"surfaces": {"BB": made}, "diagonal": None}), system=Analytic(root, missed)), "BB", ax, "v"
+    )
     x, y = np.moveaxis(strands(ax)[0], -1, 0)
     assert np.abs(y - root(x, 0)[0])[(y > 1e-9).all(axis=1)].max() < 0.03
     on_axis = sorted(set(x[y < 1e-4].round(4)))

@@ -1,38 +1,37 @@
 """Error against time of the map that a partition made, beside the time of the exact map."""
 
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 
-from nsmaps.figures.data import SPEED, section
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREY, ORANGE, RED
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+from nsmaps.reduced.validation.speed import Speed
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(speed: Speed, errors: Mapping[str, float], tolerance: float, title: str = "exact map") -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("speed_error", (partial(speed_error, result),), 1, 0.6, legend=True),)
+    return (
+        Sheet(
+            "speed_error", (partial(speed_error, speed, errors=errors, tolerance=tolerance, title=title),), 1, 0.6, legend=True
+        ),
+    )
 
 
-def speed_error(result: "StudyResult", ax: Axes) -> Axes:
+def speed_error(speed: Speed, ax: Axes, errors: Mapping[str, float], tolerance: float, title: str = "exact map") -> Axes:
     """The largest errors at held-out states against the time a state, with the tolerance and the exact map's time as lines.
 
     Errors of closed forms are shown by the role of their pieces, those of strips by the distance of the states from an edge.
     Left of the exact map's time a map is worth its error. The exact map has none here: it is what the others are held against.
     """
-    speed = SPEED.of(result, "speed_error")
-    errors = {label: error for label, error in _errors(result).items() if np.isfinite(error) and error > 0}
+    errors = {label: error for label, error in errors.items() if np.isfinite(error) and error > 0}
     looks = ((BLUE, "o"), (RED, "s"))
     for (label, error), (colour, marker) in zip(errors.items(), looks, strict=False):
         ax.plot([speed.composite], [error], marker, color=colour, ms=5.4, ls="none", label=label, zorder=3)
-    ax.axvline(speed.exact, color=ORANGE, lw=1.2, label=f"time of the {result.system.map_name}")
-    tolerance = _tolerance(result)
+    ax.axvline(speed.exact, color=ORANGE, lw=1.2, label=f"time of the {title}")
     ax.axhline(tolerance, color=GREY, ls="--", label="tolerance")
     times, levels = (speed.composite, speed.exact), (tolerance, *errors.values())
     ax.set(xscale="log", yscale="log", xlim=(min(times) / 3, 3 * max(times)), ylim=(min(levels) / 5, 5 * max(levels)))
@@ -43,17 +42,3 @@ def speed_error(result: "StudyResult", ax: Axes) -> Axes:
     ax.legend()
     ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
     return ax
-
-
-def _errors(result: "StudyResult") -> dict[str, float]:
-    """The largest errors by where they were found."""
-    if result.accurate is not None:
-        return {"over the box": result.accurate.uniform.largest, "beside edges": result.accurate.beside.largest}
-    if result.partition is None:
-        return {}
-    transient = [max(row.max_error) for row in result.partition.table() if row.role == "transient"]
-    return {"attracting pieces": result.partition.max_error, "transient pieces": max(transient, default=np.nan)}
-
-
-def _tolerance(result: "StudyResult") -> float:
-    return section(result.study.partition, "partition").tolerance

@@ -1,50 +1,49 @@
 """Where the states near the diagonals lie at one value of a parameter, within those at all values: fig. R1compared."""
 
+from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import DIAGONAL, position, section
+from nsmaps.figures.data import position
 from nsmaps.figures.lines import diagonal as identity
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, dress, symbol, tint
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
+from nsmaps.reduced.fit.filter import DiagonalRegion
 
 _SHOWN = 3  #: values of the parameter, at most, where the study names none: the first, the middle and the last
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(region: DiagonalRegion, parameter: str = "", shown: Sequence[float] = ()) -> tuple[Sheet, ...]:
     """One sheet: values of the parameter as rows, coordinates as columns."""
-    region = DIAGONAL.of(result, "diagonal")
-    values, asked = np.array([value for value, _ in region.values]), result.study.diagonal
+    values = np.array([value for value, _ in region.values])
     rows = np.unique(np.ceil(np.linspace(0, len(values) - 1, _SHOWN)).astype(int)).tolist()
-    if asked is not None and asked.shown:
-        rows = [int(np.argmin(np.abs(values - value))) for value in asked.shown]
-    panels = tuple(partial(diagonal, result, coordinate=c, value=row) for row in rows for c in region.coordinates)
+    if shown:
+        rows = [int(np.argmin(np.abs(values - value))) for value in shown]
+    panels = tuple(
+        partial(diagonal, region, coordinate=c, value=row, parameter=parameter) for row in rows for c in region.coordinates
+    )
     return (Sheet("diagonal", panels, len(region.coordinates), 0.84, legend=True),)
 
 
-def diagonal(result: "StudyResult", ax: Axes, coordinate: str = "", value: int = 0) -> Axes:
+def diagonal(region: DiagonalRegion, ax: Axes, coordinate: str = "", value: int = 0, parameter: str = "") -> Axes:
     """Images against starts of the states near the diagonals at one value of the parameter, by position, green.
 
     Blue below them: those at any value (eq. r1uniond). Dotted: the ratios delta and 1/delta of an image to its start.
     """
-    region = DIAGONAL.of(result, "diagonal")
     i = position(region.coordinates, coordinate or region.coordinates[0])
-    name, delta, sweep = region.coordinates[i], region.delta, section(result.study.diagonal, "diagonal").sweep
+    name, delta, values = region.coordinates[i], region.delta, [each for each, _ in region.values]
     here = np.column_stack([region.values[value][1][:, i], region.images[value][:, i]])
     starts = [states for _, states in region.values]
     union = np.column_stack([np.concatenate(parts)[:, i] for parts in (starts, region.images)])
-    if sweep is not None:
-        low, high = sorted((sweep.low, sweep.high))
-        _dots(ax, union, tint(BLUE, 0.35), f"{sweep.points} values of {symbol(sweep.parameter)} in [{low:g}, {high:g}]")
-        ax.set_title(f"{symbol(sweep.parameter)} = {region.values[value][0]:g}")
-    _dots(ax, here, GREEN, "the study's own parameters" if sweep is None else f"one value of {symbol(sweep.parameter)}")
+    if parameter:
+        low, high = min(values), max(values)
+        _dots(ax, union, tint(BLUE, 0.35), f"{len(values)} values of {symbol(parameter)} in [{low:g}, {high:g}]")
+        ax.set_title(f"{symbol(parameter)} = {values[value]:g}")
+    _dots(ax, here, GREEN, f"one value of {symbol(parameter)}" if parameter else "the study's own parameters")
     low, high = _window(union)
     identity(ax, low, high).set(label="_", zorder=4)
     for ratio, text in ((delta, rf"ratio ${delta:g}^{{\pm 1}}$"), (1 / delta, "_")):

@@ -2,7 +2,7 @@
 
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib import colormaps
@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, is_angle
+from nsmaps.exact.surfaces.mesh import grid_mesh
 from nsmaps.exact.surfaces.surface import Axis, Surface
-from nsmaps.figures.data import SURFACES, position
-from nsmaps.figures.lines import diagonal
+from nsmaps.figures.data import position
+from nsmaps.figures.lines import diagonal as identity
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.returns.surfaces import Meshing, Surfaces, by_name
 from nsmaps.figures.style import BLACK, BROWN, RED, angle_ticks, dress, label
 from nsmaps.reduced.fit.filter import DiagonalRegion, near_diagonal, own_slopes
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
 
 Part = tuple[float, float]  #: of the last coordinate, from and to
 GENTLE = 1.0  #: the largest slope of red stars where the study sets none
@@ -33,15 +32,16 @@ _SHADES = 100  #: of the colours
 _COLOURS = ListedColormap(colormaps["viridis"](np.linspace(0, 0.93, 200)))  #: without the yellow that white swallows
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(surfaces: Surfaces, mesh: Meshing = grid_mesh, diagonal: DiagonalRegion | None = None) -> tuple[Sheet, ...]:
     """One sheet: a row a family, a column a coordinate. Of more than half a circle of phases a sheet a family, a row a half."""
-    named = SURFACES.of(result, "projections")
+    named = by_name(surfaces)
     first = next(iter(named.values()))
     halves = _halves(first.coordinates[-1], list(first.grid.axes.values())[-1])
     *_, last = names = first.coordinates
     views: list[dict[str, Any]] = [{"part": half, "coordinate": name, "bar": name == last} for half in halves for name in names]
+    of = partial(partial, projections, mesh=mesh, diagonal=diagonal)
     panels = {
-        family: tuple(partial(projections, result, family=family, **view) for view in views if _has_states(surface, view["part"]))
+        family: tuple(of(surface, **view) for view in views if _has_states(surface, view["part"]))
         for family, surface in named.items()
     }
     if len(halves) == 1:
@@ -65,17 +65,20 @@ def _has_states(surface: Surface, part: Part) -> bool:
 
 
 def projections(
-    result: "StudyResult", ax: Axes, coordinate: str = "", family: str = "", part: Part | None = None, bar: bool = True
+    surface: Surface,
+    ax: Axes,
+    coordinate: str = "",
+    part: Part | None = None,
+    bar: bool = True,
+    mesh: Meshing = grid_mesh,
+    diagonal: DiagonalRegion | None = None,
 ) -> Axes:
     """The next value of a coordinate against its present one, a strand for each value of the other, coloured by the phase.
 
     That is the last coordinate, of which a `part` may be chosen; `bar` is the scale of its colours. Strands end at the edges of
-    the map's smooth pieces. Stars are the states on the strands near the diagonals of all coordinates (eq. r1uniond), where
-    the result has looked for them: filled red on gentle slopes, hollow brown on steep ones.
+    the map's smooth pieces. Stars are the states on the strands near the diagonals of all coordinates (eq. r1uniond), if
+    these are given: filled red on gentle slopes, hollow brown on steep ones.
     """
-    named = SURFACES.of(result, "projections")
-    family = family or next(iter(named))
-    surface = named[family]
     i = position(surface.coordinates, coordinate or surface.coordinates[0])
     name = surface.coordinates[i]
     axes = list(surface.grid.axes.values())
@@ -83,19 +86,20 @@ def projections(
     mask = (surface.start[:, -1] >= low - 1e-9) & (surface.start[:, -1] <= high + 1e-9)
     held = _held(surface.start[mask, 1 - i])
     scale = ScalarMappable(Normalize(low, high), _COLOURS)
-    strands = np.concatenate([np.zeros((0, 2, 2, 2)), *(result.mesh(family).cut(1 - i, value) for value in held)])
+    facets = mesh(surface)
+    strands = np.concatenate([np.zeros((0, 2, 2, 2)), *(facets.cut(1 - i, value) for value in held)])
     _lines(ax, strands[..., i], strands[:, :, 0, -1].mean(axis=1), scale)
     ends = (low, high) if i == len(axes) - 1 else (axes[i].low, axes[i].high)
     top = TWO_PI if is_angle(name) else 1.05 * float(surface.image[:, i].max(initial=ends[1]))
     ax.set(xlim=ends, ylim=(min(0.0, ends[0]), top))
-    diagonal(ax, *ends).set_label("_")
-    if result.diagonal is not None and mask.any():
-        _stars(result.diagonal, surface, mask & np.isin(surface.start[:, 1 - i], held), ax, i)
+    identity(ax, *ends).set_label("_")
+    if diagonal is not None and mask.any():
+        _stars(diagonal, surface, mask & np.isin(surface.start[:, 1 - i], held), ax, i)
         if ax.get_legend_handles_labels()[0]:
             ax.legend()
     if bar:
         _bar(ax, surface, scale)
-    ax.set_title(family)
+    ax.set_title(surface.name)
     return dress(ax, (name, "k"), (name, "k+1"))
 
 
