@@ -28,7 +28,7 @@ name, calls = sys.argv[1], sys.argv[2].split()
 study = load_study(name)
 domains = tuple(each.model_copy(update={"updates": 1}) for each in study.domains)
 grid = study.grid and {name: axis.model_copy(update={"points": 100}) for name, axis in study.grid.items()}
-study = study.model_copy(update={"domains": domains, "grid": grid})
+study = study.model_copy(update={"domains": type(study.domains)(domains), "grid": grid and type(study.grid)(grid)})
 system = prepare(study).system
 system.first_return([[0.5] * len(system.coordinates)])
 for each in calls:

@@ -8,7 +8,7 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
-from nsmaps.figures.longrun.chart import sheets
+from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.report.captions import caption
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import FORMAT, read_result
@@ -65,13 +65,13 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     assert beside.rows == (("1:1/T", "100 %", "0 %"),)
     assert [row[0] for row in under.rows] == ["0", "0.05"]
     assert "maximum of energy of 1:1/T: 2.0639 J per period at d = 0.8, g_bar = 0.15" in caption(result, "chart")
-    about = section.describe(result.study.optimum, result.study)
+    about = section.describe(result.study)
     assert about == "max of energy over d, g_bar, 2 starts; basins of 6 x 6 states; 400 returns under noise"
-    assert section.size(result.study.optimum, result.study, result.system).seconds > 0
+    assert section.size(result.study, result.system).seconds > 0
 
 
 def test_the_chart_has_a_star_at_the_optimum(result: StudyResult) -> None:
-    (sheet,) = sheets(result)
+    (sheet,) = CATALOGUE["chart"].sheets(result)
     assert sheet.panels
     for panel in sheet.panels:
         _, ax = plt.subplots()

@@ -19,8 +19,8 @@ from nsmaps.errors import NsmapsError
 from nsmaps.interrupts import Interrupted
 from nsmaps.plugins import study_files
 from nsmaps.progress import outermost
-from nsmaps.study import steps
 from nsmaps.study.binding import Plan
+from nsmaps.study.sections.longrun.orbits import Orbits
 from nsmaps.study.store.archive import FORMAT, resolved
 
 WHOLE = """\
@@ -236,7 +236,7 @@ def test_a_result_reads_back_as_it_was(whole: StudyResult) -> None:
     assert again.returns is not None
     assert again.returns.coordinates == whole.returns.coordinates == Coordinates(("v", "phi"), ("phi",))
     stored = json.dumps(json.loads(Path("out/result.json").read_text()))
-    assert '{"$": "Coordinates", "names": ["v", "phi"], "angles": ["phi"]}' in stored
+    assert '{"$": "nsmaps.coordinates:Coordinates", "names": ["v", "phi"], "angles": ["phi"]}' in stored
     states = whole.returns.start[:50]
     assert np.array_equal(again.composite.first_return(states).image, whole.composite.first_return(states).image)
     assert np.array_equal(again.surfaces["low"].lifted, whole.surfaces["low"].lifted)
@@ -359,15 +359,15 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
 
 
 def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    work, handler = steps.STEPS["orbits"], signal.signal(signal.SIGINT, signal.default_int_handler)
+    work, handler = Orbits.compute, signal.signal(signal.SIGINT, signal.default_int_handler)
 
-    def lost(plan: Plan, result: StudyResult) -> dict[str, Any]:
+    def lost(orbits: Orbits, plan: Plan, result: StudyResult) -> dict[str, Any]:
         with suppress(KeyboardInterrupt):  # as C code may that looks up an attribute
             signal.raise_signal(signal.SIGINT)
-        work(plan, result)
+        work(orbits, plan, result)
         raise AssertionError("the next progress of the step stops it")
 
-    monkeypatch.setitem(steps.STEPS, "orbits", lost)
+    monkeypatch.setattr(Orbits, "compute", lost)
     Path("s.yaml").write_text(good)
     try:
         with pytest.raises(Interrupted):
@@ -378,7 +378,7 @@ def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: py
     kept = read_result("out")
     assert not kept.finished
     assert list(kept.timings) == ["system", "surfaces", "composite"]
-    monkeypatch.setitem(steps.STEPS, "orbits", work)
+    monkeypatch.setattr(Orbits, "compute", work)
     assert run("s.yaml", out="out", resume=True).finished
 
 
@@ -489,12 +489,12 @@ def test_both_ways_tell_what_coexists() -> None:
 
 
 def test_a_step_that_fails_keeps_those_before_it(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def failing(plan: Plan, result: StudyResult) -> dict[str, Any]:
+    def failing(orbits: Orbits, plan: Plan, result: StudyResult) -> dict[str, Any]:
         raise ZeroDivisionError("in a step")
 
     Path("s.yaml").write_text(good)
     with monkeypatch.context() as patched:
-        patched.setitem(steps.STEPS, "orbits", failing)
+        patched.setattr(Orbits, "compute", failing)
         with pytest.raises(ZeroDivisionError, match="in a step"):
             run("s.yaml", out="out")
     kept = read_result("out")
