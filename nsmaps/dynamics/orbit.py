@@ -28,6 +28,7 @@ class Orbit(WithCoordinates, Result):
     Return k leads from state k to state k + 1.
     """
 
+    picture: ClassVar[str] = "nsmaps.figures.composite.orbits"
     leading: ClassVar[tuple[str, ...]] = ("start",)
 
     coordinates: Coordinates

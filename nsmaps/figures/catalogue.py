@@ -153,7 +153,8 @@ _ROWS = (
         "Orbits from the initial states of the study with their last tenth marked: of the exact map, and of the composite map if "
         "there is one. Lines join a state to its image. A cross, if any, is the last state of an orbit that ends, or its last "
         "state within the picture. No piece holds the hatched states.",
-        (data.ORBITS, data.PLANE),
+        (data.ORBITS, data.PLANE, data.OVER),
+        of_parts=True,
     ),
     Row(
         "composite.cobweb",

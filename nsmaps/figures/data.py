@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from nsmaps.cells.morse_sets import MorseCover
     from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
     from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     from nsmaps.reduced.validation.speed import Speed
     from nsmaps.study.reading.head import Head as Study
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.fields import OrbitPair
     from nsmaps.study.sections.maps.composite import PieceSection
     from nsmaps.symbolic.curve_iterates import SecondIterate
 
@@ -89,6 +89,11 @@ def _surfaces(result: "StudyResult") -> "Mapping[str, Surface]":
 def _grid(result: "StudyResult") -> "Grid | None":
     """The grid of the return surfaces."""
     return next((surface.grid for surface in _surfaces(result).values()), None)
+
+
+def _over(result: "StudyResult") -> "tuple[Grid, CompositeMap | None] | None":
+    """The grid of the return surfaces, with the composite map over it."""
+    return (next(iter(result.surfaces.values())).grid, result.composite) if result.surfaces else None
 
 
 def _planes(result: "StudyResult") -> "Mapping[str, Surface]":
@@ -309,6 +314,7 @@ TOLERANCE: "Need[float]" = Need("a tolerance", (), lambda result: section(result
 TITLE: "Need[str]" = Need("the title of the map", (), lambda result: result.system.map_name)
 SPEED: "Need[Speed]" = Need("the speed of a reduced map", ("grid", "partition"), lambda result: result.speed, "a 'partition'")
 ORBITS: "Need[Sequence[OrbitPair]]" = Need("orbits", ("orbits",), lambda result: result.orbits)
+OVER: "Need[tuple[Grid, CompositeMap | None]]" = Need("pieces over a grid", (), _over, optional=True)
 PAIRS: "Need[Sequence[OrbitPair]]" = Need("orbits", (), lambda result: result.orbits, optional=True)
 TRACKS: "Need[Sequence[Track | ModeTrack]]" = Need(
     "the motion between impacts",

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
-    from nsmaps.dynamics.attractors.limit_set import LimitSet
-    from nsmaps.study.sections.fields import OrbitPair
+    from nsmaps.dynamics.attractors.limit_set import LimitSet, OrbitPair
 
 
 def returns(result: StudyResult, part: str) -> str:

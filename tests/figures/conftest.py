@@ -23,6 +23,7 @@ from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse_sets import MorseCover
 from nsmaps.coordinates import Angle, wrap
 from nsmaps.dynamics.attractors.basins import basins
+from nsmaps.dynamics.attractors.limit_set import OrbitPair
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
@@ -54,7 +55,6 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.validation.speed import Speed
 from nsmaps.results import units_of
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.fields import OrbitPair
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 from nsmaps.symbolic.curve_iterates import SecondIterate

@@ -7,8 +7,17 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
 
+from nsmaps.dynamics.orbit import orbit
+from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.returns import Returns
 from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.composite.orbits import orbits
+from nsmaps.figures.data import OVER
+
+
+def drawn(result, ax, number=0):
+    """The orbits of a start over the pieces of the result."""
+    return orbits(result.orbits, ax, number, over=OVER.of(result, "orbits"))
 
 
 def along(result, states):
@@ -18,8 +27,17 @@ def along(result, states):
     return result.with_parts({"orbits": (replace(pair, **both),)})
 
 
+class Turn(ReturnMap):
+    """A map of three coordinates, which it turns."""
+
+    coordinates = ("x", "y", "z")
+
+    def first_return(self, states, derivative=False):
+        return Returns.of_map(self.coordinates, states, np.roll(states, -1, axis=1))
+
+
 def test_only_pieces_that_an_orbit_visits_have_a_colour(result, ax):
-    orbits(along(result, np.tile([0.7, 0.5], (41, 1))), ax)
+    drawn(along(result, np.tile([0.7, 0.5], (41, 1))), ax)
     mesh = next(each for each in ax.collections if isinstance(each, QuadMesh))
     white = [to_hex(colour) == "#ffffff" for colour in mesh.get_cmap().colors]
     assert white == [True, False, True], "the reset, R1, R2"
@@ -28,7 +46,7 @@ def test_only_pieces_that_an_orbit_visits_have_a_colour(result, ax):
 @pytest.mark.parametrize(("extent", "enlarged"), [(0.05, True), (0.0, False), (0.3, False)])
 def test_an_attractor_that_is_small_and_no_point_is_enlarged(result, ax, extent, enlarged):
     states = np.random.default_rng(3).uniform([0.6, 0.5], [0.6 + extent, 0.5 + extent * 10], (400, 2))
-    orbits(along(result, states), ax)
+    drawn(along(result, states), ax)
     assert len(ax.child_axes) == enlarged
     for inner in ax.child_axes:
         held = zip(states[-40:].T, (inner.get_xlim(), inner.get_ylim()), strict=True)
@@ -46,3 +64,17 @@ def test_an_inset_lies_where_nothing_else_is(ax, corner):
     assert np.abs(place.mean(axis=0) - np.clip(corner, 0.23, 0.77)).max() < 0.01
     assert not ((taken > place[0]) & (taken < place[1])).all(axis=1).any()
     assert name not in ax.texts
+
+
+def test_an_orbit_draws_itself_in_the_plane_and_over_the_returns(result, ax):
+    pair, three = result.orbits[0], orbit(Turn(), [[0.1, 0.2, 0.3], [0.3, 0.2, 0.1]], 5)
+    plane, *over = pair.exact.plot().axes
+    assert plane.get_xlabel() == "$v_{k}$ (dimensionless)"
+    assert [np.array_equal(each.lines[0].get_ydata(), x) for each, x in zip(over, pair.exact.states.T, strict=True)] == [True] * 2
+    assert pair.plot(ax) is ax
+    assert "composite map" in [line.get_label() for line in ax.lines]
+    panels = three.plot(number=1).axes
+    assert [axis.lines[0].get_ydata()[:2].tolist() for axis in panels] == [[0.3, 0.2], [0.2, 0.1], [0.1, 0.3]]
+    assert panels[0].get_xlabel() == "return"
+    assert three.to_xarray().states.dims == ("step", "start", "coordinate")
+    assert pair.to_xarray().start.dims == ("coordinate",)

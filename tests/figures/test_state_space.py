@@ -20,6 +20,7 @@ from nsmaps.figures.composite.orbits import around, orbits
 from nsmaps.figures.composite.orbits import sheets as orbit_sheets
 from nsmaps.figures.composite.partition import partition
 from nsmaps.figures.composite.strips import strips
+from nsmaps.figures.data import OVER
 from nsmaps.figures.returns.projections import projections
 from nsmaps.figures.returns.surfaces import surfaces
 from nsmaps.figures.returns.words import pieces, words
@@ -36,6 +37,11 @@ def project(result, family, ax, coordinate):
     """The projections of one surface of a result."""
     mesh = lambda surface: result.mesh(family)  # noqa: E731
     return projections(result.surfaces[family], ax, coordinate, mesh=mesh, diagonal=result.diagonal)
+
+
+def drawn(result, ax, number=0):
+    """The orbits of a start over the pieces of the result."""
+    return orbits(result.orbits, ax, number, over=OVER.of(result, "orbits"))
 
 
 def labels(ax):
@@ -222,7 +228,7 @@ def test_projections_show_every_family_in_every_coordinate(result):
 
 
 def test_orbits_lie_over_each_other(result, ax):
-    orbits(result, ax, 1)
+    drawn(result, ax, 1)
     lines = {line.get_label(): line for line in ax.lines}
     thin = [line.get_xydata() for line in ax.lines if line.get_linewidth() == 0.4]
     for whole, (name, colour, dashes) in zip(thin, (("exact map", ORANGE, "-"), ("composite map", GREEN, "--")), strict=True):
@@ -250,19 +256,19 @@ def test_the_line_of_an_orbit_crosses_the_seam_of_a_phase_at_the_edges(result):
 def test_an_orbit_is_drawn_thick_until_it_is_near_its_last_tenth(result, ax):
     states = np.column_stack([np.concatenate([np.linspace(0.2, 0.8, 7), np.full(93, 0.8)]), np.full(100, 1.0)])
     pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=states), composite=None)
-    orbits(result.with_parts({"orbits": (pair,)}), ax)
+    drawn(result.with_parts({"orbits": (pair,)}), ax)
     (first,) = (line for line in ax.lines if line.get_label() == "exact map")
     assert np.array_equal(first.get_xydata(), states[:7])
 
 
 def test_orbits_have_a_panel_a_start(result):
-    assert len(orbit_sheets(result)[0].panels) == 2
+    assert len(orbit_sheets(result.orbits)[0].panels) == 2
 
 
 def test_an_orbit_that_runs_away_spoils_no_picture(result, ax):
     wild = np.array([[0.2, 1.0], [1e69, 1.0]])
     pair = replace(result.orbits[0], exact=replace(result.orbits[0].exact, states=wild), composite=None)
-    orbits(result.with_parts({"orbits": (pair,)}), ax)
+    drawn(result.with_parts({"orbits": (pair,)}), ax)
     assert ax.get_xlim() == (0.1, 1.0)
 
 
@@ -337,7 +343,7 @@ def test_states_of_other_words_are_told(result, ax):
 
 
 def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
-    orbits(result, ax)
+    drawn(result, ax)
     assert legend_texts(ax) == ["exact map", "composite map", "exact, last 10 %", "composite, last 10 %", "start"]
     (line,) = [line for line in ax.lines if line.get_label() == "composite, last 10 %"]
     assert np.array_equal(line.get_xydata(), result.orbits[0].composite.states[-5:])
@@ -362,7 +368,7 @@ def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
             states[last] = 1e90
         stopped = replace(pair, composite=replace(pair.composite, states=states))
         other = ax.figure.add_subplot()
-        orbits(result.with_parts({"orbits": (stopped,)}), other)
+        drawn(result.with_parts({"orbits": (stopped,)}), other)
         assert legend_texts(other) == ["exact map", "composite map", "exact, last 10 %", text, "start"]
         (cross,) = [line for line in other.lines if line.get_label() == text]
         assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
@@ -373,5 +379,5 @@ def test_a_picture_of_orbits_ends_where_a_circle_of_phases_does(result, ax):
     states = np.array(pair.exact.states)
     states[3, 1] = 6.28
     far = replace(pair, exact=replace(pair.exact, states=states))
-    orbits(result.with_parts({"orbits": (far,)}), ax)
+    drawn(result.with_parts({"orbits": (far,)}), ax)
     assert ax.get_ylim() == pytest.approx((0.0, 2 * np.pi))

@@ -9,9 +9,8 @@ import pytest
 from ruamel.yaml import YAML
 
 import nsmaps
-from nsmaps.dynamics.attractors.limit_set import limit_set
+from nsmaps.dynamics.attractors.limit_set import OrbitPair, limit_set
 from nsmaps.plugins import study_files
-from nsmaps.study.sections.fields import OrbitPair
 from nsmaps.study.sections.longrun.orbits import Orbits
 
 SECTIONS = ("system", "parameters", "grid", "families", "composite", "orbits")

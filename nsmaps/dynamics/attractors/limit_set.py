@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from nsmaps.dynamics.periodic import stability
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.results import NONE, Result, array, units_of
+
+if TYPE_CHECKING:
+    from nsmaps.exact.events import ModeTrack, Track
 
 TOLERANCE = 1e-6  #: share of the scale within which the states of a cycle repeat
 VISITED = 1000  #: number of states that represent an attractor without period
@@ -80,6 +83,33 @@ class LimitSet(WithCoordinates, Result):
         parts = [self.name, factors and f"multipliers {factors}", f"at {listed}" if self.period <= TOLD else ""]
         seen = f"found after {self.more} more returns" if self.more else ""
         return ", ".join(part for part in (f"{kind} {what}", *parts, seen) if part)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class OrbitPair(Result):
+    """The orbits of one start: of the exact map and, if the study has one, of the composite map."""
+
+    picture: ClassVar[str] = "nsmaps.figures.composite.orbits"
+
+    start: Floats = field(metadata=array("coordinate", "initial state of both"))
+    exact: Orbit
+    composite: Orbit | None
+    track: "Track | ModeTrack | None" = (
+        None  #: the exact motion at and between its first impacts or events, if the study requests it
+    )
+    ends: LimitSet | None = None  #: the limit set of the exact orbit; None if the orbit ended
+    composite_ends: LimitSet | None = None
+    counterpart_ends: LimitSet | None = None  #: as `ends`, but only of the states after as many returns as the pieces have
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Those of the exact map, which are those of both."""
+        return self.exact.coordinates
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Of coordinates, by name."""
+        return self.exact.units
 
 
 def limit_set(return_map: ReturnMap, path: Orbit) -> LimitSet | None:

@@ -1,7 +1,7 @@
 """The parameters at which a periodic motion delivers most, or least, of an observable, under conditions."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -20,7 +20,7 @@ from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, beat, shows
-from nsmaps.results import Result
+from nsmaps.results import Result, array
 
 BALANCED = 1e-3  #: residual of a local optimum, at most
 ROUNDS = 8  #: of a search that ends where the motion is found further on, at most
@@ -69,6 +69,15 @@ class Optimum(Result):
     def evaluations(self) -> int:
         """The number of orbits computed with their observable, of all starts."""
         return sum(one.evaluations for one in self.attempts)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class NoisyOptimum(Result):
+    """The observable at an optimum under noise, for each of K amplitudes."""
+
+    sigma: tuple[float, ...]
+    value: Floats = field(metadata=array("amplitude", "mean over all realisations that did not end"))
+    error: Floats = field(metadata=array("amplitude", "standard error"))
 
 
 @shows

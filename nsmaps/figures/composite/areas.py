@@ -21,8 +21,8 @@ from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, fill_of, piece_
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
     from nsmaps.study.result import StudyResult
-    from nsmaps.study.sections.fields import OrbitPair
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free

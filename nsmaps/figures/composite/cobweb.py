@@ -23,8 +23,8 @@ from nsmaps.figures.style import HALO, MAGENTA, REST, dress, fill_of, piece_labe
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.sections.fields import OrbitPair
 
 _FINER = 10  #: parts of a cell of the grid in which the edges and the extremes of pieces are looked for
 _REACH = 0.3  #: of the picture, beyond which images are cut off

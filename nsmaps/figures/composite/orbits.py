@@ -1,6 +1,7 @@
 """Orbits of the composite map against those of the exact map, over the pieces: fig. test."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -10,53 +11,84 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
-from nsmaps.figures.composite.areas import colours_of, paint_pieces
+from nsmaps.dynamics.attractors.limit_set import OrbitPair
+from nsmaps.dynamics.orbit import Orbit
+from nsmaps.figures.composite.areas import colours_over, paint_pieces
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import ORBITS
+from nsmaps.figures.data import position
 from nsmaps.figures.lines import ended, finite_states, last_tenth, window
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, HALO, ORANGE, dress
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.result import StudyResult
+    from nsmaps.exact.surfaces.surface import Grid
+    from nsmaps.exact.systems.parameters import System
+    from nsmaps.reduced.composite.composite import CompositeMap
 
-Run = tuple["Orbit", str, str, tuple[str, str, str, float], str]  #: an orbit, colour, dashes, marker of its last tenth, name
+Found = Orbit | OrbitPair | Sequence[OrbitPair]
+Over = tuple["Grid", "CompositeMap | None"]  #: the range of a picture, and what divides it into pieces
+Run = tuple[Orbit, str, str, tuple[str, str, str, float], str]  #: an orbit, colour, dashes, marker of its last tenth, name
 _NEAR = 0.04  #: of the orbit's extent, within which it has come to the attractor, and its line is thin not to hide it
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
-    """One sheet with a panel for every start."""
-    pairs = ORBITS.of(result, "orbits")
-    panels = tuple(partial(orbits, result, number=number) for number in range(len(pairs)))
-    return (Sheet("orbits", panels, min(len(pairs), 2), 0.8, legend=True),)
+def sheets(found: Found, system: "System | None" = None, over: Over | None = None, number: int = 0) -> tuple[Sheet, ...]:
+    """One sheet: a panel for every start; of an orbit by itself, that of a start by its number and one for each coordinate."""
+    if isinstance(found, Orbit):
+        plane = (partial(orbits, found, number=number),) if len(found.coordinates) == 2 else ()
+        each = (partial(over_returns, found, coordinate=name, number=number) for name in found.coordinates)
+        return (Sheet("orbits", (*plane, *each), 1, 0.6, legend=bool(plane)),)
+    title, count = system.map_name if system else "exact map", 1 if isinstance(found, OrbitPair) else len(found)
+    panels = tuple(partial(orbits, found, number=k, over=over, title=title) for k in range(count))
+    return (Sheet("orbits", panels, min(count, 2), 0.8, legend=True),)
 
 
-def orbits(result: "StudyResult", ax: Axes, number: int = 0) -> Axes:
-    """The two orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
+def over_returns(orbit: Orbit, ax: Axes, coordinate: str, number: int = 0) -> Axes:
+    """A coordinate of the orbit of one start over the returns."""
+    values = _of_start(orbit, number).states[:, position(orbit.coordinates, coordinate)]
+    ax.plot(np.arange(len(values)), values, ".-", color=ORANGE, lw=0.5, ms=2.5, mew=0)
+    dress(ax, ("k", ""), (orbit.coordinates[position(orbit.coordinates, coordinate)], "k"))
+    ax.set_xlabel("return")
+    return ax
+
+
+def _of_start(orbit: Orbit, number: int) -> Orbit:
+    """The states of one start alone."""
+    return replace(orbit, states=orbit.states.reshape(len(orbit.states), -1, len(orbit.coordinates))[:, number])
+
+
+def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None, title: str = "exact map") -> Axes:
+    """The orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
 
     Only pieces that an orbit visits have a colour, and an attractor that is small is enlarged. An orbit that ends before has no
     last tenth: a cross marks its last state, or the last one in the picture, if it leaves that.
     A step across the seam of a phase, where it is wrapped, is not a line across the figure: the line leaves at one edge and
-    comes in at the other.
+    comes in at the other. An orbit without a plane of states is drawn by its first coordinate over the returns.
+
+    Args:
+        number: of the start.
+        over: the grid whose range is shown, and the composite map whose pieces are.
+        title: name of the map of the first orbit.
     """
-    pair = ORBITS.of(result, "orbits")[number]
-    coordinates = pair.exact.coordinates
-    runs: list[Run] = [(pair.exact, ORANGE, "-", ("D", "white", ORANGE, 6.0), result.system.map_name)]
+    if isinstance(found, Orbit) and len(found.coordinates) != 2:
+        return over_returns(found, ax, found.coordinates[0], number)
+    pairs = (OrbitPair(found.states[0], _of_start(found, number), None),) if isinstance(found, Orbit) else found
+    pairs = (pairs,) if isinstance(pairs, OrbitPair) else pairs
+    pair = pairs[0 if isinstance(found, Orbit) else number]
+    coordinates = pair.coordinates
+    runs: list[Run] = [(pair.exact, ORANGE, "-", ("D", "white", ORANGE, 6.0), title)]
     if pair.composite is not None:
         runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 4.0), "composite map"))
     every = [finite_states(orbit) for orbit, *_ in runs]
-    if result.composite is not None and result.surfaces:
+    if over is not None and over[1] is not None:
         points = np.concatenate([_between(states) for states in every])
-        visited = np.unique(result.composite.piece_of(np.concatenate(every)))
-        grid = next(iter(result.surfaces.values())).grid
-        paint_pieces(ax, result.composite, colours_of(result, "orbits"), grid, beside=points, only=visited)
+        visited = np.unique(over[1].piece_of(np.concatenate(every)))
+        paint_pieces(ax, over[1], colours_over(over[1], over[0], pairs), over[0], beside=points, only=visited)
     for states, (orbit, colour, dashes, _, name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
         ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4, path_effects=HALO)
     _last(ax, runs, every)
-    _look(ax, result, coordinates, np.concatenate(every))
+    _look(ax, over[0] if over else None, coordinates, np.concatenate(every))
     for states, (orbit, colour, *_, name) in zip(every, runs, strict=True):
         if ended(orbit):
             _end(ax, states, colour, name)
@@ -109,11 +141,10 @@ def around(states: Floats, coordinates: Sequence[str]) -> Floats:
     return np.concatenate(corners)
 
 
-def _look(ax: Axes, result: "StudyResult", coordinates: Sequence[str], states: Floats) -> None:
+def _look(ax: Axes, grid: "Grid | None", coordinates: Sequence[str], states: Floats) -> None:
     """Limits that hold the grid and the states (N, 2) near it; all states where there is no grid."""
-    first = next(iter(result.surfaces.values()), None)
     for i, name in enumerate(("xlim", "ylim")):
-        axis = None if first is None else list(first.grid.axes.values())[i]
+        axis = None if grid is None else list(grid.axes.values())[i]
         low, high = (states[:, i].min(), states[:, i].max()) if axis is None else (axis.low, axis.high)
         ends = window(low, high, states[:, i], 1.0 if is_angle(coordinates[i]) else 0.25)
         margin = 0.03 * (ends[1] - ends[0])

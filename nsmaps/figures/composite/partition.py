@@ -16,7 +16,7 @@ from nsmaps.figures.style import BLACK, dress, fill_of, piece_label
 from nsmaps.reduced.partition.result import PartitionResult
 
 if TYPE_CHECKING:
-    from nsmaps.study.sections.fields import OrbitPair
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
 
 
 def sheets(found: PartitionResult, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:

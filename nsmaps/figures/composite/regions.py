@@ -16,7 +16,7 @@ from nsmaps.figures.style import REST, dress, fill_of, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
-    from nsmaps.study.sections.fields import OrbitPair
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
 
 
 def sheets(composite: CompositeMap, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:

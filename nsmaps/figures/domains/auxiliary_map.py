@@ -18,7 +18,7 @@ from nsmaps.figures.style import BLUE, HALO, MAGENTA, ORANGE
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
-    from nsmaps.study.sections.fields import OrbitPair
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
 
 
 def sheets(orbit: AuxiliaryOrbit, composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:

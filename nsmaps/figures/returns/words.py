@@ -20,7 +20,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.fit.filter import DiagonalRegion
 
 if TYPE_CHECKING:
-    from nsmaps.study.sections.fields import OrbitPair
+    from nsmaps.dynamics.attractors.limit_set import OrbitPair
 
 
 def sheets(

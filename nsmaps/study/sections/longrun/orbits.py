@@ -17,10 +17,9 @@ from nsmaps.study.conclusions.texts import finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Entries, Verdict
-from nsmaps.study.sections.fields import OrbitPair
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.attractors.limit_set import LimitSet
+    from nsmaps.dynamics.attractors.limit_set import LimitSet, OrbitPair
     from nsmaps.dynamics.orbit import Orbit
     from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -56,7 +55,7 @@ class Orbits(Entries[OrbitSection]):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The orbits of every start under the exact map and under the composite map, and their limit sets."""
-        from nsmaps.dynamics.attractors.limit_set import limit_set
+        from nsmaps.dynamics.attractors.limit_set import OrbitPair, limit_set
         from nsmaps.dynamics.orbit import orbit
 
         pairs, count = [], 2 * len(self)
@@ -92,7 +91,7 @@ class Orbits(Entries[OrbitSection]):
                 yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
 
-def _pair(pair: OrbitPair) -> dict[str, Any]:
+def _pair(pair: "OrbitPair") -> dict[str, Any]:
     ends = {"start": finite(pair.start), "exact": finite(pair.exact.states[-1])}
     found = {"exact": pair.ends, "composite": pair.composite_ends}
     attractors = {of: _limit_set(limit_set) for of, limit_set in found.items() if limit_set is not None}
@@ -131,7 +130,7 @@ def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", f
     return False, False, f"no: after {last} of {returns} returns at {point(coordinates, orbit.states[last])}. {reason}"
 
 
-def _same(result: "StudyResult", pair: OrbitPair) -> tuple[bool, bool, str]:
+def _same(result: "StudyResult", pair: "OrbitPair") -> tuple[bool, bool, str]:
     """Whether both orbits have the same attractor: confirmed, not required, text with the distance."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
@@ -185,7 +184,7 @@ def _short(ends: "LimitSet") -> str:
     return f"period {ends.period}{f' ({ends.name})' if ends.name else ''}"
 
 
-def _scale(result: "StudyResult", pair: OrbitPair) -> Floats:
+def _scale(result: "StudyResult", pair: "OrbitPair") -> Floats:
     """The sides of the study's grid, or, of coordinates without one, the extents of the exact orbit, shape (n,)."""
     from nsmaps.dynamics.attractors.distance import extents
 

@@ -14,11 +14,10 @@ from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
 from nsmaps.study.sections.base import Analysis, Table, Verdict
-from nsmaps.study.sections.fields import NoisyOptimum
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.design.optimum import Optimum
+    from nsmaps.dynamics.design.optimum import NoisyOptimum, Optimum
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 IMPACTS = 40  #: room for impacts of each return under noise
@@ -168,8 +167,9 @@ class OptimumSection(Analysis):
             yield Table("The optimum under noise", ("sigma", "mean", "error", "of the optimum"), tuple(under))
 
 
-def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> NoisyOptimum:
+def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> "NoisyOptimum":
     """The mean of the observable from the motion on, under noise of each amplitude."""
+    from nsmaps.dynamics.design.optimum import NoisyOptimum
     from nsmaps.dynamics.noise.orbits import noisy_orbits
     from nsmaps.dynamics.observables.attractors import observe_noisy
 
