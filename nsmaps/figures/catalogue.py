@@ -121,7 +121,8 @@ _ROWS = (
         "A separable map and the exact map in the phase planes, and both as curves on the surfaces.",
         "A separable approximation. The exact map along one line of the grid is green, the separable map orange, and all other "
         "states of the region are grey. Below, both are curves on the return surface.",
-        (data.SURFACES, data.COMPOSITE, data.SEPARABLE),
+        (data.SEPARABLE, data.COMPOSITE, data.SURFACES, data.MESH, data.TITLE),
+        of_parts=True,
     ),
     Row(
         "composite.partition",

@@ -257,7 +257,9 @@ SKETCH: "Need[Callable[[Axes], Axes]]" = Need(
 )
 SURFACES: "Need[Mapping[str, Surface]]" = Need("return surfaces", ("grid", "families"), _surfaces, planar=True)
 PLANES: "Need[Mapping[str, Surface]]" = Need("return surfaces over a plane", ("grid", "families"), _planes)
-MESH: "Need[Callable[[Surface], Mesh]]" = Need("triangles", (), lambda result: lambda surface: result.mesh(surface.name))
+MESH: "Need[Callable[..., Mesh]]" = Need(
+    "triangles", (), lambda result: lambda surface, part=None: result.mesh(surface.name, part)
+)
 GRID: "Need[Grid]" = Need("return surfaces", ("grid", "families"), _grid, planar=True)
 SLICES: "Need[Sequence[Slice]]" = Need("first returns along one coordinate", ("slices",), lambda result: result.slices)
 DIAGONAL: "Need[DiagonalRegion]" = Need("the region near the diagonals with its images", ("diagonal",), _diagonal)

@@ -16,8 +16,6 @@ from nsmaps.figures.fits.diagonal import diagonal
 from nsmaps.figures.fits.fit_error import fit_error
 from nsmaps.figures.fits.fit_error import sheets as error_sheets
 from nsmaps.figures.fits.orders import orders
-from nsmaps.figures.fits.separable import separable, separable_surface
-from nsmaps.figures.fits.separable import sheets as separable_sheets
 from nsmaps.figures.returns.diagonal_surface import diagonal_surface
 from nsmaps.figures.style import GREEN, ORANGE
 from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
@@ -159,7 +157,7 @@ def test_errors_have_a_file_an_order_and_a_row_a_delta(result):
 
 @both
 def test_separable_curves_are_those_of_both_maps(result, ax, coordinate, i):
-    separable(result, ax, coordinate)
+    CATALOGUE["separable"].sheets(result)[0].panels[i](ax)
     by_colour = {to_rgba(line.get_color()): line.get_xydata() for line in ax.lines if line.get_linestyle() != "None"}
     exact, fitted = by_colour[to_rgba(GREEN)], by_colour[to_rgba(ORANGE)]
     held = 0.825, 13 * np.pi / 40  # the grid lines nearest to v = 0.83 and phi = 1
@@ -171,7 +169,7 @@ def test_separable_curves_are_those_of_both_maps(result, ax, coordinate, i):
 
 
 def test_separable_curves_lie_on_the_surface(result, ax3d):
-    separable_surface(result, ax3d, "v")
+    CATALOGUE["separable"].sheets(result)[0].panels[2](ax3d)
     exact, fitted = (np.column_stack(line.get_data_3d()) for line in ax3d.lines)
     assert exact[:, 2] == pytest.approx(IMAGE[0](*exact[:, :2].T), abs=1e-12)
     assert fitted[:, 2] == pytest.approx(0.9 - 0.2 * fitted[:, 0], abs=1e-12)
@@ -183,7 +181,7 @@ def test_separable_curves_lie_on_the_surface(result, ax3d):
 
 def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, ax):
     piece = {"name": "R2", "where": "v > 0.3", "family": "BTB", "fit": {"separable": {"v": 1, "phi": 1}}}
-    separable(replace(result, study=study_of(composite=[piece])), ax)
+    CATALOGUE["separable"].sheets(replace(result, study=study_of(composite=[piece])))[0].panels[0](ax)
     start = result.surfaces["BTB"].start
     median = np.median(start[start[:, 0] > 0.3, 1])
     assert ax.get_title() == f"$\\phi_{{k}}$ = {median:.4g}"
@@ -192,14 +190,14 @@ def test_separable_without_lines_of_its_own_is_shown_along_the_medians(result, a
 def test_a_gap_of_the_surface_is_a_gap_of_the_curve(result, ax):
     surface = result.surfaces["BTB"]
     holed = surface.restrict(np.abs(surface.start[:, 0] - 0.6) > 0.06)
-    separable(result.with_parts({"surfaces": {"BTB": holed}}), ax)
+    CATALOGUE["separable"].sheets(result.with_parts({"surfaces": {"BTB": holed}}))[0].panels[0](ax)
     (exact,) = [line.get_xydata() for line in ax.lines if line.get_label() == "exact map"]
     (gap,) = np.flatnonzero(np.isnan(exact[:, 0]))
     assert exact[gap - 1, 0] < 0.55 < 0.65 < exact[gap + 1, 0]
 
 
 def test_separable_has_planes_above_surfaces(result):
-    (sheet,) = separable_sheets(result)
+    (sheet,) = CATALOGUE["separable"].sheets(result)
     assert (sheet.projection, sheet.columns) == ((None, None, "3d", "3d"), 2)
 
 
@@ -209,7 +207,7 @@ def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
         CATALOGUE["orders"].sheets(result.with_parts({"near": bare}))
     study = study_of(composite=SECTIONS["composite"][:1])
     with pytest.raises(NsmapsError, match="name a piece of 'composite' with a 'separable' fit in the study"):
-        separable(replace(result, study=study), ax)
+        CATALOGUE["separable"].sheets(replace(result, study=study))
 
 
 def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):

@@ -1,7 +1,8 @@
 """A separable map beside the exact one, along the lines that represent a surface: fig. r2approx and r5approx."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -11,49 +12,55 @@ from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.figures.data import COMPOSITE, SEPARABLE, position, section
+from nsmaps.exact.surfaces.mesh import Mesh
+from nsmaps.exact.surfaces.surface import Surface
+from nsmaps.figures.data import position, section
 from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
-from nsmaps.figures.style import GREEN, ORANGE, dress, family_colours, piece_label, symbol
+from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, family_colours, piece_label, symbol
+from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polyfit import SeparableFit
+from nsmaps.reduced.fit.polymap import PolyMap
 
 if TYPE_CHECKING:
-    from nsmaps.exact.surfaces.mesh import Mesh
-    from nsmaps.exact.surfaces.surface import Surface
-    from nsmaps.reduced.fit.polymap import PolyMap
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.maps.composite import PieceSection
 
 _POINTS = 200  #: of a curve of the separable map
 
 
-def sheets(result: "StudyResult") -> tuple[Sheet, ...]:
+def sheets(
+    pieces: "Mapping[str, PieceSection]",
+    composite: CompositeMap,
+    surfaces: Mapping[str, Surface],
+    mesh: Callable[..., Mesh],
+    title: str = "exact map",
+) -> tuple[Sheet, ...]:
     """A sheet a piece, the first's named `separable`: the phase planes above the surfaces, coordinates as columns."""
-    drawn = []
-    for k, piece in enumerate(SEPARABLE.of(result, "separable")):
-        names = COMPOSITE.of(result, "separable").coordinates
-        file = file_of("separable", piece if k else "")
-        panels = [partial(of, result, coordinate=name, piece=piece) for of in (separable, separable_surface) for name in names]
+    drawn, names, colours = [], composite.coordinates, family_colours(list(surfaces))
+    for k, piece in enumerate(pieces.values()):
+        file, part = file_of("separable", piece.name if k else ""), _part(piece, composite, surfaces, mesh)
+        views = partial(separable, part, title=title), partial(separable_surface, part, colour=colours[part.surface.name])
+        panels = [partial(view, coordinate=name) for view in views for name in names]
         kinds = (*(None for _ in names), *("3d" for _ in names))
         drawn.append(Sheet(file, tuple(panels), len(names), 0.84, kinds, legend=True))
     return tuple(drawn)
 
 
-def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
+def separable(part: "SeparablePart", ax: Axes, coordinate: str = "", title: str = "exact map") -> Axes:
     """The phase plane of one coordinate: the exact map along one line of the grid, and the separable map.
 
     The line is the one at the fit's `lines`, or else through the median of the states. Grey: all other states of the
     region, of which a separable map knows nothing.
     """
-    part = _part(result, piece)
     i = position(part.names, coordinate or part.names[0])
     exact, fitted = part.exact(i), part.fitted(i)
     start, target = unwrapped(part.mesh.returns)
     flat(ax, np.column_stack([start[:, i], target[:, i]]), part.mesh.triangles, to_rgb("0.8"))
     area = Patch(color="0.8", label=f"{part.surface.name} in {piece_label(part.name)}")
-    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label=result.system.map_name, zorder=3)
+    ax.plot(exact[:, i], exact[:, -1], color=GREEN, lw=1.6, label=title, zorder=3)
     ax.plot(fitted[:, i], fitted[:, -1], color=ORANGE, lw=1.1, ls=(0, (4, 1.5)), label="separable map", zorder=4)
     ends = start[:, i].min(), start[:, i].max()
     low, high = window(target[:, i].min(), max(target[:, i].max(), ends[1]), fitted[:, -1])
@@ -65,14 +72,12 @@ def separable(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str 
     return dress(ax, (part.names[i], "k"), (part.names[i], "k+1"))
 
 
-def separable_surface(result: "StudyResult", ax: Axes, coordinate: str = "", piece: str = "") -> Axes:
+def separable_surface(part: "SeparablePart", ax: Axes, coordinate: str = "", colour: str = BLUE) -> Axes:
     """The surface of one coordinate over the region of a piece, with the curves of `separable` on it.
 
     The axes must be three-dimensional (`projection="3d"`).
     """
-    part = _part(result, piece)
     i = position(part.names, coordinate or part.names[0])
-    colour = family_colours(list(result.surfaces))[part.surface.name]
     start, target = unwrapped(part.mesh.returns)
     raised(ax, "separable", [(np.column_stack([start, target[:, i]]), part.mesh.triangles, colour)], part.names, part.names[i])
     space = cast(Any, ax)
@@ -83,19 +88,20 @@ def separable_surface(result: "StudyResult", ax: Axes, coordinate: str = "", pie
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Part:
+class SeparablePart:
     """A piece with a separable fit, and what the exact map says in its region."""
 
     name: str
-    map: "PolyMap"
+    map: PolyMap
     fit: SeparableFit  #: with the values that each coordinate's line is held at
-    surface: "Surface"  #: M states of its family, in its region
-    mesh: "Mesh"  #: the same as triangles
+    surface: Surface  #: M states of its family, in its region
+    mesh: Mesh  #: the same as triangles
     start: Floats  #: (M, n), angles on one stretch
     target: Floats  #: (M, n), as the polynomials have them
 
     @property
     def names(self) -> Coordinates:
+        """The names of the coordinates."""
         return self.surface.coordinates
 
     def exact(self, i: int) -> Floats:
@@ -119,16 +125,15 @@ class _Part:
         return ", ".join(f"{symbol(name, 'k')} = {line[j]:.4g}" for j, name in enumerate(self.names) if j != i)
 
 
-@lru_cache(maxsize=1)  # of all panels
-def _part(result: "StudyResult", piece: str) -> _Part:
-    """A piece by name, the first if it is empty."""
-    specs, composite = SEPARABLE.of(result, "separable"), COMPOSITE.of(result, "separable")
-    spec = specs[piece or next(iter(specs))]
-    asked, family = section(spec.separable, "fit"), section(spec.family, "family")
-    whole, region = result.surfaces[family], composite.piece(spec.name).region
+def _part(
+    piece: "PieceSection", composite: CompositeMap, surfaces: Mapping[str, Surface], mesh: Callable[..., Mesh]
+) -> SeparablePart:
+    """What is drawn of one piece of a study."""
+    asked, region = section(piece.separable, "fit"), composite.piece(piece.name).region
+    whole = surfaces[section(piece.family, "family")]
     surface = whole.restrict(region.contains(whole.coordinates.wrap(whole.start)))
-    mesh = result.mesh(family, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
+    facets = mesh(whole, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
     fit = SeparableFit(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
-    return _Part(spec.name, composite.piece(spec.name).map, fit, surface, mesh, start, target)
+    return SeparablePart(piece.name, composite.piece(piece.name).map, fit, surface, facets, start, target)
