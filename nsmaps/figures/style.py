@@ -190,7 +190,8 @@ def with_unit(text: str, name: str = "") -> str:
     'phase (rad)'
     """
     units = _UNITS.get()
-    unit = "rad" if is_angle(name) else units.get(name, "dimensionless" if "" in units else "")
+    otherwise = "dimensionless" if "" in units else ""
+    unit = "rad" if is_angle(name) else units.get(name, otherwise) if name else otherwise
     return f"{text} ({unit})" if unit else text
 
 
