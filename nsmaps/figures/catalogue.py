@@ -5,8 +5,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from nsmaps.figures import data
-from nsmaps.figures.need import Need
-from nsmaps.figures.row import Row
+from nsmaps.figures.row import Need, Row
 
 if TYPE_CHECKING:
     from nsmaps.study.reading.head import Head as Study
@@ -19,14 +18,12 @@ _ROWS = (
         "A drawing of the system with the names of its parts.",
         "The system: its parts, the forcing, and the walls whose impacts are counted.",
         (data.SKETCH,),
-        of_parts=True,
     ),
     Row(
         "system.algorithm",
         "A flow chart of the general algorithm, from top to bottom: initialize, iterate, finalize.",
         "The general algorithm, steps 0 to vii. Each box names what is done, the section of a study, and the function.",
         (data.MADE,),
-        of_parts=True,
     ),
     Row(
         "system.motion",
@@ -34,7 +31,6 @@ _ROWS = (
         "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall. With "
         "modes it is that of all states, coloured by mode, with the events.",
         (data.TRACKS,),
-        of_parts=True,
     ),
     Row(
         "system.impacts",
@@ -42,7 +38,6 @@ _ROWS = (
         "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls, or all "
         "events of a system with modes. Dotted lines give their order.",
         (data.TRACKS,),
-        of_parts=True,
     ),
     Row(
         "returns.slices",
@@ -50,7 +45,6 @@ _ROWS = (
         "First returns along one coordinate by word; the other coordinate is held at the value above. In its phase plane "
         "all stand over one value. Gaps are jumps of the map.",
         (data.SLICES,),
-        of_parts=True,
     ),
     Row(
         "returns.words",
@@ -58,14 +52,12 @@ _ROWS = (
         "The word or family of the first return from every state of the grid, and the pieces of any composite map."
         " The blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
         (data.PLANES, data.MESH, data.NEAR_DIAGONALS, data.REDUCED, data.PAIRS),
-        of_parts=True,
     ),
     Row(
         "composite.regions",
         "The plane of states divided into the named pieces of the composite map.",
         "The pieces of the composite map with their names, words and shares of the grid.",
         (data.COMPOSITE, data.GRID, data.PAIRS),
-        of_parts=True,
     ),
     Row(
         "returns.surfaces",
@@ -73,7 +65,6 @@ _ROWS = (
         "The return surfaces: each coordinate of the image over the initial states, coloured by family. They end "
         "where the map jumps or an angle is wrapped.",
         (data.PLANES, data.MESH),
-        of_parts=True,
         animated=True,
     ),
     Row(
@@ -83,7 +74,6 @@ _ROWS = (
         "is the value held. On the dashed diagonal a coordinate is mapped to itself. Stars, if any, are states near the diagonals"
         " of all coordinates, filled where no slope exceeds the bound of the study (1 unless it sets one), else hollow.",
         (data.SURFACES, data.MESH, data.NEAR_DIAGONALS),
-        of_parts=True,
     ),
     Row(
         "fits.diagonal",
@@ -91,14 +81,12 @@ _ROWS = (
         "States near both diagonals (eq. r1uniond): green for one value of the parameter, blue for all values of the sweep. "
         "Dotted lines are the ratios delta and 1/delta.",
         (data.DIAGONAL, data.SWEPT, data.SHOWN),
-        of_parts=True,
     ),
     Row(
         "returns.diagonal_surface",
         "Surfaces of the images over the plane of states; the part near both diagonals is blue.",
         "The return surfaces of one family, blue where a state is near the diagonals of all coordinates (eq. r1uniond).",
         (data.NEAR, data.SURFACES, data.NEAR_MESH),
-        of_parts=True,
     ),
     Row(
         "fits.orders",
@@ -106,7 +94,6 @@ _ROWS = (
         "Polynomials of several orders fitted near the diagonals (table TableDeltaErr): 1 - R2 and the sum of squared errors "
         "(SSE), a line for each delta.",
         (data.ORDERS,),
-        of_parts=True,
     ),
     Row(
         "fits.fit_error",
@@ -114,7 +101,6 @@ _ROWS = (
         "The error of the polynomials fitted near the diagonals at each state of the grid, a row for each delta (fig. "
         "comparert).",
         (data.ORDERS,),
-        of_parts=True,
     ),
     Row(
         "fits.separable",
@@ -122,7 +108,6 @@ _ROWS = (
         "A separable approximation. The exact map along one line of the grid is green, the separable map orange, and all other "
         "states of the region are grey. Below, both are curves on the return surface.",
         (data.SEPARABLE, data.COMPOSITE, data.SURFACES, data.MESH, data.TITLE),
-        of_parts=True,
     ),
     Row(
         "composite.partition",
@@ -130,7 +115,6 @@ _ROWS = (
         "The regions found by the general algorithm, with the names and colours of the pieces of the composite map. Attracting "
         "regions have a thick frame.",
         (data.PARTITION, data.GRID, data.PAIRS),
-        of_parts=True,
     ),
     Row(
         "composite.strips",
@@ -138,7 +122,6 @@ _ROWS = (
         "The cells of the accurate map by the total degree of their polynomials, separated by white lines. Black curves are the "
         "edges of the exact map.",
         (data.ACCURATE, data.NAMES),
-        of_parts=True,
     ),
     Row(
         "composite.speed_error",
@@ -146,7 +129,6 @@ _ROWS = (
         "Error against speed: the processor time for the return of one state, and the largest error at held-out states. A map to"
         " the right of the line is slower than the exact map.",
         (data.SPEED, data.ERRORS, data.TOLERANCE, data.TITLE),
-        of_parts=True,
     ),
     Row(
         "composite.orbits",
@@ -155,7 +137,6 @@ _ROWS = (
         "there is one. Lines join a state to its image. A cross, if any, is the last state of an orbit that ends, or its last "
         "state within the picture. No piece holds the hatched states.",
         (data.ORBITS, data.PLANE, data.OVER),
-        of_parts=True,
     ),
     Row(
         "composite.cobweb",
@@ -164,7 +145,6 @@ _ROWS = (
         "depends on one coordinate alone, else the range of its values over the other, pale where the orbit does not come. A "
         "cross, if any, is the end of an orbit that leaves the domain of the map.",
         (data.COMPOSITE, data.GRID, data.ORBITS),
-        of_parts=True,
         animated=True,
     ),
     Row(
@@ -176,7 +156,6 @@ _ROWS = (
         "room; C is chaos, between windows at most of the values. A motion of the "
         "composite map has the name of the exact one with the same words and period in returns. Grey: no attractor.",
         (data.BIFURCATION,),
-        of_parts=True,
     ),
     Row(
         "longrun.branches",
@@ -184,7 +163,6 @@ _ROWS = (
         "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines of "
         "unknown stability; marks are events.",
         (data.BRANCHES,),
-        of_parts=True,
     ),
     Row(
         "longrun.stability",
@@ -192,7 +170,6 @@ _ROWS = (
         "The motion to which one orbit converges at each point of two parameters, and bifurcation curves of branches. "
         "Another initial state may converge to another motion.",
         (data.STABILITY, data.CURVES),
-        of_parts=True,
     ),
     Row(
         "longrun.chart",
@@ -201,7 +178,6 @@ _ROWS = (
         "and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed those whose "
         "parameters the system refuses.",
         (data.CHART, data.CHART_CURVES, data.OPTIMUM),
-        of_parts=True,
     ),
     Row(
         "longrun.lyapunov",
@@ -209,7 +185,6 @@ _ROWS = (
         "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "
         "Neighbouring orbits diverge where an exponent is positive.",
         (data.LYAPUNOV,),
-        of_parts=True,
     ),
     Row(
         "longrun.basins",
@@ -217,7 +192,6 @@ _ROWS = (
         "Basins of attraction over the grid: the attractor that each state reaches, with the share of its basin, and the number "
         "of returns taken. Marks are states of the attractors.",
         (data.BASINS, data.SAME_ATTRACTOR),
-        of_parts=True,
     ),
     Row(
         "longrun.global_continuation",
@@ -226,7 +200,6 @@ _ROWS = (
         "smallest kick found that leads elsewhere, an upper estimate of the distance to the boundary (an arrow: none up to one); "
         "the mean return time after a kick, with two standard errors. Kicks are in shares of the region's sides.",
         (data.GLOBAL_CONTINUATION,),
-        of_parts=True,
     ),
     Row(
         "longrun.manifolds",
@@ -234,7 +207,6 @@ _ROWS = (
         "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "
         "interrupted where the map jumps, over the basins or the words where the study has them.",
         (data.MANIFOLDS, data.BELOW),
-        of_parts=True,
     ),
     Row(
         "longrun.observables",
@@ -243,7 +215,6 @@ _ROWS = (
         "bifurcation diagram, with two standard errors, and along branches of periodic orbits, dashed where they are "
         "not stable.",
         (data.OBSERVABLES,),
-        of_parts=True,
     ),
     Row(
         "longrun.noise",
@@ -251,7 +222,6 @@ _ROWS = (
         "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the shares "
         "of motions and the rates of transitions between them, with standard errors, over the size of the noise.",
         (data.NOISE,),
-        of_parts=True,
     ),
     Row(
         "domains.auxiliary",
@@ -261,7 +231,6 @@ _ROWS = (
         "the box is forward invariant, the interval of the first step is green. The title has the width of the box to which the "
         "update leads.",
         (data.ENVELOPED,),
-        of_parts=True,
         by_domain=True,
     ),
     Row(
@@ -271,7 +240,6 @@ _ROWS = (
         "steps from the box (dotted). If the box is forward invariant, they converge to the yellow interval from p to q, the "
         "next box. The thin line is a generic cobweb, which is omitted if it converges to no cycle.",
         (data.ENVELOPED,),
-        of_parts=True,
         by_domain=True,
     ),
     Row(
@@ -280,7 +248,6 @@ _ROWS = (
         "The width of the box after each update of the auxiliary maps, for each domain that is forward invariant; the title "
         "names those that are not.",
         (data.DOMAINS,),
-        of_parts=True,
     ),
     Row(
         "domains.second_iterate",
@@ -289,7 +256,6 @@ _ROWS = (
         "upper map of the lower map (thin), which has q, or the worst case of both. If the box is forward invariant, p and q "
         "bound the coordinate.",
         (data.SECOND_ITERATE, data.BOUNDED),
-        of_parts=True,
     ),
     Row(
         "domains.auxiliary_map",
@@ -298,7 +264,6 @@ _ROWS = (
         "its upper and lower auxiliary map alternately, elsewhere by the composite map. Pieces are lines where the image depends "
         "on one coordinate alone, else the range of its values over the other.",
         (data.AUXILIARY_MAP, data.COMPOSITE, data.GRID, data.PAIRS),
-        of_parts=True,
     ),
     Row(
         "cells.morse",
@@ -306,7 +271,6 @@ _ROWS = (
         "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of orbits. "
         "From a minimal component no other component can be reached.",
         (data.MORSE, data.EXACT_ORBITS),
-        of_parts=True,
     ),
     Row(
         "cells.exit_times",
@@ -314,7 +278,6 @@ _ROWS = (
         "The number of returns after which all states of a cell have left its region, by enclosure, with the cells for which "
         "this is not shown and the periodic points found there.",
         (data.EXIT_TIMES,),
-        of_parts=True,
     ),
 )
 CATALOGUE: Mapping[str, Row] = {row.name: row for row in _ROWS}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import invariant_or_first
+from nsmaps.figures.parts import invariant_or_first
 from nsmaps.report.phrases import MOST, at, listed, part_of
 from nsmaps.study.conclusions.headline import cycle_of
 from nsmaps.study.conclusions.texts import intervals, point, range_text

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from nsmaps.figures.catalogue import drawable, named_by, rows_of
-from nsmaps.figures.data import invariant_or_first
+from nsmaps.figures.parts import invariant_or_first
 from nsmaps.report.captions import caption
 from nsmaps.report.html import folded, tag
 from nsmaps.report.phrases import part_of

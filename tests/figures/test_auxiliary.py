@@ -13,13 +13,13 @@ from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.cobweb import cobweb
-from nsmaps.figures.data import Bounded
 from nsmaps.figures.domains.auxiliary import auxiliary, first_interval
 from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.envelopes import envelopes
 from nsmaps.figures.domains.second_iterate import second_iterate
 from nsmaps.figures.lines import staircase
+from nsmaps.figures.parts import Bounded
 from nsmaps.figures.style import PIECES, REST
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box

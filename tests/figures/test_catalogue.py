@@ -18,7 +18,7 @@ def test_a_row_is_a_module_that_draws_and_whole_sentences(name):
     row = CATALOGUE[name]
     module = import_module(f"nsmaps.figures.{row.module}")
     required = [each for each in signature(module.sheets).parameters.values() if each.default is each.empty]
-    assert len(required) <= (len(row.needs) if row.of_parts else 1) <= len(signature(module.sheets).parameters)
+    assert len(required) <= len(row.needs) <= len(signature(module.sheets).parameters)
     drawn = [each for key, each in vars(module).items() if isfunction(each) and not key.startswith("_")]
     assert any("ax" in signature(each).parameters for each in drawn)
     assert SENTENCES.fullmatch(row.alt)

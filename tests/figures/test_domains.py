@@ -8,12 +8,12 @@ import pytest
 from matplotlib import rc_context
 
 from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.figures.data import Bounded
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.domain_size import sheets as size_sheets
 from nsmaps.figures.domains.envelopes import envelopes, shown
 from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
 from nsmaps.figures.domains.second_iterate import second_iterate
+from nsmaps.figures.parts import Bounded
 from nsmaps.figures.style import STYLE
 
 

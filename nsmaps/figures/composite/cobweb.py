@@ -16,9 +16,9 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.composite.areas import colours_over, pieces_on
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import position as place
 from nsmaps.figures.lines import diagonal, ended, finite_states, last_tenth, staircase, window
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import position as place
 from nsmaps.figures.style import HALO, MAGENTA, REST, dress, fill_of, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 

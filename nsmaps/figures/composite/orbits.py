@@ -15,9 +15,9 @@ from nsmaps.dynamics.attractors.limit_set import OrbitPair
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.figures.composite.areas import colours_over, paint_pieces
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import position
 from nsmaps.figures.lines import ended, finite_states, last_tenth, window
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import GREEN, HALO, ORANGE, dress
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from nsmaps.arrays import Floats
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
 from nsmaps.auxiliary.worst_case import Update
-from nsmaps.figures.data import invariant_or_first, position
 from nsmaps.figures.domains.envelopes import bounding, frame, headline, worst_case, worst_steps
 from nsmaps.figures.domains.looks import Domains, by_name, heading
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import invariant_or_first, position
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, tint
 
 _GREYS = ("0.82", "0.35")  #: of the curves for the least and the largest of the others

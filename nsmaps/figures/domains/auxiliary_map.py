@@ -11,9 +11,9 @@ from nsmaps.auxiliary.full_map import AuxiliaryOrbit
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import draw_pieces, look
-from nsmaps.figures.data import position
 from nsmaps.figures.lines import last_tenth, staircase
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import BLUE, HALO, MAGENTA, ORANGE
 from nsmaps.reduced.composite.composite import CompositeMap
 

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from nsmaps.figures.data import invariant_or_first, position
 from nsmaps.figures.domains.looks import Domains, by_name, failed, heading, look_of
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import invariant_or_first, position
 from nsmaps.figures.style import symbol, with_unit
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale

@@ -9,10 +9,10 @@ from nsmaps.arrays import Floats
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
 from nsmaps.auxiliary.worst_case import Update
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.data import invariant_or_first, position
 from nsmaps.figures.domains.looks import Domains, by_name, heading
 from nsmaps.figures.lines import diagonal, last_tenth, staircase
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import invariant_or_first, position
 from nsmaps.figures.style import BLUE, OLIVE, ORANGE, RED, YELLOW, dress, tint
 
 _MOVED = 0.01  #: of a box's width, below which its picture is the same

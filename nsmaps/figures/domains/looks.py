@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
-from nsmaps.figures.data import invariant_or_first
+from nsmaps.figures.parts import invariant_or_first
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED
 
 Domains = AttractingDomain | Mapping[str, AttractingDomain]  #: one, or several by name

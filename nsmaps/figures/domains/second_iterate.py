@@ -13,11 +13,11 @@ from nsmaps.auxiliary.attracting_domain import AttractingDomain
 from nsmaps.auxiliary.worst_case import Update
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.data import Bounded, position
 from nsmaps.figures.domains.envelopes import frame
 from nsmaps.figures.domains.looks import heading
 from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import Bounded, position
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED, dress
 from nsmaps.symbolic.curve_iterates import SecondIterate
 

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import position
 from nsmaps.figures.lines import diagonal as identity
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import BLUE, GREEN, dress, symbol, tint
 from nsmaps.reduced.fit.filter import DiagonalRegion
 

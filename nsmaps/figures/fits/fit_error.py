@@ -10,8 +10,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.data import position
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import dress, symbol
 from nsmaps.reduced.fit.filter_errors import NearDiagonals
 from nsmaps.reduced.fit.lifts import unwrapped

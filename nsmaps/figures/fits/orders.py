@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.figures.data import position
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import LOOKS, symbol
 from nsmaps.reduced.fit.filter_errors import NearDiagonals
 

@@ -14,9 +14,9 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.surfaces.mesh import Mesh
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.figures.data import position, section
 from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import position, section
 from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, family_colours, piece_label, symbol

@@ -15,8 +15,8 @@ from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Grid
-from nsmaps.figures.data import plane
 from nsmaps.figures.page import Panel, Sheet
+from nsmaps.figures.parts import plane
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, tint
 
 COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)  #: of attractors, by their number

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.figures.data import plane
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import plane
 from nsmaps.figures.returns.surfaces import TINT, Meshing, part_of, raised
 from nsmaps.figures.style import BLUE, family_colours, tint
 from nsmaps.reduced.fit.filter_errors import NearDiagonals

@@ -18,9 +18,9 @@ from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.exact.surfaces.mesh import grid_mesh
 from nsmaps.exact.surfaces.surface import Axis, Surface
-from nsmaps.figures.data import position
 from nsmaps.figures.lines import diagonal as identity
 from nsmaps.figures.page import Sheet, file_of
+from nsmaps.figures.parts import position
 from nsmaps.figures.returns.surfaces import Meshing, Surfaces, by_name
 from nsmaps.figures.style import BLACK, BROWN, RED, angle_ticks, dress, label
 from nsmaps.reduced.fit.filter import DiagonalRegion, near_diagonal, own_slopes

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from nsmaps.coordinates import is_angle
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.words import LONGER
-from nsmaps.figures.data import position
 from nsmaps.figures.lines import diagonal
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import position
 from nsmaps.figures.style import GREY, dress, family_colours, symbol
 
 _ENDS: dict[str, Any] = {"solid_capstyle": "butt", "solid_joinstyle": "bevel"}  #: of lines, which keep within their images

@@ -14,8 +14,8 @@ from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.mesh import Mesh, grid_mesh
 from nsmaps.exact.surfaces.surface import Surface
-from nsmaps.figures.data import plane, position
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import plane, position
 from nsmaps.figures.returns.facets import Facets, shaded
 from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, symbol, tint
 

@@ -11,8 +11,8 @@ from matplotlib.patches import Patch, Rectangle
 from nsmaps.exact.surfaces.mesh import grid_mesh
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.figures.composite.areas import colours_over, paint_pieces, pieces_on
-from nsmaps.figures.data import plane
 from nsmaps.figures.page import Sheet
+from nsmaps.figures.parts import plane
 from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import Meshing, Surfaces, by_name
 from nsmaps.figures.style import BLUE, GREY, dress, family_colours, tint
