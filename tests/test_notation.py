@@ -7,7 +7,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
-from pydantic import BaseModel
+from pydantic import BaseModel, RootModel
 from ruamel.yaml import YAML
 from test_docs import FENCE, sections
 
@@ -57,7 +57,13 @@ def _is_module(name: str) -> bool:
 
 def keys_of(model: type[BaseModel]) -> dict[str, list[type[BaseModel]]]:
     """The keys of a section with the models of what stands there."""
-    return {field.alias or name: list(sections(field.annotation)) for name, field in model.model_fields.items()}
+    keys = {field.alias or name: field.annotation for name, field in model.model_fields.items()}
+    return {name: [each for found in sections(of) for each in entries(found)] for name, of in keys.items()}
+
+
+def entries(model: type[BaseModel]) -> list[type[BaseModel]]:
+    """The models of the entries of a section that is a list or a mapping; of another that section's."""
+    return list(sections(model.model_fields["root"].annotation)) if issubclass(model, RootModel) else [model]
 
 
 def test_every_row_names_something_here():

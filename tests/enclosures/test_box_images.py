@@ -195,9 +195,9 @@ def studied():
         study = load_study(name)
         grid = {axis: ends.model_copy(update={"points": 100}) for axis, ends in study.grid.items()}
         bare = {
-            "grid": grid,
-            "orbits": (),
-            "domains": (),
+            "grid": type(study.grid)(grid),
+            "orbits": type(study.orbits)(),
+            "domains": type(study.domains)(),
             "diagonal": study.diagonal,
             "second_iterate": None,
             "auxiliary_map": None,

@@ -133,7 +133,7 @@ def test_diagrams_count_returns_and_windows_end_where_they_do():
         assert not (diagram.period[~stable] == 2).any()
         (window,) = (each for each in windows(diagram, map_of, [-0.3], 400) if each.label == "2:1, period 2")
         assert window.low.value == pytest.approx(-2, abs=1e-6)
-    assert set(diagram.lengths[stable].ravel().tolist()) == {2}
+    assert set(diagram.length[stable].ravel().tolist()) == {2}
 
 
 def test_members_of_different_numbers_of_returns_are_refused():

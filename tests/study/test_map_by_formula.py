@@ -172,7 +172,7 @@ figures: [observables, bifurcation]
 
 
 def test_projections_of_a_map_on_the_circle_leave_out_parts_without_states(tmp_path):
-    from nsmaps.figures.returns.projections import sheets
+    from nsmaps.figures.catalogue import CATALOGUE
 
     (tmp_path / "turn.py").write_text("""
 import nsmaps
@@ -187,5 +187,5 @@ class Turn(nsmaps.PiecewiseMap):
 """)
     axes = "{w: {from: -1, to: 1, points: 5}, phi: {from: 0, to: 2*pi, points: 21}}"
     (tmp_path / "study.yaml").write_text(f"system: turn.py:Turn\ngrid: {axes}\nfamilies: {{late: [F], early: [S]}}\n")
-    found = sheets(nsmaps.run(nsmaps.load_study(tmp_path / "study.yaml")))
+    found = CATALOGUE["projections"].sheets(nsmaps.run(nsmaps.load_study(tmp_path / "study.yaml")))
     assert [(sheet.name, len(sheet.panels)) for sheet in found] == [("projections-late", 2), ("projections-early", 4)]
