@@ -3,7 +3,6 @@
 A study can name a target only by its section `morse`.
 """
 
-from dataclasses import replace
 from math import pi
 from pathlib import Path
 
@@ -25,4 +24,4 @@ def compute(folder: Path) -> None:
     found = find_cycles(result.system, WINDOW, 1, 4, 32)
     target = forward_invariant_box(result.system, BOX)
     times = exit_times(result.system, result.composite, WINDOW, 4, target=target, cycles=found.cycles)
-    write(replace(result, exit_times=times), folder)
+    write(result.with_parts({"exit_times": times}), folder)
