@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from pydantic import Field, create_model
 
+from nsmaps.errors import NsmapsError, near_match
 from nsmaps.figures.catalogue import CATALOGUE, FigureName
 from nsmaps.plugins import ANALYSIS, class_of
 from nsmaps.study.reading.head import Head
@@ -95,6 +96,14 @@ class Study(Head):
     def stored_parts(self) -> list[str]:
         """The names of the parts of a result that are written to files."""
         return [name for kind in self.kinds().values() if kind.stored for name in kind.results]
+
+    def without(self, *keys: str) -> "Study":
+        """The study without some of its sections, figures or requirements; NsmapsError for a key that it cannot be without."""
+        fields = type(self).model_fields
+        for key in keys:
+            if key not in fields or fields[key].is_required():
+                raise NsmapsError(f"a study has no section {key!r} that can be left out{near_match(key, fields)}")
+        return self.model_copy(update={key: fields[key].get_default(call_default_factory=True) for key in keys})
 
     def analyses(self) -> dict[str, Steps]:
         """The analyses that the study names, by key, in the order of a run."""

@@ -146,3 +146,13 @@ def test_no_such_study_has_a_near_match() -> None:
 def test_a_title_has_no_more_digits_than_tell_the_values_apart(beta: str, told: str) -> None:
     study = nsmaps.load_study("vi_pair/pd", parameters={"beta": beta})
     assert study.title == f"Case PD: the stable two-cycle at d = 0.30; with beta = {told}"
+
+
+def test_sections_are_left_out_by_name() -> None:
+    study = nsmaps.load_study("vi_pair/fp")
+    bare = study.without("domains", "second_iterate", "auxiliary_map", "figures")
+    assert list(bare.analyses()) == [key for key in study.analyses() if key not in ("domains", "second_iterate", "auxiliary_map")]
+    assert (len(bare.domains), bare.figures) == (0, ())
+    for key in ("system", "domain"):
+        with pytest.raises(nsmaps.NsmapsError, match=f"no section '{key}' that can be left out"):
+            study.without(key)
