@@ -23,9 +23,9 @@ MOST_STARTS = 5_000  #: of Newton's method, on a grid over the box
 class CurveCycles:
     """The two-cycles of two curves of one coordinate in turn: q = first(p), p = second(q)."""
 
-    equation: Any  #: second(first(p)) - p, to be zero: a sympy polynomial in p, the coordinate's own symbol
+    equation: Any  #: to be zero: the image of p under both curves less p, a sympy polynomial in p, the coordinate's own symbol
     points: Floats  #: shape (C, 2), p and q of each real solution, p ascending
-    multipliers: Floats  #: shape (C,), the slope of second(first(.)) at p: stable where it is within (-1, 1)
+    multipliers: Floats  #: shape (C,), the slope of both curves in turn at p, stable where it is within (-1, 1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
