@@ -118,9 +118,8 @@ def basins(result: "StudyResult") -> "Basins | Mapping[str, Basins] | None":
 
 
 def diagrams(result: "StudyResult") -> "Mapping[str, BifurcationDiagram]":
-    """The bifurcation diagrams by the titles of their maps, the exact one first."""
-    found = sorted(result.bifurcation.items(), key=lambda pair: pair[0] != "exact")
-    return {result.map_title(of): diagram for of, diagram in found}
+    """The bifurcation diagrams by the titles of their maps, in the order of the study."""
+    return {result.map_title(of): diagram for of, diagram in result.bifurcation.items()}
 
 
 def diagonal(result: "StudyResult") -> "DiagonalRegion | None":

@@ -101,7 +101,7 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):
         assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
         assert [text.get_text() for text in one.texts] == [text.get_text() for text in other.texts] == ["1:1/T"]
-    assert [ax.get_title(loc="right") for ax in figure.axes] == ["exact map"] * 2 + ["composite map"] * 2
+    assert [ax.get_title(loc="right") for ax in figure.axes] == ["composite map"] * 2 + ["exact map"] * 2
     (legend,) = figure.legends
     assert [text.get_text() for text in legend.get_texts()] == ["BTB"]
 

@@ -47,11 +47,11 @@ def bifurcation(result: "BifurcationDiagram | Diagrams", ax: Axes, of: str = "",
 
     The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
     between lines at their computed borders, where these are known to the distance of neighbouring values; grey bands: values
-    without an attractor. All maps have the same limits, and a motion of another map has the name of that of the first one with
-    the same impacts and period in returns.
+    without an attractor. All maps have the same limits, and a motion of a fitted map has the name of that of the exact one
+    with the same impacts and period in returns.
 
     Args:
-        result: one diagram, or those of several maps by the titles of these, the exact one first.
+        result: one diagram, or those of several maps by the titles of these.
         of: the title of the map, the first one if empty.
     """
     diagrams = _by_title(result)
@@ -97,13 +97,15 @@ def _motions(diagrams: "Diagrams", of: str) -> list[Named]:
 
 def _named(diagrams: "Diagrams", of: str) -> list[Named]:
     """The windows of a map, each to its borders or, where these are not sharp, to the values at which it was seen."""
-    diagram, first = diagrams[of], next(iter(diagrams.values()))
-    names = {} if diagram is first else {each.by_returns: each.label for each in first.windows}
+    diagram = diagrams[of]
+    all_windows = [window for each in diagrams.values() for window in each.windows]
+    names = {window.by_returns: window.label for window in all_windows if window.label != window.by_returns}
     found = []
     for each in diagram.windows:
         borders = zip((each.low, each.high), each.seen, strict=True)
         low, high = (border.value if is_sharp(border, diagram) else seen for border, seen in borders)
-        found.append((names.get(each.by_returns, each.label), low, high))
+        name = each.label if each.label != each.by_returns else names.get(each.by_returns, each.label)
+        found.append((name, low, high))
     return found
 
 
