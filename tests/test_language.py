@@ -201,3 +201,25 @@ def test_private_words_are_found_where_they_are(tmp_path: Path) -> None:
     )
     assert [(place.line, place.text) for place in names(source)] == [(4, "made"), (4, "most"), (6, "rest")]
     assert sorted(place.text for place in texts(source)) == ["# settled", "It tells.", "Nobody.", "is told so"]
+
+
+def arguments_of_no_function(source: str) -> list[tuple[str, str]]:
+    """The names in the sections `Args` of docstrings that the signature of their function lacks, each with the function's."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        text = ast.get_docstring(node) if isinstance(node, ast.FunctionDef) else None
+        if not isinstance(node, ast.FunctionDef) or not text or "Args:" not in text:
+            continue
+        given = ast.walk(node.args)
+        names = {each.arg for each in given if isinstance(each, ast.arg)}
+        entries = re.findall(r"^    (\w+(?:, \w+)*):", text.split("Args:")[1].split("\n\n")[0], re.MULTILINE)
+        found += [(node.name, name) for entry in entries for name in entry.split(", ") if name not in names]
+    return found
+
+
+def test_docstrings_explain_the_arguments_that_a_function_has() -> None:
+    source = 'def f(a, b):\n    """Text.\n\n    Args:\n        a, c: one.\n        b: another.\n    """\n'
+    assert arguments_of_no_function(source) == [("f", "c")]
+    files = sorted((ROOT / "nsmaps").rglob("*.py"))
+    assert len(files) > 500
+    assert {str(file): wrong for file in files if (wrong := arguments_of_no_function(file.read_text(encoding="utf-8")))} == {}

@@ -99,7 +99,7 @@ def attracting_domain(
     the box may take a hundred times as long. On a terminal a line shows the progress.
 
     Args:
-        map: an exact system, a composite map or a PolyMap.
+        return_map: an exact system, a composite map or a PolyMap.
         box: a mapping of names to (low, high), a `Box`, or an array of shape (n, 2); angles in radians, on any turn.
         updates: largest number N of updates.
         grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.

@@ -145,7 +145,7 @@ def exit_times(
     enclosure does not separate from them.
 
     Args:
-        map: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
+        return_map: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         depth, cells: as for `morse_sets`.

@@ -107,7 +107,7 @@ def morse_sets(
     images are not bounded has arcs to all cells. States that leave the window or have no image are followed no further.
 
     Args:
-        map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
+        return_map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.

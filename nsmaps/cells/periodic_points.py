@@ -90,7 +90,7 @@ def find_cycles(
     the window are not looked for.
 
     Args:
-        map: an exact system, a composite map or a PolyMap: anything with `first_return` with derivatives and `image_boxes`.
+        return_map: an exact system, a composite map or a PolyMap: with `first_return` with derivatives and `image_boxes`.
         window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); angles on any turn.
         period: the longest period, in returns, at least 1; cycles of every period up to it are sought.
         depth: how many times the cells that cannot be excluded are halved along every axis, at least 0; more exclude more.

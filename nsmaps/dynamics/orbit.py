@@ -69,7 +69,7 @@ def orbit(return_map: ReturnMap, state: StateLike, n: int, *, progress: Progress
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
-        map: an exact system, a composite map, or any other return map.
+        return_map: an exact system, a composite map, or any other return map.
         progress: called now and then with the fraction of the returns that is made, from 0 to 1.
         how: passed on to the map's returns, such as `chatter=inf` of an exact system.
 

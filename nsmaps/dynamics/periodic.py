@@ -143,7 +143,7 @@ def periodic_orbit(
     Steps are halved until they reduce the residual. The orbit found may have a divisor of the period.
 
     Args:
-        map: with derivatives, such as an exact system, a composite map or one of strips.
+        return_map: with derivatives, such as an exact system, a composite map or one of strips.
         guess: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
         period: q, in returns.
         tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.

@@ -27,7 +27,7 @@ def periodic_orbits(
     as chatter at speeds below the tolerance may have, and any orbit of a family, such as motions that keep their energy.
 
     Args:
-        map: with derivatives.
+        return_map: with derivatives.
         starts: shape (N, n), the first state of each guess.
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
@@ -59,7 +59,7 @@ def periodic_orbits_by_word(return_map: PiecewiseMap, max_period: int, tolerance
     1 is a multiplier are left out: they have no cycle, or a line of them.
 
     Args:
-        map: without angles, whose images are affine.
+        return_map: without angles, whose images are affine.
         max_period: in returns.
         tolerance: as in `periodic_orbit`.
 

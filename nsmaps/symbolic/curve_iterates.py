@@ -108,8 +108,8 @@ def second_iterate(
     `min_first` is f(f(v, phi_min), phi_max) = xi_L(xi_U(v)), eq. auxv2nd, which fixes p_v.
 
     Args:
-        map: a fitted map, for numbers; a ParametricMap, whose parameter stays a symbol in the coefficients; or a PolyFit, for
-            general coefficients b_0, b_1, ... in the order of eq. cubic2dv.
+        polynomial: a fitted map, for numbers; a ParametricMap, whose parameter stays a symbol in the coefficients; or a PolyFit,
+            for general coefficients b_0, b_1, ... in the order of eq. cubic2dv.
         phi_min, phi_max: the lower and upper extreme of the other coordinate; of several others a mapping of names to numbers.
             If None they are symbols of these names, such as phi_min, or v_min if phi is the variable.
         variable: the coordinate that is iterated; the first if omitted.

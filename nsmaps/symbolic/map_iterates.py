@@ -88,8 +88,8 @@ def symbolic_iterate(
     """The n-th iterate of a whole polynomial map in closed form.
 
     Args:
-        map: a fitted map; a composite or parametric map, of which one piece is iterated; or a PolyFit, for general coefficients:
-            b_0, b_1, ... of the first coordinate and a_0, a_1, ... of the second, in the order of eq. cubic2dv.
+        polynomial: a fitted map; a composite or parametric map, of which one piece is iterated; or a PolyFit, for general
+            coefficients: b_0, b_1, ... of the first coordinate and a_0, a_1, ... of the second, in the order of eq. cubic2dv.
         n: at least one.
         piece: of a composite or parametric map.
         coordinates: of a PolyFit, which does not know them.

@@ -89,7 +89,7 @@ def manifold(
     has that of `PiecewiseMap.inverse`, of several preimages the one in the first piece. Other maps need an `inverse`.
 
     Args:
-        map: with two coordinates.
+        return_map: with two coordinates.
         orbit: a saddle: one multiplier within the unit circle, one beyond it.
         which: "unstable" or "stable".
         length: of each side, in units of the manifold's `scale`.

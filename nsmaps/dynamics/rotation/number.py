@@ -36,7 +36,7 @@ def rotation_number(
     power on smooth quasi-periodic orbits: S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111.
 
     Args:
-        map: with an angle, whose turns are counted from each state to its image, or whose words have two letters.
+        return_map: with an angle, whose turns are counted from each state to its image, or whose words have two letters.
         start: one state, shape (n,) or by name.
         returns: number over which the mean is taken.
         discard: number before these.

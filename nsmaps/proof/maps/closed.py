@@ -18,7 +18,7 @@ def closed_set(formulas: PiecewiseFormulas, cells: Cells, seed: Floats) -> NDArr
     """The codes of the cells that orbits from the cell of a state meet: their images are all within them.
 
     Args:
-        map: in balls.
+        formulas: in balls.
         cells: the grid.
         seed: a state on the attractor, shape (n,).
 

@@ -51,7 +51,7 @@ def prove_map(
     The search works in floats and with the images that `nsmaps.verify` computes; it proves nothing.
 
     Args:
-        map: by formulas.
+        return_map: by formulas.
         cycles: states near cycles, with their periods.
         start: a state whose orbit comes to the attractor; None for cycles alone.
         window: a box of states that is divided into cells; of an angle they are on the whole circle.
