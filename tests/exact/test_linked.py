@@ -27,7 +27,9 @@ def entries():
     """Every compiled function of the package that is an entry, by module and name."""
     found = {}
     for module in pkgutil.walk_packages(nsmaps.__path__, "nsmaps."):
-        if module.name.startswith(("nsmaps.exact.", "nsmaps.reduced.", "nsmaps.dynamics.", "nsmaps.proof.")):
+        if module.name.startswith(
+            ("nsmaps.exact.", "nsmaps.enclosures.", "nsmaps.reduced.", "nsmaps.dynamics.", "nsmaps.proof.")
+        ):
             for value in vars(import_module(module.name)).values():
                 if isinstance(value, CPUDispatcher) and value._compiler.pipeline_class in (EntryCompiler, LongEntryCompiler):
                     found[value.py_func.__module__, value.py_func.__name__] = value
