@@ -78,7 +78,7 @@ class Result(Storable):
     """
 
     __slots__ = ()
-    picture: ClassVar[str] = ""  #: such as `nsmaps.figures.longrun.bifurcation`
+    picture: ClassVar[str] = ""  #: such as `nsmaps.figures.parameters.bifurcation`
     leading: ClassVar[tuple[str, ...]] = ()  #: names of the first of the axes that `...` stands for, such as ("value",)
 
     __repr__ = brief

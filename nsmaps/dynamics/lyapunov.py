@@ -195,7 +195,7 @@ class LyapunovSweep(Lyapunov):
     Where there is no map, they are NaN, and the outcome is `invalid`.
     """
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.lyapunov"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.lyapunov"
     leading: ClassVar[tuple[str, ...]] = ("value",)
 
     parameter: str

@@ -148,7 +148,7 @@ _ROWS = (
         animated=True,
     ),
     Row(
-        "longrun.bifurcation",
+        "parameters.bifurcation",
         "The states of the attractors against the parameter, coloured by word.",
         "The attractors over the parameter by word; the darker a place, the more states lie there. Lines are "
         "the computed borders of the widest windows of the first orbit (of two, of the one followed through growing "
@@ -158,21 +158,21 @@ _ROWS = (
         (data.BIFURCATION,),
     ),
     Row(
-        "longrun.branches",
+        "parameters.branches",
         "The states of periodic orbits against the parameter, solid where stable and dashed where unstable, with events.",
         "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines of "
         "unknown stability; marks are events.",
         (data.BRANCHES,),
     ),
     Row(
-        "longrun.stability",
+        "parameters.stability",
         "The plane of two parameters coloured by the motion that attracts, with bifurcation curves.",
         "The motion to which one orbit converges at each point of two parameters, and bifurcation curves of branches. "
         "Another initial state may converge to another motion.",
         (data.STABILITY, data.CURVES),
     ),
     Row(
-        "longrun.chart",
+        "parameters.chart",
         "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
         "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was found, "
         "and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed those whose "
@@ -180,7 +180,7 @@ _ROWS = (
         (data.CHART, data.CHART_CURVES, data.OPTIMUM),
     ),
     Row(
-        "longrun.lyapunov",
+        "parameters.lyapunov",
         "The Lyapunov exponents against the parameter with bands of two standard errors.",
         "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "
         "Neighbouring orbits diverge where an exponent is positive.",

@@ -13,7 +13,7 @@ from nsmaps import bifurcation_diagram as compute
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.exact.words import encode
 from nsmaps.figures.data import BIFURCATION
-from nsmaps.figures.longrun.bifurcation import ROWS, bifurcation, raster, sheets
+from nsmaps.figures.parameters.bifurcation import ROWS, bifurcation, raster, sheets
 from nsmaps.figures.style import BLACK, GREY, MAGENTA
 
 START = np.array([0.83, 0.36])

@@ -10,7 +10,7 @@ import nsmaps
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.branches import branches, sheets
+from nsmaps.figures.parameters.branches import branches, sheets
 
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):

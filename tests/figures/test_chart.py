@@ -13,7 +13,7 @@ from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.figures.longrun.chart import COLOURS, PERIODS, chart, exponents, mean
+from nsmaps.figures.parameters.chart import COLOURS, PERIODS, chart, exponents, mean
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from nsmaps.figures.longrun.lyapunov import sheets
+from nsmaps.figures.parameters.lyapunov import sheets
 
 
 @pytest.mark.parametrize(("share", "panels"), [(1.0, 1), (0.5, 2)])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from nsmaps.figures.longrun.basins import arrival, basins
-from nsmaps.figures.longrun.lyapunov import lyapunov
 from nsmaps.figures.longrun.noise import impacts, rates, shares
+from nsmaps.figures.parameters.lyapunov import lyapunov
 
 
 def test_exponents_run_along_the_parameter(result, ax):

@@ -11,7 +11,7 @@ from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.figures.longrun.stability import stability
+from nsmaps.figures.parameters.stability import stability
 
 DIAGRAM = StabilityDiagram(
     parameters=("d", "r"),

@@ -36,7 +36,7 @@ TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refus
 class ParameterPlane(WithCoordinates, Result):
     """The attractors over W values of one parameter by V of another, each reached by S orbits of n coordinates."""
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.chart"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.chart"
 
     coordinates: Coordinates
     parameters: tuple[str, str]  #: names of the one along and of the one across

@@ -20,7 +20,7 @@ from nsmaps.results import NONE, Result, array, array_property
 class Branch(Result):
     """A branch of periodic orbits of q returns: K orbits of n coordinates in the order of the branch."""
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.branches"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.branches"
 
     returns: Returns  #: of the K q states, those of each orbit in succession, with derivatives
     period: int  #: number of returns q of an orbit

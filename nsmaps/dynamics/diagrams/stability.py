@@ -23,7 +23,7 @@ from nsmaps.results import NONE, RETURNS, Result, array, units_of
 class StabilityDiagram(Result):
     """The attractor that one start reaches at W values of one parameter by V of another, rows followed along the other."""
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.stability"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.stability"
 
     parameters: tuple[str, str]  #: names of the one along which attractors are followed, and of the other
     along: Floats = field(metadata=array("along", "values of the first parameter", name="first"))

@@ -1,1 +1,1 @@
-"""Figures of the long run: bifurcations, branches, stability, exponents, basins, noise."""
+"""Figures of the long run at fixed parameters: basins, manifolds, noise, observables."""

@@ -13,14 +13,14 @@ from matplotlib.patches import Patch
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.stability import draw_curves
 from nsmaps.figures.page import Panel, Sheet
+from nsmaps.figures.parameters.stability import draw_curves
 from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.design.optimum import Optimum
-    from nsmaps.figures.longrun.stability import Curves
+    from nsmaps.figures.parameters.stability import Curves
 
 PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
 LONGER, CHAOTIC, QUASI, OPEN, NOTHING, MISSING = (len(PERIODS) + k for k in range(1, 7))  #: numbers of further kinds

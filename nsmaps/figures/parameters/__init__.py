@@ -1,0 +1,1 @@
+"""Figures over one parameter or over the plane of two."""
