@@ -13,7 +13,7 @@ from nsmaps.study.study import Study
 
 ROOT = Path(__file__).parents[1]
 SCHEMA = ROOT / "nsmaps" / "study" / "schema.json"
-REFERENCE = ROOT / "docs" / "study-reference.md"
+REFERENCE = ROOT / "docs" / "reference" / "study.md"
 ROW = re.compile(r"^\| (?P<keys>[^|]+) \| (?P<type>[^|]+) \| (?P<default>[^|]+) \| (?P<meaning>[^|]*)\|$", re.MULTILINE)
 VALUES = {
     "parameter": "a parameter of the system",

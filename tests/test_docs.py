@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import version
-from operator import attrgetter
 from pathlib import Path
 from typing import Any, get_args
 
@@ -25,7 +24,7 @@ from nsmaps.study.study import Study
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-PAGES = [ROOT / "README.md", *sorted(DOCS.glob("*.md")), DOCS / "gallery" / "index.md"]
+PAGES = [ROOT / "README.md", *(page for page in sorted(DOCS.rglob("*.md")) if page.parent.name[0] != "_")]
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```[ ]*$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"# file: (\S+)\n")
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -34,7 +33,7 @@ FLAGS = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
 
 WRITTEN = [PAGES[0], *(pytest.param(page, marks=pytest.mark.documentation) for page in PAGES[1:])]
 
-every_page = pytest.mark.parametrize("page", PAGES, ids=attrgetter("name"))
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def anchors(page: Path) -> set[str]:
     return {slug(match[1]) for match in re.finditer(r"^#+ (.*)$", FENCE.sub("", page.read_text()), re.MULTILINE)}
 
 
-@pytest.mark.parametrize("page", WRITTEN, ids=attrgetter("name"))
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: str(page.relative_to(ROOT)))
 def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
@@ -207,12 +206,12 @@ def test_no_picture_is_a_white_slab_on_a_dark_page(tmp_path: Path) -> None:
 
 
 def test_every_key_of_a_study_is_in_the_reference() -> None:
-    page = (DOCS / "study-reference.md").read_text()
+    page = (DOCS / "reference" / "study.md").read_text()
     assert [key for key in dict.fromkeys(keys(Study)) if f"`{key}`" not in page] == []
 
 
 def test_every_outcome_is_told() -> None:
-    page = (DOCS / "words.md").read_text()
+    page = (DOCS / "reference" / "words.md").read_text()
     assert [outcome.name for outcome in Outcome if f"`{outcome.name}`" not in page] == []
 
 
@@ -244,7 +243,7 @@ def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
 
 
 def test_every_public_name_is_on_the_page_from_python() -> None:
-    listed = re.findall(r"`(\w+)`", (DOCS / "python.md").read_text().partition("## Public names")[2])
+    listed = re.findall(r"`(\w+)`", (DOCS / "reference" / "python.md").read_text().partition("## Public names")[2])
     assert [name for name in nsmaps.__all__ if name not in listed] == []
     assert [name for name in listed if name not in (*nsmaps.__all__, "image_boxes")] == []
 
@@ -254,7 +253,7 @@ def test_every_command_and_option_is_told() -> None:
 
     from nsmaps.cli.cli import app
 
-    page = (DOCS / "cli.md").read_text()
+    page = (DOCS / "reference" / "cli.md").read_text()
     sections = dict(re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL))
     for name, command in get_command(app).commands.items():
         told = sections[f"nsmaps {name}"]

@@ -1,4 +1,4 @@
-"""A section, a verdict, a figure and a language, added to a copy of the package as docs/architecture.md shows, and used."""
+"""A section, a verdict, a figure and a language, added to a copy of the package as the page on the architecture shows."""
 
 import json
 import re
@@ -10,7 +10,7 @@ from commands import told
 
 import nsmaps
 
-PAGE = Path(__file__).parents[1] / "docs" / "architecture.md"
+PAGE = Path(__file__).parents[1] / "docs" / "explanation" / "architecture.md"
 MODULE = re.compile(r"^```python\n# file: (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 CHANGE = re.compile(r"^```diff\n\+\+\+ (\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 STUDY = """\

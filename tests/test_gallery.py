@@ -138,7 +138,7 @@ def test_states_near_the_diagonals_leave_no_stripes():
 
 def test_the_table_of_noise_is_of_the_run_of_the_picture():
     """The shares of 2:1 motion in the table are an affine function of the heights of the points in panel (c)."""
-    page = (ROOT / "docs" / "dynamics.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "explanation" / "dynamics.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ([\d.]+) \| ([\d.]+) \| [^|]+ \| [^|]* \| \d+, \d+ \|$", page, re.MULTILINE)
     sigma, share = np.array(rows, float).T
     svg = (GALLERY / "comp_stoch.svg").read_text(encoding="utf-8")
@@ -244,7 +244,7 @@ def test_what_a_picture_is_drawn_from_is_seen_to_change(monkeypatch, tmp_path):
         assert pictures.digest(one) != before[one]
     with monkeypatch.context() as patch:
         patch.setattr(tables, "PAGE", tmp_path / "accuracy.md")
-        tables.PAGE.write_text((ROOT / "docs" / "accuracy.md").read_text().replace("| 0.0549 |", "| 0.0548 |"))
+        tables.PAGE.write_text((ROOT / "docs" / "explanation" / "benchmarks.md").read_text().replace("| 0.0549 |", "| 0.0548 |"))
         assert pictures.digest(table) != before[table]
     assert replace(one, file=Path("nowhere.png")).is_stale
     assert {each: pictures.digest(each) for each in before} == before
@@ -315,7 +315,7 @@ def test_tables_are_read_as_they_stand():
 def test_the_method_in_pictures_shows_the_case_of_which_it_speaks():
     import pictures
 
-    page = ROOT / "docs" / "method.md"
+    page = ROOT / "docs" / "explanation" / "method.md"
     assert "The numbers are those of the case FP, a capsule of dimensionless length d = 0.35." in page.read_text()
     by_path = {each.path.resolve(): each for each in pictures.pictures()}
     of = [by_path[path] for path in shown(page)]

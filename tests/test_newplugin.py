@@ -55,7 +55,7 @@ def test_what_comes_next_is_what_the_page_says(tmp_path: Path, monkeypatch: pyte
     made = CliRunner().invoke(app, ["new-plugin", "my_ball"])
     line = 'pip install -e "my_ball[test]" && nsmaps run my_ball/first && pytest'
     assert made.stdout.strip() == f'written to my_ball; next: {line} "my_ball"'
-    assert f"{line} my_ball\n" in (Path(__file__).parents[1] / "docs" / "write-your-own-system.md").read_text()
+    assert f"{line} my_ball\n" in (Path(__file__).parents[1] / "docs" / "reference" / "impact-systems.md").read_text()
     (tmp_path / "pyproject.toml").write_text("[tool.pytest.ini_options]\naddopts = '--no-such-option'\n")
     listed = python(tmp_path, tmp_path, "-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "my_ball")
     assert "::test_the_study_holds" in listed.stdout, listed.stderr

@@ -17,7 +17,7 @@ from nsmaps.study.sections.maps.fits import FitSection
 from nsmaps.study.study import Study
 
 ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "notation.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "notation.md").read_text(encoding="utf-8")
 COLUMNS = ["in the paper", "Python", "study", "figure", "differs"]
 LABELS = {entry["label"] for entry in YAML(typ="safe").load((ROOT / "docs" / "gallery" / "figures.yaml").read_text())["figures"]}
 

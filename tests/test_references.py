@@ -10,7 +10,8 @@ DOCS = Path(__file__).parents[1] / "docs"
 ENTRIES = dict(
     re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", (DOCS / "references.bib").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
 )
-ROWS = re.findall(r"^\| `(\w+)` \| (.*) \| (.*) \|$", (DOCS / "references.md").read_text(encoding="utf-8"), re.MULTILINE)
+PAGE = (DOCS / "reference" / "literature.md").read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| `(\w+)` \| (.*) \| (.*) \|$", PAGE, re.MULTILINE)
 
 
 def test_the_page_and_the_file_list_the_same_works():

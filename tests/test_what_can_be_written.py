@@ -349,7 +349,7 @@ def test_the_systems_that_are_listed_are_those_that_are_included():
     )
     counts = [len(points), *(kinds[kind] for kind in ("walls", "modes", "integrated", "maps"))]
     assert [word.lower() for word in stated.groups()] == [IN_WORDS.get(count) for count in counts]
-    pages = re.sub("[-_]", " ", listed + (README.parent / "docs" / "hybrid-systems.md").read_text(encoding="utf-8"))
+    pages = re.sub("[-_]", " ", listed + (README.parent / "docs" / "reference" / "hybrid-systems.md").read_text(encoding="utf-8"))
     plugins = {point.split(":")[0].removeprefix("nsmaps_").replace("_", " ") for point in points.values()}
     assert [plugin for plugin in plugins if plugin not in pages] == []
 

@@ -1,7 +1,7 @@
 """Speed against error of maps put in the place of the exact one: `python docs/benchmarks/surrogates.py [FOLDER]` (some minutes).
 
 Both faces of the general algorithm over the same box, for three values of d, with the exact map as the last row. The figure is
-drawn from the table of docs/accuracy.md, by `python docs/gallery/make.py surrogates`.
+drawn from the table of docs/explanation/benchmarks.md, by `python docs/gallery/make.py surrogates`.
 """
 
 import sys

@@ -25,8 +25,8 @@ HEAD = """# Gallery
 
 Every figure of the paper, drawn by `nsmaps figures` from the runs of studies that are shipped: nothing here was drawn by
 hand. Labels in code type are those of the paper's source. The colours are distinguishable with colour blindness. Where ours
-differs from the paper, the sentence says so; [the paper](../paper.md) has the numbers side by side. The pictures in order,
-as a story: [the method in pictures](../method.md).
+differs from the paper, the sentence says so; [the paper](../explanation/paper.md) has the numbers side by side. The
+pictures in order, as a story: [the method in pictures](../explanation/method.md).
 
 `python docs/gallery/make.py` makes all of it anew, from the list in `figures.yaml`.
 """

@@ -13,7 +13,7 @@ from nsmaps.figures.style import BLUE, GREEN, RED
 from nsmaps.verify.certificate import read
 
 CERTIFICATE = Path(__file__).parents[1] / "certificates" / "fp-coarse.proof"
-PAGE = Path(__file__).parents[1] / "accuracy.md"
+PAGE = Path(__file__).parents[1] / "explanation" / "benchmarks.md"
 _HEADS = {"bench": "| program | returns |", "surrogates": "| d | map | tolerance |"}  #: with which the tables begin
 _PROGRAM = re.compile(r"(?P<family>C loop|nsmaps|NumPy)(?: (?P<setting>.*))?|(?P<other>.*?)(?: (?P<tolerance>[\d.]+e[-+]\d+))?")
 _LOOKS = {"accurate": (BLUE, "o"), "closed form": (GREEN, "s"), "exact": (RED, "*")}

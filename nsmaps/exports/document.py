@@ -1,6 +1,6 @@
 """Maps and closed forms as plain data and back, to the bit: what is written as JSON and as the table of a Python module.
 
-The layout is that of `VERSION`; docs/export.md describes it. Nothing that is read is executed.
+The layout is that of `VERSION`; docs/reference/export.md describes it. Nothing that is read is executed.
 """
 
 import ast

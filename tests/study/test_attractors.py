@@ -93,7 +93,7 @@ LEAST, MOST = [0.6756, 6.2245], [0.75, 0.3]  #: starts that come to 2:1/2T, up t
     ],
 )
 def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told) -> None:
-    """The exact map at another d stands for the composite one: both of its attractors there are known (docs/dynamics.md)."""
+    """The exact map at another d stands for the composite one: both of its attractors there are known (see dynamics.md)."""
     maps = [pair(value) for value in d]
     paths = [nsmaps.orbit(formulas, start, 2000) for formulas, start in zip(maps, starts, strict=True)]
     ends = [limit_set(formulas, path) for formulas, path in zip(maps, paths, strict=True)]

@@ -17,7 +17,7 @@ from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.conclusions.verdict import conclusion
 from nsmaps.study.sections.parameters.motions import digits, motions, widest
 
-FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see test_branch.py and docs/dynamics.md
+FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see test_branch.py and docs/explanation/dynamics.md
 PAIR = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}

@@ -44,7 +44,7 @@ for words in json.loads(sys.argv[1]):
 @cache
 def table() -> str:
     """The text with a table in Markdown that `nsmaps bench` prints."""
-    page = (ROOT / "docs" / "accuracy.md").read_text()
+    page = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text()
     return page.partition("bench.png)\n\n")[2].partition("## Summary")[0]
 
 

@@ -71,7 +71,7 @@ def test_the_picture_is_green_in_the_trap_and_blue_where_nothing_is_proved(tmp_p
     assert result.exit_code == 0, result.output
     assert "Proved: all orbits" in result.output
     shares = re.findall(r"([\d.]+ %) of wall (B|T)", " ".join(result.output.split()))
-    assert " and ".join(f"{share} of {wall}" for share, wall in shares) in (KEPT.parent / "proof.md").read_text()
+    assert " and ".join(f"{share} of {wall}" for share, wall in shares) in (KEPT.parent / "explanation" / "proof.md").read_text()
     colours = (imread(path)[..., :3].reshape(-1, 3) * 255).round().astype(int)
     shares = [(abs(colours - np.array(colour)).max(axis=1) <= 1).mean() for colour in ((0, 158, 115), (0, 114, 178))]
     assert 5e-4 < shares[0] < 0.02

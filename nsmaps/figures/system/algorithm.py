@@ -41,7 +41,7 @@ STEPS: tuple[tuple[str, str, tuple[Step, ...]], ...] = (
         GREEN,
         (("vii", "regions $\\mathcal{R}_n$, maps $f_n$, $g_n$:\nthe composite map", "composite, require", "build_composite"),),
     ),
-)  #: the activities and their steps (section 4.1); docs/algorithm.md says more
+)  #: the activities and their steps (section 4.1); docs/explanation/algorithm.md says more
 _KEY: Step = ("step", "what is done", "section of a study", "function of nsmaps")
 _LEFT, _WIDE, _HIGH, _ROW = 0.3, 3.95, 0.42, 0.58  #: inches: left edge, width and height of boxes, from box to box
 _BESIDE = 2.35  #: inches, from a box's left edge to the section and the function
