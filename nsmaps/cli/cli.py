@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from nsmaps.cli import commands, exploring, proving
-from nsmaps.cli.drawing import draw_listed, say_undrawn
+from nsmaps.cli.drawing import Drawn, draw_listed, say_undrawn
 from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
 from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
@@ -178,6 +178,7 @@ def run(
     installed_only: InstalledOnly = False,
     max_memory: MaxMemory = None,
     max_hours: MaxHours = None,
+    style: Drawn = "",
 ) -> None:
     """Compute what a study names, write it to a folder, and end with a table of verdicts.
 
@@ -202,7 +203,7 @@ def run(
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
-        result, spent = _shown(result, folder, not no_figures, not no_report)
+        result, spent = _shown(result, folder, not no_figures, not no_report, style)
     if not quiet:
         _say_done(result, folder, seconds | result.timings | spent, not no_figures, not no_report)
     if not result.holds:
@@ -242,14 +243,16 @@ def bench(
         say(f"written to {table}{drawn}")
 
 
-def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool) -> "tuple[StudyResult, dict[str, float]]":
+def _shown(
+    result: "StudyResult", folder: Path, figures: bool, report: bool, style: str = ""
+) -> "tuple[StudyResult, dict[str, float]]":
     """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
     from nsmaps.study.store.archive import amend
 
     if figures and (names := named_by(result)):
         begun = perf_counter()
         with working("figures"):
-            result = draw_listed(result, names, folder, first=True)[1]
+            result = draw_listed(result, names, folder, first=True, style=style)[1]
         result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
         amend(result, folder)
         say_undrawn(result, names)

@@ -18,6 +18,7 @@ from nsmaps.figures.catalogue import CATALOGUE, named_by
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
+Drawn = Annotated[str, typer.Option("--style", metavar="NAME", help="journal: serif type, units and titles in a caption.")]
 Format = StrEnum("Format", ["png", "svg", "pdf"])  #: file formats of figures
 
 
@@ -31,6 +32,7 @@ def draw_listed(
     width: float = 5.1,
     first: bool = False,
     letters: Mapping[str, str] | None = None,
+    style: str = "",
 ) -> "tuple[list[Path], StudyResult]":
     """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
 
@@ -45,7 +47,7 @@ def draw_listed(
     for name in dict.fromkeys(names):
         try:
             with listed(folder, place) as beside, _settled():
-                drawn = draw(result, [name], beside, kinds, dpi, width, first, letters)
+                drawn = draw(result, [name], beside, kinds, dpi, width, first, letters, style)
             paths += [place / path.name for path in drawn]
         except OSError:
             raise
@@ -100,6 +102,7 @@ def figures(
         list[str] | None,
         typer.Option(metavar="FILE=LETTERS", help="The letters of the panels of a file, as cobweb=cd, a blank for none."),
     ] = None,
+    style: Drawn = "",
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
@@ -114,7 +117,7 @@ def figures(
         kinds = [kind.value for kind in formats or [Format.png]]
         names = only or named_by(result)
         lettered = _lettered(letters or [])
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style)
         if unknown := set(lettered) - {path.stem for path in paths} - set(result.undrawn):
             raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not among the files drawn")
         if out is None and (folder / "report.html").is_file():

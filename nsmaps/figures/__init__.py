@@ -35,6 +35,7 @@ def draw(
     width: float = 5.1,
     first: bool = False,
     letters: Mapping[str, str] | None = None,
+    style: str = "",
 ) -> list[Path]:
     """The files of the named figures, written into `folder`, which is made if it is not there; `width` in inches.
 
@@ -42,6 +43,9 @@ def draw(
 
     Of a figure with a sheet for every domain all are drawn, or that of the `first` domain alone. `letters` has those of the
     panels of some files, by the file's name without its suffix, a blank for a panel without: a, b, c, ... if omitted.
+
+    In the `style` of a `journal` type has serifs, and a text file beside each figure has its caption, with the titles of panels
+    and the units that are then missing in the picture.
 
     Nothing is written if one of the figures cannot be drawn for want of data.
 
@@ -51,7 +55,7 @@ def draw(
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    from nsmaps.figures.style import axes_in
+    from nsmaps.figures.style import drawing
     from nsmaps.results import units_of
 
     known = FigureCanvasAgg.get_supported_filetypes()
@@ -60,12 +64,17 @@ def draw(
         for word in asked:
             if word not in accepted:
                 raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
-    sheets = [sheet for name in dict.fromkeys(names) for sheet in rows[name].sheets(result, first)]
-    for number, sheet in enumerate(sheets):
+    sheets = [(sheet, rows[name].caption) for name in dict.fromkeys(names) for sheet in rows[name].sheets(result, first)]
+    for sheet, _ in sheets:
         given = (letters or {}).get(sheet.name, "")
         if given and len(given) != len(sheet.panels):
             raise NsmapsError(f"{sheet.name!r} has {len(sheet.panels)} panels, its letters are {given!r}; expected: one a panel")
-        sheets[number] = replace(sheet, letters=given)
     Path(folder).mkdir(parents=True, exist_ok=True)
-    with axes_in(units_of(result.system)):
-        return [path for sheet in sheets for path in sheet.save(Path(folder), formats, dpi, width)]
+    paths: list[Path] = []
+    for sheet, caption in sheets:
+        with drawing(units_of(result.system), style) as notes:
+            paths += replace(sheet, letters=(letters or {}).get(sheet.name, "")).save(Path(folder), formats, dpi, width)
+            if style:
+                paths.append(Path(folder, f"{sheet.name}.txt"))
+                paths[-1].write_text("\n".join(f"{text.rstrip('.')}." for text in dict.fromkeys([caption, *notes])) + "\n")
+    return paths

@@ -8,7 +8,6 @@ from subprocess import CalledProcessError
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
-import matplotlib
 import numpy as np
 from matplotlib.animation import FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
@@ -27,7 +26,7 @@ from nsmaps.figures.lines import finite_states, staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
 from nsmaps.figures.returns.surfaces import sheets as surface_sheets
-from nsmaps.figures.style import STYLE, axes_in, piece_label
+from nsmaps.figures.style import drawing, piece_label
 from nsmaps.progress import Progress, beat, shows
 from nsmaps.results import units_of
 
@@ -86,7 +85,7 @@ def animate(
             "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
         )
     path = Path(folder) / f"{name}.{file_format}"
-    with axes_in(units_of(result.system)), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+    with drawing(units_of(result.system)):
         film = FILMS[name](result, frames, orbit)
         path.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=path.parent, prefix=".animate-", ignore_cleanup_errors=True) as beside:

@@ -21,7 +21,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from nsmaps.figures.png import write_png
-from nsmaps.figures.style import STYLE
+from nsmaps.figures.style import noted, settings
 from nsmaps.files.storage import file_part
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
@@ -62,12 +62,16 @@ class Sheet:
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
             ax = figure.add_subplot(rows, columns, number + 1, projection=projection)
             panel(ax)
-            title = ax.get_title()
-            ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))))
-            if letter := self._letter(number):
+            letter = self._letter(number)
+            for side in ("center", "right"):
+                title = ax.get_title(side)
+                if title and noted(f"({letter}) {title}" if letter else title):
+                    title = ""
+                ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))), loc=side)
+            if letter:
                 ax.set_title(f"({letter})", loc="left", fontweight="bold")
             ax.title.set_y(1.0)  # which axes in space lower, into the picture
-        if self.title:
+        if self.title and not noted(self.title):
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
         _as_it_stands(figure)
         if self.legend:
@@ -83,7 +87,7 @@ class Sheet:
     def save(self, folder: Path, formats: Sequence[str], dpi: float, width: float = COLUMN) -> list[Path]:
         """The files written, one a format, `width` inches wide; the figure is drawn in the style of the package, and let go."""
         paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
-        with matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+        with matplotlib.rc_context(settings()):  # type: ignore[arg-type]
             figure = self.figure(dpi, width)
             lay_out(figure)
             for path in paths:

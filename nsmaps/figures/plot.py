@@ -4,12 +4,11 @@ from importlib import import_module
 from io import BytesIO
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
 from matplotlib.figure import Figure
 
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import COLUMN, lay_out
-from nsmaps.figures.style import STYLE, axes_in
+from nsmaps.figures.style import drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,10 +29,12 @@ class Picture(Figure):
         return content.getvalue()
 
 
-def plot(result: "Result", ax: "Axes | None" = None, *, width: float = COLUMN, **options: Any) -> "Axes | Figure":
+def plot(
+    result: "Result", ax: "Axes | None" = None, *, width: float = COLUMN, style: str = "", **options: Any
+) -> "Axes | Figure":
     """The picture of a result of a class with a `picture`; see `nsmaps.results.Result.plot`."""
     module = import_module(result.picture)
-    with axes_in(getattr(result, "units", {})), matplotlib.rc_context(STYLE):  # type: ignore[arg-type]
+    with drawing(getattr(result, "units", {}), style):
         if ax is not None:
             panel = getattr(module, result.picture.rpartition(".")[2])
             return panel(result, ax, **options)

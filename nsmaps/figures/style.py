@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from fractions import Fraction
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
@@ -21,6 +22,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from nsmaps.coordinates import is_angle
+from nsmaps.errors import NsmapsError, near_match
 
 BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
 SKY, YELLOW, RED, GREY, OLIVE, BROWN = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000", "#6B3A0E"
@@ -38,13 +40,17 @@ MOST = len(PIECES)  #: pieces that have a colour of their own where there are mo
 REST = "#E4E4E4"  #: of all others
 _ALIKE = 2.5  #: axes of one angle whose spans differ by no more have the same ticks
 _GREEK = re.compile(
-    "alpha|beta|[gG]amma|[dD]elta|epsilon|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
+    "alpha|beta|[gG]amma|[dD]elta|zeta|eta|[tT]heta|kappa|[lL]ambda|mu|nu|[xX]i|rho|[sS]igma|tau|[pP]hi|chi|[pP]si|[oO]mega"
 )
+_LETTERS = {"eps": r"\varepsilon", "epsilon": r"\varepsilon"}  #: names that are not those of TeX
+_ACCENTS = ("bar", "hat", "tilde", "dot")  #: parts of names after `_` that are accents
 _UNITS: ContextVar[Mapping[str, str]] = ContextVar("units", default={})  # noqa: B039 - never changed
+_STYLE: ContextVar[str] = ContextVar("style", default="")
+_NOTES: ContextVar[list[str]] = ContextVar("notes")
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
-_LETTER = 0.07  #: inches of an axis that a digit takes
+_DIGIT = 0.07  #: inches of an axis that a digit takes
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
@@ -147,17 +153,22 @@ def piece_label(name: str) -> str:
 
 
 def bare(name: str) -> str:
-    r"""A name in mathematical type without its dollars.
+    r"""A name in mathematical type without its dollars: Greek letters, accents after `_`, and one letter or number as an index.
 
-    >>> bare("phi"), bare("Gamma"), bare("v"), bare("speed"), bare("tau_R")
-    ('\\phi', '\\Gamma', 'v', '\\mathrm{speed}', '\\tau_{R}')
+    >>> bare("phi"), bare("g_bar"), bare("eps"), bare("speed"), bare("tau_R"), bare("x1"), bare("v_bar_2")
+    ('\\phi', '\\bar{g}', '\\varepsilon', '\\mathrm{speed}', '\\tau_{R}', 'x_{1}', '\\bar{v}_{2}')
     """
-    stem, _, side = name.partition("_")
-    if len(side) == 1 and (len(stem) == 1 or _GREEK.fullmatch(stem)):
-        return f"{bare(stem)}_{{{side}}}"
-    if _GREEK.fullmatch(name):
-        return rf"\{name}"
-    return str(name) if len(name) == 1 else rf"\mathrm{{{name}}}".replace("_", r"\_")
+    letter = _LETTERS.get(name) or (f"\\{name}" if _GREEK.fullmatch(name) else name if len(name) == 1 else "")
+    if letter:
+        return letter
+    stem, _, side = name.rpartition("_")
+    digits = re.fullmatch(r"(.*[a-zA-Z])_?(\d+)", name)
+    if digits:
+        stem, side = digits.groups()
+    inner = bare(stem) if stem else r"\mathrm"
+    if inner.startswith(r"\mathrm") or (len(side) > 1 and not digits and side not in _ACCENTS):
+        return rf"\mathrm{{{name}}}".replace("_", r"\_")
+    return rf"\{side}{{{inner}}}" if side in _ACCENTS else f"{inner}_{{{side}}}"
 
 
 def symbol(name: str, index: str = "") -> str:
@@ -170,14 +181,46 @@ def symbol(name: str, index: str = "") -> str:
     return f"${plain}$" if not index else f"${{{plain}}}_{{{index}}}$" if "_" in plain else f"${plain}_{{{index}}}$"
 
 
+STYLES: Mapping[str, Mapping[str, Any]] = {
+    "": STYLE,
+    "journal": STYLE | {"font.family": "STIXGeneral", "mathtext.fontset": "stix"},
+}
+"""Settings by the name of a style. A journal has serif type, and units and titles of panels in the caption."""
+
+
 @contextmanager
-def axes_in(units: Mapping[str, str]) -> Iterator[None]:
-    """While figures are drawn, labels have these units of coordinates and parameters; see `nsmaps.results.units_of`."""
-    token = _UNITS.set(units)
+def drawing(units: Mapping[str, str], style: str = "") -> Iterator[list[str]]:
+    """While figures are drawn, labels have these units of coordinates and parameters (`nsmaps.results.units_of`).
+
+    In a style of a journal the list that is yielded receives what its captions must say: units, and titles of panels.
+
+    Raises:
+        NsmapsError: there is no such style.
+    """
+    if style not in STYLES:
+        raise NsmapsError(f"there is no style {style!r}{near_match(style, STYLES)}; expected: journal")
+    notes: list[str] = []
+    values: tuple[tuple[ContextVar[Any], Any], ...] = ((_UNITS, units), (_STYLE, style), (_NOTES, notes))
+    tokens = [(variable, variable.set(value)) for variable, value in values]
     try:
-        yield
+        with matplotlib.rc_context(settings()):  # type: ignore[arg-type]
+            yield notes
     finally:
-        _UNITS.reset(token)
+        for variable, token in tokens:
+            variable.reset(token)
+
+
+def settings() -> Mapping[str, Any]:
+    """The settings of matplotlib in the style in which figures are drawn now."""
+    return STYLES[_STYLE.get()]
+
+
+def noted(text: str) -> bool:
+    """Whether a text stands in the caption, as the style has it, and not in the picture."""
+    if not _STYLE.get():
+        return False
+    _NOTES.get().append(text)
+    return True
 
 
 def with_unit(text: str, name: str = "") -> str:
@@ -189,10 +232,8 @@ def with_unit(text: str, name: str = "") -> str:
     >>> with_unit("phase", Angle("phi"))
     'phase (rad)'
     """
-    units = _UNITS.get()
-    otherwise = "dimensionless" if "" in units else ""
-    unit = "rad" if is_angle(name) else units.get(name, otherwise) if name else otherwise
-    return f"{text} ({unit})" if unit else text
+    unit = "rad" if is_angle(name) else _UNITS.get().get(name, "") if name else ""
+    return text if not unit or noted(f"{text} in {unit}") else f"{text} ({unit})"
 
 
 def label(coordinate: str, step: str = "") -> str:
@@ -234,7 +275,7 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
 
 def _decimal_ticks(ax: Axes, axis: Axis) -> None:
     """At most six ticks; on a horizontal axis only as many as have room for their digits, which are many of a small domain."""
-    room = ax.bbox.width / ax.figure.dpi / _LETTER if axis is ax.xaxis else np.inf
+    room = ax.bbox.width / ax.figure.dpi / _DIGIT if axis is ax.xaxis else np.inf
     formatter = axis.get_major_formatter()
     formatter.set_useOffset(False)  # type: ignore[attr-defined]
     for count in (6, 5, 4, 3, 2):

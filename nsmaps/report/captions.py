@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 
 from nsmaps.figures.catalogue import rows_of
 from nsmaps.report import of_dynamics, of_maps
+from nsmaps.results import units_of
 from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
 
@@ -51,4 +52,6 @@ def caption(result: StudyResult, name: str, part: str = "") -> str:
     """The sentences below a figure: the numbers of the run, then what is drawn. `part` names one sheet, as its file does."""
     found = _FOUND[name](result, part) if name in _FOUND else ""
     text = rows_of(result.study)[name].caption
+    if "" in units_of(result.system):
+        text += " All quantities but angles are dimensionless."
     return as_computed(result, f"{found} {text}" if found else text)

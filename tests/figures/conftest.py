@@ -44,7 +44,7 @@ from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
 from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.figures.style import axes_in
+from nsmaps.figures.style import drawing
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
@@ -339,7 +339,7 @@ def through(result: StudyResult, states: np.ndarray) -> OrbitPair:
 @pytest.fixture(autouse=True)
 def dimensionless() -> Iterator[None]:
     """Labels as in figures of a system that says that it is dimensionless."""
-    with axes_in(units_of(Toy())):
+    with drawing(units_of(Toy())):
         yield
 
 

@@ -173,7 +173,7 @@ def test_second_iterate_meets_the_diagonal_at_p_and_q_at_every_update_shown(resu
             x, y = lines[name].get_data()
             assert np.interp(fixed, x, y) == pytest.approx(fixed, abs=1e-4)
     assert any(name.startswith("polynomial, degree 1") for name in lines) == polynomial
-    assert ax.get_ylabel() == "$v_{k+2}$ (dimensionless)"
+    assert ax.get_ylabel() == "$v_{k+2}$"
 
 
 def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):

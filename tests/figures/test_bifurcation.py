@@ -35,7 +35,7 @@ def test_the_raster_has_a_column_a_value_and_its_marks_are_the_states(pair, ax):
         rows = np.unique(np.rint((states - low) / (high - low) * (ROWS - 1)).astype(int))
         marked = np.flatnonzero((column < 1).any(axis=1))
         assert set(marked.tolist()) == {row + k for row in rows.tolist() for k in (-1, 0, 1)}
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", r"$\phi_{k}$ (rad)")
 
 
 def test_a_cycle_is_darker_than_chaos_and_has_the_colour_of_its_word(ax):

@@ -36,7 +36,7 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     for branch, name in ((one, "1:1/T"), (two, "1:1/2T")):
         line = next(line for line in ax.lines if np.array_equal(line.get_xdata(), branch.values))
         assert names[name].get_color() == line.get_color()
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", r"$\phi_{k}$ (rad)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", r"$\phi_{k}$ (rad)")
 
 
 def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
@@ -49,7 +49,7 @@ def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
         solid = next(line for line in ax.lines if line.get_linestyle() == "-")
         assert np.array_equal(solid.get_xdata(), branch.values)
         assert np.array_equal(solid.get_ydata(), branch.points[:, 0, i])
-    assert [ax.get_ylabel() for ax in figure.axes] == ["$v_{k}$ (dimensionless)", r"$\phi_{k}$ (rad)"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["$v_{k}$", r"$\phi_{k}$ (rad)"]
 
 
 def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(result):

@@ -23,7 +23,7 @@ from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
 TWO_PI = 2 * np.pi
 IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)
 LABELS = (
-    ("$v_{k}$ (dimensionless)", "$v_{k+1}$ (dimensionless)"),
+    ("$v_{k}$", "$v_{k+1}$"),
     (r"$\phi_{k}$ (rad)", r"$\phi_{k+1}$ (rad)"),
 )
 both = pytest.mark.parametrize(("coordinate", "i"), [("v", 0), ("phi", 1)])

@@ -57,7 +57,7 @@ def test_a_state_over_time_has_a_curve_a_flight_in_the_colour_of_its_mode(slip, 
     (stars,) = [line for line in ax.lines if line.get_marker() == "*" and to_rgba(line.get_color()) == to_rgba(GREEN)]
     assert np.array_equal(stars.get_xdata(), track.events.time[track.events.letter == "M"])
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["slower", "stick", "event M", "event K"]
-    assert ax.get_ylabel() == f"${'xu'[k]}$ (dimensionless)"
+    assert ax.get_ylabel() == f"${'xu'[k]}$"
 
 
 def test_the_plane_and_the_events(slip, ax):
@@ -65,7 +65,7 @@ def test_the_plane_and_the_events(slip, ax):
     phase_plane(track, ax)
     curves = [line.get_xydata() for line in ax.lines if len(line.get_xdata()) == track.time.shape[1]]
     assert np.array_equal(np.array(curves), track.states)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$ (dimensionless)", "$u$ (dimensionless)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$x$", "$u$")
     ax.clear()
     impacts(track, ax)
     (way,) = [line for line in ax.lines if len(line.get_xdata()) == 8]

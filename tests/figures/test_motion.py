@@ -39,7 +39,7 @@ def test_the_ball_and_the_walls_over_time(result, ax):
         assert np.array_equal(line, np.column_stack([track.time.ravel(), place.ravel()]))
     assert np.allclose(marked(ax, "*", GREEN), [[0, -0.2], [3, np.sin(3) - 0.2]])  # on the wall below, which is B
     assert np.allclose(marked(ax, "o", BLUE), [[1, np.sin(1) + 0.2]])
-    assert ax.get_ylabel() == "absolute displacement\n(dimensionless)"
+    assert ax.get_ylabel() == "absolute displacement"
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["walls", "ball", "impact on B", "impact on T"]
 
 

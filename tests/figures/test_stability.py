@@ -35,7 +35,7 @@ def seen(ax):
 def test_colours_are_those_of_the_legend(ax):
     stability(DIAGRAM, ax, by="period")
     assert seen(ax) == [["1", "2", "chaos", "no attractor"], ["1", "2", "2", "16"]]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", "$r$")
 
 
 def test_motions_are_told_apart(ax):
@@ -69,7 +69,7 @@ def test_the_sheet_shows_motions_and_curves_of_the_study(result):
     (ax,), (legend,) = figure.axes, figure.legends
     texts = [text.get_text() for text in legend.get_texts()]
     assert texts == ["1:1/T", "1:1/2T", "period doubling of one"]
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (dimensionless)", "$r$ (dimensionless)")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", "$r$")
     (line,) = [line for line in ax.lines if line.get_label() == "period doubling of one"]
     assert np.array_equal(line.get_xydata(), [[0.05, 0.4], [0.15, 0.6]])
 

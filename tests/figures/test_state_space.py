@@ -55,7 +55,7 @@ def legend_texts(ax):
 def test_words_are_painted_up_to_their_borders(result, ax):
     assert panel(words, result, ax) is ax
     areas = [artist for artist in ax.collections if isinstance(artist, TriMesh)]
-    assert labels(ax) == ("$v_k$ (dimensionless)".replace("_k", "_{k}"), r"$\phi_{k}$ (rad)")
+    assert labels(ax) == ("$v_k$".replace("_k", "_{k}"), r"$\phi_{k}$ (rad)")
     assert legend_texts(ax) == ["BB", "BTB", "near diagonals"]
     ax.get_legend().remove()
     ax.figure.canvas.draw()
@@ -210,7 +210,7 @@ def strands(ax):
 
 
 def _unit(name):
-    return " (rad)" if name == "phi" else " (dimensionless)"
+    return " (rad)" if name == "phi" else ""
 
 
 def test_projections_star_what_is_near_all_diagonals(result, ax):

@@ -12,6 +12,7 @@ from nsmaps_vi_pair import VIPair
 
 from nsmaps import load_system
 from nsmaps.coordinates import Angle
+from nsmaps.errors import NsmapsError
 from nsmaps.figures import draw, lines, style
 from nsmaps.figures.page import Sheet, _letter, lay_out
 from nsmaps.results import units_of
@@ -21,6 +22,7 @@ class Metric(VIPair):
     """The pair as if its quantities had units."""
 
     dimensionless: ClassVar[bool] = False
+    units: ClassVar[dict[str, str]] = {}
 
 
 @pytest.mark.parametrize("module", [style, lines])
@@ -29,7 +31,7 @@ def test_docstrings_are_true(module):
 
 
 def test_labels_carry_their_unit():
-    assert style.label("v", "k") == "$v_{k}$ (dimensionless)"
+    assert style.label("v", "k") == "$v_{k}$"
     assert style.label(Angle("phi"), "k+1") == r"$\phi_{k+1}$ (rad)"
 
 
@@ -84,22 +86,35 @@ def test_a_short_span_of_a_phase_has_decimal_ticks(ax, span, in_pi):
 
 
 def test_a_system_that_says_nothing_of_units_has_none(ax):
-    with style.axes_in(units_of(Metric(d=0.35, r=0.5, g_bar=0.2))):
+    with style.drawing(units_of(Metric(d=0.35, r=0.5, g_bar=0.2))):
         style.dress(ax, (Angle("phi"), "k"), ("a", ""))
     assert (ax.get_xlabel(), ax.get_ylabel()) == (r"$\phi_{k}$ (rad)", "$a$")
 
 
 def test_units_are_those_of_the_system_whose_files_are_drawn(result, tmp_path):
-    for dimensionless in (True, False):
-        system = result.system if dimensionless else Metric(**result.system.parameters)
+    for units in ({}, {"v": "m/s"}):
+        Metric.units = units
+        system = Metric(**result.system.parameters)
         (path,) = draw(replace(result, system=system), ["domain_size"], tmp_path, ["svg"])
-        assert ("(dimensionless)" in path.read_text()) == dimensionless
-    assert load_system("vi_pair", d=0.3, g_bar=0.2).dimensionless
+        assert ("(m/s)" in path.read_text()) == bool(units)
+
+
+def test_a_journal_has_units_and_titles_in_the_caption(result, tmp_path):
+    Metric.units = {"v": "m/s"}
+    path, caption = draw(
+        replace(result, system=Metric(**result.system.parameters)), ["envelopes"], tmp_path, ["svg"], style="journal"
+    )[:2]
+    assert "(m/s)" not in path.read_text()
+    assert "STIXGeneral" in path.read_text()
+    assert "$v_{k}$ in m/s." in caption.read_text().splitlines()
+    assert any(line.startswith("(a) update 1") for line in caption.read_text().splitlines())
+    with pytest.raises(NsmapsError, match="expected: journal"):
+        draw(result, ["envelopes"], tmp_path, style="siam")
 
 
 def test_units_that_a_system_names_are_on_its_axes(ax):
     system = load_system("impact_oscillator", zeta=0.02, w=0.81, A=0.35, wall=1)
-    with style.axes_in(units_of(system)):
+    with style.drawing(units_of(system)):
         style.dress(ax, ("A", ""), ("v", "k"))
         assert (ax.get_xlabel(), ax.get_ylabel()) == ("$A$ (ℓ)", "$v_{k}$ (ω₀ℓ)")
         assert style.label("zeta") == r"$\zeta$"
