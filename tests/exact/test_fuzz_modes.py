@@ -5,13 +5,14 @@ from types import SimpleNamespace
 import mpmath as mp
 import numpy as np
 import sympy as sp
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
 
 STEP, HORIZON, BITS = 0.02, 12.0, 90  # of the march, its longest time, bisections of a step
 COUNT, MARCHED = 18, 4  # starts, which are computed in parallel, and how many of them are marched
+BESIDE, ROUNDED = 1e-9, 1e-13  # distance of starts by which the bend of a map is measured, and by how much rounding moves a start
 CLEAR, FAST = 0.02, 0.05  # margins of returns that the march, which looks at signs alone, cannot miss
 
 
@@ -101,6 +102,7 @@ def after(given, z, up):
     return z
 
 
+@example(3, 3, 186)  # 0.005 past a graze: in 40 digits the derivative 540.09 of a start changes by 2.1e6 a radian
 @settings(max_examples=8, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.integers(1, 4), st.integers(1, 3), st.integers(0, 2**32 - 1))
 def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
@@ -111,9 +113,9 @@ def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
     alone = [system.first_return(row[None], derivative=True) for row in rows]
     assert returns.outcome.tolist() == [int(each.outcome[0]) for each in alone]
     assert returns.words.tolist() == [each.words[0] for each in alone]
-    for slopes, each in zip(returns.derivative, alone, strict=True):
-        size = 1 + np.nansum(np.abs(slopes))
-        assert np.allclose(slopes, each.derivative[0], rtol=0, atol=1e-13 * size * size, equal_nan=True)
+    for slopes, each, bend in zip(returns.derivative, alone, bends(system, rows, returns), strict=True):
+        allowed = ROUNDED * ((1 + np.nansum(np.abs(slopes))) ** 2 + bend)
+        assert np.allclose(slopes, each.derivative[0], rtol=0, atol=allowed, equal_nan=True)
     allowed = {Outcome.returned, Outcome.escaped, Outcome.undecided, Outcome.invalid, Outcome.simultaneous, Outcome.endless}
     assert {Outcome(x) for x in returns.outcome} <= allowed
     with mp.workdps(30):
@@ -128,6 +130,13 @@ def test_random_systems_return_as_a_march_in_many_digits_has_them(n, m, seed):
             size = 1 + np.abs(returns.derivative[k]).sum()
             assert abs(returns.time[k] - time) < 1e-13 * size
             assert np.abs(system.coordinates.difference(returns.image[k], [*states, phase])).max() < 1e-13 * size
+
+
+def bends(system, rows, returns):
+    """How fast the derivatives change with the starts, per unit, shape (N,): two orbits that rounding parts differ by as much."""
+    beside = system.first_return(rows + BESIDE, derivative=True)
+    moved = np.nan_to_num(np.abs(beside.derivative - returns.derivative)).max(axis=(1, 2)) / BESIDE
+    return np.where(beside.words == returns.words, moved, 0.0)
 
 
 def judged(given, row, steps):
