@@ -27,34 +27,17 @@ html_static_path = ["_static"]
 html_css_files = ["pictures.css"]
 EXPLORED = "vi_pair/explore.html"
 
-ROOMS = {
-    "exact": "Systems and exact return maps",
-    "dynamics": "Dynamics of return maps",
-    "reduced": "Reduced maps",
-    "auxiliary": "Attracting domains",
-    "cells": "Cells",
-    "symbolic": "Closed forms",
-    "exports": "Export",
-    "study": "Studies",
-    "plugins": "Installed systems",
-    "testing": "Conformance tests",
-    "errors": "Errors",
-}
-
 
 def write_api(app: object) -> None:
     """The page of all public names, room by room, generated from the package's own list."""
     import nsmaps
 
-    lines = ["# API", "", "Each name is imported as `nsmaps.NAME` when it is first used.", ""]
-    homes = {name: f"nsmaps.{module}" for module, names in nsmaps._PUBLIC.items() for name in names}
-    rest = {home.split(".")[1] for home in homes.values()} - set(ROOMS)
-    for room, title in {**ROOMS, **{name: name.capitalize() for name in sorted(rest)}}.items():
-        names = sorted(name for name, home in homes.items() if home.split(".")[1] == room)
-        lines += [f"## {title}", ""] if names else []
-        for name in names:
-            kind = "autoclass" if isinstance(getattr(nsmaps, name), type) else "autofunction"
-            lines += ["```{eval-rst}", f".. {kind}:: nsmaps.{name}", "```", ""]
+    lines = ["# API", "", "Each name is imported from its module when it is first used.", ""]
+    for package in (nsmaps, *(getattr(nsmaps, name) for name in dir(nsmaps) if name not in (*nsmaps.__all__, "figures"))):
+        lines += [f"## {package.__name__}", ""]
+        for name in (name for name in package.__all__ if name != "__version__"):
+            kind = "autoclass" if isinstance(getattr(package, name), type) else "autofunction"
+            lines += ["```{eval-rst}", f".. {kind}:: {package.__name__}.{name}", "```", ""]
     folder = Path(__file__).parent / "_generated"
     folder.mkdir(exist_ok=True)
     (folder / "api.md").write_text("\n".join(lines))

@@ -216,7 +216,7 @@ def _check_sent(work: object, part: tuple[Any, ...], executor: Executor) -> None
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise NsmapsError(
                 f"a part cannot be sent to another process: {error}; expected: functions and classes of modules, "
-                "such as nsmaps.Along(system, 'd') for a map_of"
+                "such as nsmaps.exact.Along(system, 'd') for a map_of"
             ) from error
 
 
@@ -276,5 +276,7 @@ def fingerprint(value: Any) -> str:
         return f"array({value.dtype}, {value.shape}, {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()})"
     text = repr(value)
     if " at 0x" in text:
-        raise NsmapsError(f"{text} cannot be recognised in another run; expected with a checkpoint: nsmaps.Along(system, 'd')")
+        raise NsmapsError(
+            f"{text} cannot be recognised in another run; expected with a checkpoint: nsmaps.exact.Along(system, 'd')"
+        )
     return text

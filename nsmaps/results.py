@@ -24,6 +24,9 @@ NONE, TURNS, TIME, RETURNS = "1", "turns", "time unit of the system", "returns" 
 ARRAY = "array"  #: the key of a declaration in the metadata of a dataclass's field
 
 
+__all__ = ["Result", "array", "array_property"]
+
+
 @dataclass(frozen=True, slots=True)
 class Declaration:
     """What an array of a result holds."""

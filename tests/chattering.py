@@ -7,7 +7,8 @@ import numpy as np
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_two_masses import TwoMasses
 
-from nsmaps import CompleteChatter, Guard
+from nsmaps import Guard
+from nsmaps.dynamics import CompleteChatter
 
 
 class Held(TwoMasses):

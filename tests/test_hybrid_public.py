@@ -41,12 +41,12 @@ def grid(system: Any) -> nsmaps.Grid:
     return nsmaps.Grid(axes=axes)
 
 
-def along(system: Any) -> nsmaps.Along:
-    return nsmaps.Along(system, SWEPT[system])
+def along(system: Any) -> nsmaps.exact.Along:
+    return nsmaps.exact.Along(system, SWEPT[system])
 
 
-def plane(system: Any) -> nsmaps.Along:
-    return nsmaps.Along(system, SWEPT[system], SECOND[system])
+def plane(system: Any) -> nsmaps.exact.Along:
+    return nsmaps.exact.Along(system, SWEPT[system], SECOND[system])
 
 
 def values(system: Any) -> Any:
@@ -54,7 +54,7 @@ def values(system: Any) -> Any:
 
 
 @cache
-def near(system: Any) -> nsmaps.PeriodicOrbit:
+def near(system: Any) -> nsmaps.dynamics.PeriodicOrbit:
     return nsmaps.periodic_orbit(system, nsmaps.orbit(system, STARTS[system], 300).final)
 
 
@@ -65,12 +65,12 @@ def branch(system: Any) -> Any:
 
 
 @cache
-def settled(system: Any) -> nsmaps.Basins:
+def settled(system: Any) -> nsmaps.dynamics.Basins:
     return nsmaps.basins(system, grid(system), max_returns=200)
 
 
 @cache
-def swept(system: Any) -> nsmaps.BifurcationDiagram:
+def swept(system: Any) -> nsmaps.dynamics.BifurcationDiagram:
     return nsmaps.bifurcation_diagram(along(system), "p", values(system), STARTS[system], n_returns=4, transient=9)
 
 
@@ -80,18 +80,18 @@ def noisy(system: Any) -> Any:
 
 
 @cache
-def strips() -> nsmaps.StripMap:
-    return nsmaps.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2)
+def strips() -> nsmaps.reduced.StripMap:
+    return nsmaps.reduced.strip_map(IMPACT, [[0.8, 0.81], [0.4, 0.41]], 1e-2)
 
 
 #: a call with a system of each public name that can be given one
 CALLS: dict[str, Callable[[Any], Any]] = {
     "Along": lambda s: along(s)(values(s)[1]),
-    "CompleteChatter": lambda s: nsmaps.CompleteChatter(s),
-    "IteratedMap": lambda s: nsmaps.IteratedMap(s, 2).first_return([STARTS[s]]),
-    "ReturnMap": lambda s: isinstance(s, nsmaps.ReturnMap),
-    "FullAuxiliaryMap": lambda s: nsmaps.FullAuxiliaryMap(s, [box(s)]),
-    "StripMap": lambda s: nsmaps.StripMap(s, None),
+    "CompleteChatter": lambda s: nsmaps.dynamics.CompleteChatter(s),
+    "IteratedMap": lambda s: nsmaps.dynamics.IteratedMap(s, 2).first_return([STARTS[s]]),
+    "ReturnMap": lambda s: isinstance(s, nsmaps.exact.ReturnMap),
+    "FullAuxiliaryMap": lambda s: nsmaps.auxiliary.FullAuxiliaryMap(s, [box(s)]),
+    "StripMap": lambda s: nsmaps.reduced.StripMap(s, None),
     "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
@@ -99,11 +99,11 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     ),
     "bifurcation_diagram": swept,
     "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
-    "box_map": lambda s: nsmaps.box_map(s),
+    "box_map": lambda s: nsmaps.cells.box_map(s),
     "period_doubling_cascade": lambda s: nsmaps.period_doubling_cascade(
         s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), "up", 1
     ),
-    "chatter_cascade": lambda s: nsmaps.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
+    "chatter_cascade": lambda s: nsmaps.dynamics.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
     "parameter_plane": lambda s: nsmaps.parameter_plane(
         s,
         {SWEPT[s]: values(s), SECOND[s]: [getattr(s, SECOND[s])]},
@@ -113,35 +113,35 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         max_period=2,
         observables=["work"],
     ),
-    "forward_invariant_box": lambda s: nsmaps.forward_invariant_box(s, box(s), 1),
-    "match_attractors": lambda s: nsmaps.match_attractors([swept(s)]),
-    "compose_pieces": lambda s: nsmaps.compose_pieces(s, ["R1"]),
-    "conley_indices": lambda s: nsmaps.conley_indices(s, box(s), 1),
+    "forward_invariant_box": lambda s: nsmaps.cells.forward_invariant_box(s, box(s), 1),
+    "match_attractors": lambda s: nsmaps.dynamics.match_attractors([swept(s)]),
+    "compose_pieces": lambda s: nsmaps.symbolic.compose_pieces(s, ["R1"]),
+    "conley_indices": lambda s: nsmaps.cells.conley_indices(s, box(s), 1),
     "continue_branch": branch,
-    "curve_cycles": lambda s: nsmaps.curve_cycles(s),
+    "curve_cycles": lambda s: nsmaps.symbolic.curve_cycles(s),
     "switch_branch": lambda s: nsmaps.switch_branch(s, SWEPT[s], s, tuple(values(s))),
-    "exit_times": lambda s: nsmaps.exit_times(
+    "exit_times": lambda s: nsmaps.cells.times(
         s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2
     ),
-    "certificate_of": lambda s: nsmaps.certificate_of(s, [near(s)]),
+    "certificate_of": lambda s: nsmaps.proof.certificate_of(s, [near(s)]),
     "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), 3, "sampled"),
-    "periodic_orbits_by_word": lambda s: nsmaps.periodic_orbits_by_word(s, 1),
+    "periodic_orbits_by_word": lambda s: nsmaps.dynamics.periodic_orbits_by_word(s, 1),
     "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], 4, 0),
     "staircase": lambda s: nsmaps.staircase(along(s), tuple(values(s)), STARTS[s], 2, 4),
     "surfaces": lambda s: nsmaps.surfaces(s, grid(s), [nsmaps.WordFamily(name="any", words=(2 * s.letters[0],))]),
-    "topological_entropy": lambda s: nsmaps.topological_entropy(s),
+    "topological_entropy": lambda s: nsmaps.symbolic.topological_entropy(s),
     "track": lambda s: nsmaps.track(s, STARTS[s], 2),
     "export": lambda s: nsmaps.export(s, "latex"),
-    "find_cycles": lambda s: nsmaps.find_cycles(s, box(s), 1, 0, 2),
+    "find_cycles": lambda s: nsmaps.cells.find_cycles(s, box(s), 1, 0, 2),
     "global_continuation": lambda s: nsmaps.global_continuation(
         s, SWEPT[s], values(s), box(s), n_samples=4, max_returns=200, n_kicks=2, n_directions=2, n_states=1
     ),
-    "held_iterate": lambda s: nsmaps.held_iterate(s, [0.1]),
-    "symbolic_iterate": lambda s: nsmaps.symbolic_iterate(s, 2),
+    "held_iterate": lambda s: nsmaps.symbolic.held_iterate(s, [0.1]),
+    "symbolic_iterate": lambda s: nsmaps.symbolic.symbolic_iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
     "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), "p", values(s), STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
-    "morse_sets": lambda s: nsmaps.morse_sets(s, box(s), 0, 2),
+    "morse_sets": lambda s: nsmaps.cells.morse(s, box(s), 0, 2),
     "noisy_orbits": noisy,
     "observe": lambda s: nsmaps.observe(s, STARTS[s], 4, ["work"], batches=2),
     "observe_attractors": lambda s: nsmaps.observe_attractors(s, settled(s).attractors, ["work"], 64),
@@ -157,16 +157,21 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "periodic_orbit": near,
     "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
     "return_batch": lambda s: nsmaps.return_batch(s, [STARTS[s]], 2),
-    "second_iterate": lambda s: nsmaps.second_iterate(s, 0.1, 0.2),
+    "second_iterate": lambda s: nsmaps.symbolic.second_iterate(s, 0.1, 0.2),
     "stability_diagram": lambda s: nsmaps.stability_diagram(
         plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
     ),
-    "strip_map": lambda s: nsmaps.strip_map(s, box(s), 1e-2),
-    "forward_invariant_set": lambda s: nsmaps.forward_invariant_set(s, nsmaps.morse_sets(s, box(s), 0, 2)),
-    "two_cycles": lambda s: nsmaps.two_cycles(s),
+    "strip_map": lambda s: nsmaps.reduced.strip_map(s, box(s), 1e-2),
+    "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(s, nsmaps.cells.morse(s, box(s), 0, 2)),
+    "two_cycles": lambda s: nsmaps.symbolic.cycles(s),
 }
+PACKAGES = [
+    nsmaps,
+    *(getattr(nsmaps, name) for name in dir(nsmaps) if name not in (*nsmaps.__all__, "bench", "figures", "testing")),
+]
+PUBLIC = {name for package in PACKAGES for name in package.__all__}
 #: public names that are no functions of a system: results, specs, names and the like
-OTHERS = {name for name in nsmaps.__all__ if name[0].isupper() or name == "__version__"} - set(CALLS)
+OTHERS = {name for name in PUBLIC if name[0].isupper() or name == "__version__"} - set(CALLS)
 OTHERS |= {
     "build_composite",
     "chebyshev_nodes",
@@ -189,7 +194,7 @@ OTHERS |= {
 
 
 def test_every_public_name_is_called_here_or_takes_no_system() -> None:
-    assert set(nsmaps.__all__) == set(CALLS) | OTHERS
+    assert set(CALLS) | OTHERS == PUBLIC
 
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
@@ -245,7 +250,7 @@ EMPTY: dict[str, Callable[[Any, Any], int]] = {
     "itineraries": lambda s, none: len(s.itineraries(none).codes),
     "sensitivity": lambda s, none: len(s.sensitivity(none, {SWEPT[s]: 1.0})),
     "image_boxes": lambda s, none: len(s.image_boxes(np.empty((0, none.shape[1], 2))).source),
-    "IteratedMap": lambda s, none: len(nsmaps.IteratedMap(s, 2).first_return(none, derivative=True)),
+    "IteratedMap": lambda s, none: len(nsmaps.dynamics.IteratedMap(s, 2).first_return(none, derivative=True)),
     "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
     "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
     "basins": lambda s, none: len(nsmaps.basins(s, none, max_returns=9).label),
@@ -271,7 +276,7 @@ PLANE: dict[str, Callable[[Any], int]] = {
     "PolyMap.derivative": lambda none: len(exported.composite().pieces[0].map.derivative(none)),
     "Box": lambda none: len(nsmaps.Box(coordinates=NAMES, bounds={"v": (0, 1), "phi": (0, 1)}).contains(none)),
     "ConditionRegion": lambda none: len(nsmaps.ConditionRegion(text="v > phi", coordinates=NAMES).contains(none)),
-    "image_boxes": lambda none: len(nsmaps.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
+    "image_boxes": lambda none: len(nsmaps.cells.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
     "orbit": lambda none: nsmaps.orbit(exported.composite(), none, 3).states.shape[1],
     "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),
     "basins": lambda none: len(nsmaps.basins(exported.composite(), none, max_returns=9).label),

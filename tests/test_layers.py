@@ -15,11 +15,14 @@ import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from nsmaps.lazy import stated_names
+
 ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
     "interrupts": 0,
     "progress": 0,
+    "lazy": 0.1,
     "arrays": 0,
     "files": 0.5,
     "coordinates": 0.5,
@@ -48,7 +51,8 @@ RANK = {
     "__main__": 8,
 }
 MODES = ("definitions", "tables", "flights", "march", "blocks", "paths")  #: rooms of `exact/modes`, in the order of imports
-FACES = {"nsmaps", "nsmaps.bench", "nsmaps.figures", "nsmaps.testing"}  #: packages with public names of their modules
+ROOMS = tuple(f"nsmaps.{name}" for name, home in stated_names(ROOT / "nsmaps" / "__init__.pyi").items() if home == "nsmaps")
+FACES = {"nsmaps", *ROOMS}  #: packages with public names of their modules
 HEAVY = ("numba", "sympy", "scipy", "matplotlib")
 
 
@@ -180,11 +184,15 @@ def test_something_heavy_would_be_seen() -> None:
 def test_the_public_face_is_what_type_checkers_see() -> None:
     import nsmaps
 
-    tree = ast.parse((ROOT / "nsmaps" / "__init__.py").read_text())
-    block = next(node for node in tree.body if isinstance(node, ast.If))
-    typed = {alias.name: node.module for node in block.body if isinstance(node, ast.ImportFrom) for alias in node.names}
-    assert typed == nsmaps._HOME
-    assert all(vars(import_module(module))[name] is getattr(nsmaps, name) for name, module in typed.items())
+    assert len(nsmaps.__all__) <= 80
+    assert len(ROOMS) >= 10
+    stubs = [name for name in ("nsmaps", *ROOMS) if (ROOT / name.replace(".", "/") / "__init__.pyi").exists()]
+    for package in map(import_module, stubs):
+        homes = stated_names(Path(str(package.__file__)).with_suffix(".pyi"))
+        assert dir(package) == sorted(homes)
+        for name, module in homes.items():
+            home = getattr(import_module(module), name)
+            assert getattr(package, name) == home, f"{package.__name__}.{name}"
     with pytest.raises(AttributeError, match="did you mean 'load_study'"):
         _ = nsmaps.load_studi
 
@@ -218,7 +226,7 @@ def test_no_module_imports_itself_by_way_of_others(tmp_path: Path) -> None:
     assert sum(map(len, graph.values())) > 2000
     assert circles(graph) == []
     (tmp_path / "type.py").write_text("if TYPE_CHECKING:\n    from nsmaps.study import run\ndef f():\n    import nsmaps.errors")
-    assert imported(tmp_path / "type.py", set(modules)) == {"nsmaps.study", "nsmaps.study.run", "nsmaps.errors"}
+    assert imported(tmp_path / "type.py", set(modules)) == {"nsmaps.study.run", "nsmaps.errors"}
 
 
 def test_a_circle_is_seen() -> None:

@@ -118,10 +118,10 @@ def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
 
 REPORTING = {
     "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", samples=21, **how),
-    "strip_map": lambda system, how: nsmaps.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
-    "morse_sets": lambda system, how: nsmaps.morse_sets(system, BOX, 2, **how),
-    "find_cycles": lambda system, how: nsmaps.find_cycles(system, BOX, 1, 2, **how),
-    "exit_times": lambda system, how: nsmaps.exit_times(system, {"all": WHOLE}, BOX, 1, 8, **how),
+    "strip_map": lambda system, how: nsmaps.reduced.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
+    "morse_sets": lambda system, how: nsmaps.cells.morse(system, BOX, 2, **how),
+    "find_cycles": lambda system, how: nsmaps.cells.find_cycles(system, BOX, 1, 2, **how),
+    "exit_times": lambda system, how: nsmaps.cells.times(system, {"all": WHOLE}, BOX, 1, 8, **how),
     "orbit": lambda system, how: nsmaps.orbit(system, [0.2, 0.1], 300_000, **how),
     "partition": lambda system, how: nsmaps.partition(system, GRID, nsmaps.Partition(tolerance=0.05, kind="accurate"), **how),
 }
@@ -185,14 +185,14 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
     [
         ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", samples=21)),
         ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
-        ("strip map", lambda system: nsmaps.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
+        ("strip map", lambda system: nsmaps.reduced.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
         (
             "bifurcation_diagram",
             lambda system: nsmaps.bifurcation_diagram(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20),
         ),
         ("basins", lambda system: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200)),
-        ("morse_sets", lambda system: nsmaps.morse_sets(system, BOX, 1)),
-        ("find_cycles", lambda system: nsmaps.find_cycles(system, BOX, 1, 1)),
+        ("morse_sets", lambda system: nsmaps.cells.morse(system, BOX, 1)),
+        ("find_cycles", lambda system: nsmaps.cells.find_cycles(system, BOX, 1, 1)),
         ("orbit", lambda system: nsmaps.orbit(system, [0.2, 0.1], 200_000)),
     ],
 )
@@ -261,7 +261,7 @@ def test_a_box_that_is_not_grown_in_time_is_none(pair):
 @pytest.mark.parametrize("seconds", [0.0, 0.2, inf])
 def test_a_map_of_strips_stops_in_time_and_leaves_the_rest_to_the_exact_map(seconds, pair):
     system = pair(0.30)
-    made = nsmaps.strip_map(system, ((0.6, 1.2), (0.0, pi)), 1e-4, max_seconds=seconds)
+    made = nsmaps.reduced.strip_map(system, ((0.6, 1.2), (0.0, pi)), 1e-4, max_seconds=seconds)
     assert made.strips.report.stopped == (seconds < inf)
     if seconds == 0:
         assert made.strips.report.exact_share == pytest.approx(1)
@@ -272,6 +272,6 @@ def test_a_map_of_strips_stops_in_time_and_leaves_the_rest_to_the_exact_map(seco
 
 
 def test_a_map_of_strips_with_many_edges_stops_while_these_are_told_apart(pair):
-    made = nsmaps.strip_map(pair(0.35), ((0.5, 15), (0.0, 2 * pi)), 1e-4, max_seconds=1)
+    made = nsmaps.reduced.strip_map(pair(0.35), ((0.5, 15), (0.0, 2 * pi)), 1e-4, max_seconds=1)
     assert made.strips.report.stopped
     assert sum(made.strips.report.seconds.values()) < 60  # minutes without a limit; the rounds begun are finished

@@ -6,8 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from nsmaps import Angle, Coordinates, NsmapsError
+from nsmaps import Angle, NsmapsError
 from nsmaps.arrays import Floats
+from nsmaps.exact import Coordinates
 from nsmaps.results import Result, array, array_property, datasets, tree
 from nsmaps.study.store.serialize import Arrays, decode, encode
 

@@ -30,7 +30,7 @@ def plane(pixels: int) -> dict[str, np.ndarray]:
     return {"d": np.linspace(0.2, 0.4, pixels), "r": np.linspace(0.3, 0.7, pixels)}
 
 
-def chart(pixels: int, returns: int, jobs: nsmaps.Jobs | None = None) -> nsmaps.ParameterPlane:
+def chart(pixels: int, returns: int, jobs: nsmaps.Jobs | None = None) -> nsmaps.dynamics.ParameterPlane:
     """Ours, with words, motions, exponents and outcomes."""
     kept = 2 * PERIODS
     return nsmaps.parameter_plane(
@@ -92,7 +92,7 @@ def beside_the_map(pixels: int, returns: int) -> None:
             bare(p, SIZE, *START, returns)
 
     before = seconds(loop, time.process_time)
-    made: list[nsmaps.ParameterPlane] = []
+    made: list[nsmaps.dynamics.ParameterPlane] = []
     ours = seconds(lambda: made.append(chart(pixels, returns)), time.process_time)
     theirs = (before + seconds(loop, time.process_time)) / 2 * pixels**2 / SAMPLE
     done = made[0]

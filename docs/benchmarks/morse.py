@@ -13,7 +13,7 @@ import numpy as np
 from nsmaps_vi_pair import VIPair
 from scipy.optimize import brentq
 
-from nsmaps.cells.morse_sets import morse_sets
+from nsmaps.cells.morse import morse_sets
 
 WINDOW = np.array([[0.55, 1], [0.05, 1.25]])
 DEPTH = 7  #: 2^7 cells an axis

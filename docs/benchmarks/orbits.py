@@ -14,7 +14,7 @@ import nsmaps
 MANY, FEW, ROUNDS, START = 200_000, 2_000, 7, (0.3, 1.0)
 
 
-class OneByOne(nsmaps.ReturnMap):
+class OneByOne(nsmaps.exact.ReturnMap):
     """A map without its compiled loops."""
 
     def __init__(self, return_map: Any) -> None:

@@ -7,9 +7,9 @@ from math import pi
 from pathlib import Path
 
 import nsmaps
-from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import forward_invariant_box
+from nsmaps.cells.morse import forward_invariant_box
 from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.times import exit_times
 from nsmaps.study.store.archive import write
 
 WINDOW = {"v": (0.02, 1.07), "phi": (0.0, 2 * pi)}

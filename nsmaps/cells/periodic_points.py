@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.cells.closed_walks import on_closed_walks
 from nsmaps.cells.grid import Cells, targets_of
-from nsmaps.cells.morse_sets import MOST_CELLS
+from nsmaps.cells.morse import MOST_CELLS
 from nsmaps.cells.pseudo_orbits import spliced
 from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import BoxLike, Coordinates

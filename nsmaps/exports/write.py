@@ -57,8 +57,8 @@ def export(
 
     Examples:
         >>> import nsmaps
-        >>> logistic = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
-        >>> twice = nsmaps.symbolic_iterate(logistic, 2)
+        >>> logistic = nsmaps.reduced.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
+        >>> twice = nsmaps.symbolic.symbolic_iterate(logistic, 2)
         >>> sorted(nsmaps.export(twice, "c", name="logistic_twice"))
         ['logistic_twice.c', 'logistic_twice.h']
         >>> nsmaps.export(twice, "python", name="logistic_twice").count("def logistic_twice(states):")

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from nsmaps.arrays import Ints
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.auxiliary.full_map import AuxiliaryOrbit
-    from nsmaps.cells.exit_times import ExitTimes
-    from nsmaps.cells.morse_sets import MorseCover
+    from nsmaps.cells.morse import MorseCover
+    from nsmaps.cells.times import ExitTimes
     from nsmaps.dynamics.attractors.basins import Basins
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.dynamics.attractors.limit_set import OrbitPair

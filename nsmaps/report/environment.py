@@ -31,3 +31,9 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "not installed"
+
+
+def show_versions() -> None:
+    """Print the versions of Python, nsmaps, its required and optional packages, and the platform, for a report of an error."""
+    for name, found in environment().items():
+        print(f"{name:16s} {found}")

@@ -6,8 +6,9 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps import Coordinates, PiecewiseMap
+from nsmaps import PiecewiseMap
 from nsmaps.errors import SystemDefinitionError
+from nsmaps.exact import Coordinates
 
 Pieces = Mapping[str, tuple[Any, Mapping[str, Any]]]
 

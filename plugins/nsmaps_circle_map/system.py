@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps import Angle, Coordinates, PiecewiseMap
+from nsmaps import Angle, PiecewiseMap
+from nsmaps.exact import Coordinates
 
 Pieces = Mapping[str, tuple[Any, Mapping[str, Any]]]
 

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from nsmaps import Coordinates, PiecewiseMap
+from nsmaps import PiecewiseMap
+from nsmaps.exact import Coordinates
 
 Pieces = Mapping[str, tuple[Any, Mapping[str, Any]]]
 

@@ -10,7 +10,7 @@ from boxmaps import Henon, one_each
 from nsmaps.auxiliary.bounds import envelopes
 from nsmaps.auxiliary.full_map import SLICES, AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
 from nsmaps.cells.grid import images_of
-from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.reduced.composite.composite import CompositeMap, Piece

@@ -9,9 +9,9 @@ from nsmaps_soft_impact import SoftImpact
 from nsmaps_two_masses import TwoMasses
 
 import nsmaps
-from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.times import exit_times
 from nsmaps.reduced.conditions.region import Box
 
 DAMPED = SoftImpact(xi=0.05, e=0.3, a=0.7, beta=29, w=0.8)

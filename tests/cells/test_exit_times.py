@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from boxmaps import Henon, one_each
 
-from nsmaps.cells.exit_times import exit_times
 from nsmaps.cells.grid import Cells
-from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.times import exit_times
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
 

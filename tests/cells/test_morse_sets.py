@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from nsmaps.cells.conley import conley_indices
 from nsmaps.cells.grid import Cells, counted, painted, targets_of
-from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_set, morse_sets
 from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError

@@ -11,8 +11,9 @@ from dynamics_implicit import flight, gaps, multipliers_test, solve
 from systems import BouncingBall
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
+from nsmaps import Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
 from nsmaps.coordinates import Coordinates
+from nsmaps.dynamics import CompleteChatter
 from nsmaps.dynamics.continuation.follow import continue_branch, period_doubling_cascade, switch_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome

@@ -9,7 +9,8 @@ from nsmaps_impact_oscillator import ImpactOscillator
 from systems import DraggedBall
 
 import nsmaps
-from nsmaps import CompleteChatter, chatter_cascade, chatter_scaling, continue_branch
+from nsmaps import continue_branch
+from nsmaps.dynamics import CompleteChatter, chatter_cascade, chatter_scaling
 from nsmaps.errors import NsmapsError
 
 GAMMA, R = 1.3, 0.5
@@ -152,7 +153,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
     assert abs(below.parameter - 1 / np.hypot(1, k)) < 1e-11
-    curve = nsmaps.bifurcation_curve(nsmaps.Along(system, "a", "drag"), below, k, ((0.5, 3.0), (0.1, 1.0)), step=0.2)
+    curve = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "a", "drag"), below, k, ((0.5, 3.0), (0.1, 1.0)), step=0.2)
     a, drag = curve.parameters.T
     assert (drag[0], drag[-1]) == (0.1, 1.0)
     assert np.abs(a * np.hypot(1, drag) - 1).max() < 1e-12
@@ -281,7 +282,7 @@ def test_what_has_no_chatter_or_no_cascade_is_refused():
     with pytest.raises(NsmapsError, match="the restitution coefficient is 1; expected: between 0 and 1"):
         chatter_scaling(1.0)
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
-    event = nsmaps.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
+    event = nsmaps.dynamics.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
     with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
         chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", event, (1.0, 2.0), 3)
     with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):

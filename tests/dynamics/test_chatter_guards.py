@@ -8,7 +8,8 @@ from nsmaps_buck_converter import BuckConverter
 from systems import BallInModes
 
 import nsmaps
-from nsmaps import CompleteChatter, Outcome, chatter_cascade, continue_branch
+from nsmaps import Outcome, continue_branch
+from nsmaps.dynamics import CompleteChatter, chatter_cascade
 from nsmaps.errors import NsmapsError
 
 VALUES = {"Gamma": 1.3, "r": 0.5}

@@ -13,7 +13,8 @@ from nsmaps_two_masses import TwoMasses
 from scipy.integrate import solve_ivp
 
 import nsmaps
-from nsmaps import CompleteChatter, Guard, HybridSystem, PoincareSection, continue_branch
+from nsmaps import Guard, HybridSystem, PoincareSection, continue_branch
+from nsmaps.dynamics import CompleteChatter
 from nsmaps.errors import NsmapsError
 from nsmaps.testing import check_system
 

@@ -88,8 +88,8 @@ def test_two_folds_meet_in_a_cusp():
 def test_the_bouncing_ball(kind, way):
     """The closed forms that its class states."""
     system = nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.5)
-    event = event_of(nsmaps.Along(system, "Gamma"), [4.18879, 0.634], 1.3, (0.2, 3), kind, way)
-    found = nsmaps.bifurcation_curve(nsmaps.Along(system, "Gamma", "r"), event, 0.5, ((0.2, 3), (0.45, 0.55)), step=0.5)
+    event = event_of(nsmaps.exact.Along(system, "Gamma"), [4.18879, 0.634], 1.3, (0.2, 3), kind, way)
+    found = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "Gamma", "r"), event, 0.5, ((0.2, 3), (0.45, 0.55)), step=0.5)
     gamma, r = found.parameters.T
     least = np.pi * (1 - r) / (1 + r)
     exact = least if kind == "fold" else np.hypot(least, 2 * (1 + r**2) / (1 + r) ** 2)
@@ -115,7 +115,7 @@ def test_a_graze_of_the_pair_from_either_orbit(beside, word, pair):
     orbit = nsmaps.periodic_orbit(system.at(d=d + beside), guess)
     assert orbit.words == (word,)
     event = BifurcationPoint("grazing", d, 1e-9, orbit)
-    found = nsmaps.bifurcation_curve(nsmaps.Along(system, "d", "r"), event, 0.5, ((0.2, 0.9), (0.49, 0.52)), step=0.5)
+    found = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "d", "r"), event, 0.5, ((0.2, 0.9), (0.49, 0.52)), step=0.5)
     assert found.words == ("BB",)
     for length, r in found.parameters:
         assert length == pytest.approx(float(graze_of(r, system.g_bar)[2]), abs=1e-11)

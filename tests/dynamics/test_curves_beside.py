@@ -110,7 +110,7 @@ def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():
     start = nsmaps.periodic_orbit(system, [0.8, 1.9])
     branch = nsmaps.continue_branch(system, "zeta", start, 0.05, (-0.02, 0.06), "down", until=(TORUS,))
     event = branch.of_kind(TORUS)[0]
-    found = nsmaps.bifurcation_curve(nsmaps.Along(system, "zeta", "k"), event, 3.0, ((-0.02, 0.06), (2.8, 3.2)), step=0.3)
+    found = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "zeta", "k"), event, 3.0, ((-0.02, 0.06), (2.8, 3.2)), step=0.3)
     assert len(found.parameters) > 3
     assert np.abs(found.parameters[:, 0]).max() < 1e-11
 
@@ -148,7 +148,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), "down")
     event = branch.of_kind("border collision")[0]
     assert event.parameter == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
-    found = nsmaps.bifurcation_curve(nsmaps.Along(system, "E", "a1"), event, 8.4, ((11.5, 12.5), (8.3, 8.5)), step=0.4)
+    found = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "E", "a1"), event, 8.4, ((11.5, 12.5), (8.3, 8.5)), step=0.4)
     voltage, gain = found.parameters.T
     assert len(gain) > 4
     assert np.abs(voltage - 11.3 - 3.8 / gain).max() < 1e-8

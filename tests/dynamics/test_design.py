@@ -24,11 +24,11 @@ TABLE = {"Gamma": (1.1, 1.2), "r": (0.3, 0.7)}
 
 
 @pytest.fixture(scope="module")
-def harvester() -> nsmaps.Optimum:
+def harvester() -> nsmaps.dynamics.Optimum:
     return nsmaps.optimize(PAIR.at, "loss", BOUNDS, NEAR, START, motion="1:1/T")
 
 
-def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.Optimum) -> None:
+def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dynamics.Optimum) -> None:
     """No 1:1 motion of the pair loses more in a period than 4 (1 + r)/(pi^2 (1 - r)), and one without tilt loses that.
 
     With impacts at the phases a and b the work of the forcing is (1 + r)(v sin a - w sin b)/pi <= (1 + r)(v + w)/pi, the loss
@@ -82,14 +82,14 @@ def test_an_optimum_on_the_bound_of_a_multiplier_has_the_closed_form() -> None:
     assert {one.name: one.margin for one in found.conditions}["multiplier"] == pytest.approx(0.0, abs=1e-7)
 
 
-def value_at(system: Any, orbit: nsmaps.PeriodicOrbit) -> float:
+def value_at(system: Any, orbit: nsmaps.dynamics.PeriodicOrbit) -> float:
     """The loss per period of the motion near one, refined by Newton's method."""
     found = nsmaps.periodic_orbit(system, orbit.states, len(orbit.states))
     assert found.words == orbit.words
     return float(nsmaps.observe_orbit(system, found, ["loss"]).per_period.value[0])
 
 
-def differences(system_of: Callable[..., Any], found: nsmaps.Optimum, steps: dict[str, float]) -> dict[str, float]:
+def differences(system_of: Callable[..., Any], found: nsmaps.dynamics.Optimum, steps: dict[str, float]) -> dict[str, float]:
     """The derivatives of the loss by the parameters: central differences of four widths, extrapolated (Romberg)."""
     slopes = {}
     for name, step in steps.items():
@@ -188,7 +188,7 @@ def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
     assert "existence" in found.active
 
 
-def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.Optimum) -> None:
+def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.dynamics.Optimum) -> None:
     """The share is counted again from orbits of the same states."""
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=12), "phi": nsmaps.Axis(low=0, high=6, points=12)})
     how = PAIR.at(d=0.7, g_bar=0.1).at, "loss", {"d": (0.5, 1.2)}, {"d": 0.7}, [1.08, 1.0]

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import CompositeMap, ConditionRegion, PolyMap, bifurcation_diagram, orbit, periodic_orbit
+from nsmaps import CompositeMap, ConditionRegion, bifurcation_diagram, orbit, periodic_orbit
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.reduced import PolyMap
 from nsmaps.reduced.composite.composite import Piece
 
 

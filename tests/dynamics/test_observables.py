@@ -151,7 +151,7 @@ def test_an_observable_that_is_not_one_is_refused(given: object, message: str) -
 def test_maps_and_systems_without_formulas_are_refused() -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
     with pytest.raises(nsmaps.NsmapsError, match=r"observables of a .*; expected: an object of a class"):
-        nsmaps.observe(nsmaps.IteratedMap(system, 2), [0.8, 0.3], 10, ["loss"])
+        nsmaps.observe(nsmaps.dynamics.IteratedMap(system, 2), [0.8, 0.3], 10, ["loss"])
     with pytest.raises(nsmaps.NsmapsError, match="two observables are named 'loss'"):
         nsmaps.observe(system, [0.8, 0.3], 10, ["loss", "loss"])
     with pytest.raises(nsmaps.NsmapsError, match="there is no observable"):

@@ -34,7 +34,7 @@ def test_the_derivative_of_a_closed_form() -> None:
     assert np.abs(by_gamma.per_time.derivative).max() < 1e-11
 
 
-def compared(system: object, orbit: nsmaps.PeriodicOrbit, chosen: list[object], name: str, h: float = 1e-4) -> None:
+def compared(system: object, orbit: nsmaps.dynamics.PeriodicOrbit, chosen: list[object], name: str, h: float = 1e-4) -> None:
     """Derivatives against differences of the means of neighbouring periodic orbits, extrapolated."""
 
     def means(value: float) -> np.ndarray:
@@ -70,7 +70,7 @@ def test_the_derivatives_of_a_system_with_modes(name: str) -> None:
 
 
 def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) -> None:
-    map_of, fixed = nsmaps.Along(pair, "d"), nsmaps.periodic_orbit(pair, [0.8, 0.4])
+    map_of, fixed = nsmaps.exact.Along(pair, "d"), nsmaps.periodic_orbit(pair, [0.8, 0.4])
     branch = nsmaps.continue_branch(map_of, "p", fixed, 0.35, bounds=(0.33, 0.35), direction="down")
     found = nsmaps.observe_branch(map_of, branch, ["loss", "work", "displacement"])
     value, slope = found.per_period.value, found.per_period.derivative
@@ -83,7 +83,7 @@ def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) 
 
 
 def test_a_diagram_has_the_means_of_its_attractors(pair: ImpactSystem) -> None:
-    map_of = nsmaps.Along(pair, "d")
+    map_of = nsmaps.exact.Along(pair, "d")
     diagram = nsmaps.bifurcation_diagram(map_of, "p", [0.35, 0.3, 0.26, -0.1], [0.83, 0.36], transient=3000)
     found = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64)
     assert found.per_period.value.shape == (4, 1, 4)

@@ -10,8 +10,9 @@ import pytest
 import sympy as sp
 
 import nsmaps
-from nsmaps import Along, Angle, Noise, PiecewiseMap, Returns, System
+from nsmaps import Angle, Noise, PiecewiseMap, Returns, System
 from nsmaps.errors import NsmapsError
+from nsmaps.exact import Along
 
 
 class Gap(PiecewiseMap):

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import Along, Angle, Returns, System
+from nsmaps import Angle, Returns, System
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
+from nsmaps.exact import Along
 from nsmaps.exact.trajectory import track
 from nsmaps.parallel import fingerprint
 
@@ -117,11 +118,11 @@ def test_the_partition_of_a_map_in_two_pieces_is_this_map():
 @pytest.mark.parametrize(
     "call",
     [
-        lambda return_map: nsmaps.strip_map(return_map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
+        lambda return_map: nsmaps.reduced.strip_map(return_map, {"x": (0.1, 1), "y": (0, 1)}, 1e-6),
         lambda return_map: track(return_map, [0.1, 0.1], 5),
         lambda return_map: nsmaps.export(return_map, "c"),
         lambda return_map: nsmaps.export(return_map, "latex"),
-        nsmaps.CompleteChatter,
+        nsmaps.dynamics.CompleteChatter,
     ],
 )
 def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
@@ -156,7 +157,7 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
         lambda return_map: nsmaps.parameter_plane(return_map, {"a": [0.1], "b": [0.2]}, [0.1]),
         lambda return_map: nsmaps.basins(return_map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
         lambda return_map: nsmaps.attracting_domain(return_map, [[0, 1]]),
-        lambda return_map: nsmaps.IteratedMap(return_map, 2),
+        lambda return_map: nsmaps.dynamics.IteratedMap(return_map, 2),
     ],
 )
 def test_a_class_that_does_not_inherit_is_refused(call):
@@ -165,8 +166,10 @@ def test_a_class_that_does_not_inherit_is_refused(call):
 
 
 def test_a_chart_needs_parameters():
-    square = nsmaps.PolyMap.of_monomials(("x",), {"x": {(2,): 1.0}}, [[0, 1]])
-    whole = nsmaps.CompositeMap(nsmaps.Coordinates(("x",)), (), (nsmaps.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),))
+    square = nsmaps.reduced.PolyMap.of_monomials(("x",), {"x": {(2,): 1.0}}, [[0, 1]])
+    whole = nsmaps.CompositeMap(
+        nsmaps.exact.Coordinates(("x",)), (), (nsmaps.reduced.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),)
+    )
     with pytest.raises(
         NsmapsError, match=r"a plane of parameters of a CompositeMap; expected: .* its parameters.*stability_diagram"
     ):

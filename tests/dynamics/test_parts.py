@@ -28,7 +28,7 @@ from nsmaps.exact.surfaces.sweep import sweep
 
 PAIR = nsmaps.load_system("vi_pair", d=0.3, g_bar=0.2113275192854541)
 BISTABLE = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
-ALONG = nsmaps.Along(PAIR, "d")
+ALONG = nsmaps.exact.Along(PAIR, "d")
 VALUES = [0.30, 0.26, -1.0, 0.35, 0.28]  # at -1 there is no map
 STARTS = [[0.8, 0.4], [0.7, 0.3], [0.2, 3.0]]
 PLANE = {"d": nsmaps.Axis(low=0.25, high=0.35, points=6), "r": [0.4, 0.5, 0.6, 1.5]}  # at r = 1.5 there is no map
@@ -189,7 +189,7 @@ def test_of_interrupted_basins_other_starts_have_reached_none() -> None:
     whole = nsmaps.basins(BISTABLE, starts, max_returns=300)
     known = tuple(whole.attractors)
     result = stopped(partial(nsmaps.basins, BISTABLE, starts, known, 300))
-    assert isinstance(result, nsmaps.Basins)
+    assert isinstance(result, nsmaps.dynamics.Basins)
     assert result.label[:60].tolist() == whole.label[:60].tolist()
     assert result.arrival[:60].tolist() == whole.arrival[:60].tolist()
     assert result.label[60:].tolist() == [-1] * 20
@@ -271,4 +271,4 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
 
 def test_two_parameters_need_two_values() -> None:
     with pytest.raises(TypeError, match=r"1 values of d and r; expected: 2"):
-        nsmaps.Along(PAIR, "d", "r")(0.3)
+        nsmaps.exact.Along(PAIR, "d", "r")(0.3)

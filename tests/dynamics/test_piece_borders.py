@@ -10,10 +10,10 @@ from nsmaps_circle_map import GapCircleMap, PlateauCircleMap
 from nsmaps_square_root import SquareRoot, SquareRootPlane
 
 import nsmaps
-from nsmaps import Along
 from nsmaps.dynamics.continuation.border import GAP, NONSMOOTH_FOLD, PERSISTENCE, WITH_DOUBLING
 from nsmaps.dynamics.continuation.follow import continue_branch, period_doubling_cascade, switch_branch
 from nsmaps.errors import NsmapsError
+from nsmaps.exact import Along
 
 EXACT = 1e-14
 
@@ -176,7 +176,7 @@ def test_borders_lie_at_the_cut_of_an_angle_too():
     assert [event.border for event in ends] == [GAP, GAP]
 
 
-class Hidden(nsmaps.ReturnMap):
+class Hidden(nsmaps.exact.ReturnMap):
     """A map of which no formulas are known."""
 
     def __init__(self, return_map):

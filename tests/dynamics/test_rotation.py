@@ -9,10 +9,10 @@ from nsmaps_circle_map import CircleMap, GapCircleMap, PlateauCircleMap
 from piecewise_references import number, rows
 
 import nsmaps
-from nsmaps import Along
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.dynamics.rotation.staircase import farey_parents
 from nsmaps.errors import NsmapsError
+from nsmaps.exact import Along
 
 GOLDEN = (5**0.5 - 1) / 2
 

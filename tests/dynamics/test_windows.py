@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from nsmaps import Along, bifurcation_diagram, continue_branch, load_system, periodic_orbit
+from nsmaps import bifurcation_diagram, continue_branch, load_system, periodic_orbit
 from nsmaps.dynamics.diagrams.borders import LOCATED
 from nsmaps.dynamics.diagrams.changes import CHANGED
 from nsmaps.dynamics.diagrams.windows import windows
+from nsmaps.exact import Along
 
 
 def swept(system, low, high, count, start, direction, discard=800, returns=60):

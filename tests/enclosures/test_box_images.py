@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from nsmaps import load_study, run
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.full_map import FullAuxiliaryMap
-from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.times import exit_times
 from nsmaps.coordinates import Angle, nearest_turn
 from nsmaps.enclosures.box_images import FittedBoxes, box_map
 from nsmaps.errors import NsmapsError

@@ -69,7 +69,7 @@ def observables(system: Any, start: Any, period: int, parameter: str) -> None:
 
 def strips() -> None:
     """Maps of strips."""
-    found = nsmaps.strip_map(pair(), [[0.8, 0.81], [0.4, 0.41]], 1e-2)
+    found = nsmaps.reduced.strip_map(pair(), [[0.8, 0.81], [0.4, 0.41]], 1e-2)
     found.first_return([[0.805, 0.405]], derivative=True)
     found.orbits([[0.805, 0.405]], 2)
 

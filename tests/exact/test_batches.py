@@ -62,7 +62,9 @@ def test_integrated_returns_in_two_processes_and_from_a_folder(tmp_path):
 def test_a_fitted_map_of_several_returns_in_parts():
     """Two pieces, of which one has images after two returns."""
     pieces = [
-        nsmaps.Piece(name, nsmaps.Box.of(("x",), [side]), nsmaps.PolyMap.of_monomials(("x",), {"x": {(0,): 0.5}}, [side]), "", n)
+        nsmaps.reduced.Piece(
+            name, nsmaps.Box.of(("x",), [side]), nsmaps.reduced.PolyMap.of_monomials(("x",), {"x": {(0,): 0.5}}, [side]), "", n
+        )
         for name, side, n in (("left", (0.0, 1.0), 1), ("right", (1.0, 2.0), 2))
     ]
     return_map = nsmaps.CompositeMap(("x",), (), tuple(pieces))

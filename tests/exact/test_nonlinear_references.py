@@ -111,7 +111,7 @@ def test_a_bifurcation_where_30_digits_have_it(file, kind, share):
     section = section_of(file, one)
     made = system(file, section, one["other_parameters"], **{one["parameter"]: one["value"]})
     name, value = {"alpha0_deg": "angle"}.get(one["parameter"], one["parameter"]), number(one["value"])
-    map_of = nsmaps.Along(made, name)
+    map_of = nsmaps.exact.Along(made, name)
     start = value * (1 + share)
     orbit = nsmaps.periodic_orbit(map_of(start), in_coordinates(file, section, one["point"]))
     assert orbit.converged
@@ -133,7 +133,7 @@ def test_a_bifurcation_where_30_digits_have_it(file, kind, share):
 def test_the_cycle_of_the_valve_grazes_its_seat_where_30_digits_have_it():
     one = reference("N1")["bifurcations"][1]
     value, parameters = float(one["value"]), one["other_parameters"]
-    map_of = nsmaps.Along(system("N1", "M", parameters, q=one["value"]), "q")
+    map_of = nsmaps.exact.Along(system("N1", "M", parameters, q=one["value"]), "q")
     orbit = nsmaps.periodic_orbit(map_of(7.6), [8.61150949961543657, 0.779221187319636388])
     branch = nsmaps.continue_branch(map_of, "p", orbit, 7.6, (7.5, 7.7), "down")
     (found,) = branch.events
@@ -150,7 +150,7 @@ def test_the_cycle_of_the_valve_shrinks_to_its_equilibrium():
         leak = lambda x: beta * x / (2 * mp.sqrt(x + delta))  # noqa: E731
         x = mp.findroot(lambda x: (kappa + leak(x)) * (kappa * leak(x) + 1) - leak(x) - beta * mp.sqrt(x + delta), 2.4)
         value = float(x * mp.sqrt(x + delta))
-    map_of = nsmaps.Along(system("N1", "M", parameters, q=8.46), "q")
+    map_of = nsmaps.exact.Along(system("N1", "M", parameters, q=8.46), "q")
     orbit = nsmaps.periodic_orbit(map_of(8.46), [2.89, 9.45])
     branch = nsmaps.continue_branch(map_of, "p", orbit, 8.46, (8.4, 8.5), "up")
     (event,) = branch.events
@@ -163,7 +163,7 @@ def test_the_cycle_of_the_valve_shrinks_to_its_equilibrium():
 def test_rolling_ends_at_the_upright(k):
     one = reference("N5w")["bifurcations"][k]
     value = float(one["value"])
-    map_of = nsmaps.Along(system("N5w", "", one["other_parameters"], gamma=2 * value), "gamma")
+    map_of = nsmaps.exact.Along(system("N5w", "", one["other_parameters"], gamma=2 * value), "gamma")
     alpha, gamma = map_of(0.1).alpha, 2 * value
     w = np.sqrt(4 * np.sin(gamma) * np.sin(alpha)) / np.sin(2 * alpha)
     orbit = nsmaps.periodic_orbit(map_of(gamma), [w])

@@ -108,7 +108,12 @@ def test_a_horizon_is_a_positive_number():
 
 @pytest.mark.parametrize(
     "return_map",
-    [VIPair(d=0.35, g_bar=0.2), Pair(d=0.35, g_bar=0.2), Friction(mu=0.5), nsmaps.CompleteChatter(VIPair(d=0.35, g_bar=0.2))],
+    [
+        VIPair(d=0.35, g_bar=0.2),
+        Pair(d=0.35, g_bar=0.2),
+        Friction(mu=0.5),
+        nsmaps.dynamics.CompleteChatter(VIPair(d=0.35, g_bar=0.2)),
+    ],
     ids=["closed form", "integrated", "modes", "complete chatter"],
 )
 def test_a_direction_has_parameters_alone(return_map):

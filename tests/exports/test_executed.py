@@ -208,7 +208,7 @@ def test_coordinates_and_maps_with_words_of_languages(tmp_path, words):
     n = len(names)
     states = np.random.default_rng(1).uniform(0.1, 0.9, (20, n))
     halves = {name: {tuple(np.eye(n, dtype=int)[k]): 0.5} for k, name in enumerate(names)}
-    polymap = nsmaps.PolyMap.of_monomials(names, halves, [[0, 1]] * n)
+    polymap = nsmaps.reduced.PolyMap.of_monomials(names, halves, [[0, 1]] * n)
     region = Box(coordinates=names, bounds=dict.fromkeys(names, (0.0, 1.0)))
     result = CompositeMap(names, ("B",), (Piece("wrap", region, polymap, "BB"),))
     for language in ("matlab", "julia", "latex", "python", "javascript", "c"):

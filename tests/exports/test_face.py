@@ -63,7 +63,7 @@ def test_errors_name_what_is_accepted():
     with pytest.raises(NsmapsError, match="the map has no piece"):
         nsmaps.export(CompositeMap(exported.NAMES, ("B",), ()), "matlab")
     with pytest.raises(NsmapsError, match="the coefficients have symbols: b_0, b_1"):
-        nsmaps.export(nsmaps.symbolic_iterate(PolynomialFit(degrees={"x": 1}), 2, coordinates=("x",)), "c")
+        nsmaps.export(nsmaps.symbolic.symbolic_iterate(PolynomialFit(degrees={"x": 1}), 2, coordinates=("x",)), "c")
 
 
 def test_the_header_says_what_it_is():
@@ -232,7 +232,7 @@ def test_a_domain_that_is_not_trapped_is_exported_with_a_caution(language):
 
 @pytest.mark.parametrize("language", FORMATS)
 def test_a_name_is_that_of_file_and_function(language, tmp_path):
-    twice, thrice = (nsmaps.symbolic_iterate(exported.line(), n) for n in (2, 3))
+    twice, thrice = (nsmaps.symbolic.symbolic_iterate(exported.line(), n) for n in (2, 3))
     nsmaps.export(twice, language, tmp_path, name="line_twice")
     nsmaps.export(thrice, language, tmp_path, name="line_thrice")
     assert {path.stem for path in tmp_path.iterdir()} == {"line_twice", "line_thrice"}
@@ -291,7 +291,7 @@ def test_the_name_is_a_function_however_it_came_in():
     program = (
         "import sys\nfor first in sys.argv[1:]:\n for name in [each for each in sys.modules if each.split('.')[0] == 'nsmaps']:\n"
         "  del sys.modules[name]\n import nsmaps\n exec(first)\n"
-        " print(nsmaps.export(nsmaps.PolyMap.reset(('x',), {}), 'json')[:1])"
+        " print(nsmaps.export(nsmaps.reduced.PolyMap.reset(('x',), {}), 'json')[:1])"
     )
     firsts = ["import nsmaps.exports.write", "import nsmaps.exports", "nsmaps.load_map", "nsmaps.export"]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

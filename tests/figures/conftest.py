@@ -18,9 +18,9 @@ from nsmaps_vi_pair import VIPair
 from nsmaps import read_result
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.full_map import AuxiliaryRegion, auxiliary_orbit
-from nsmaps.cells.exit_times import ExitTimes
 from nsmaps.cells.grid import Cells
-from nsmaps.cells.morse_sets import MorseCover
+from nsmaps.cells.morse import MorseCover
+from nsmaps.cells.times import ExitTimes
 from nsmaps.coordinates import Angle, wrap
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.limit_set import OrbitPair

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsmaps import load_study, read_result, run
-from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.figures import draw

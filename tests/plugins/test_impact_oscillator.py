@@ -188,7 +188,7 @@ def test_the_map_is_infinitely_steep_at_grazing():
         assert orbit.converged
         assert orbit.exists
         beside = ImpactOscillator(A=a, **B_FORM).first_return(orbit.states + np.array([0, 1e-9]), derivative=True)
-        assert not nsmaps.PeriodicOrbit(beside, orbit.tolerance, orbit.scale).converged
+        assert not nsmaps.dynamics.PeriodicOrbit(beside, orbit.tolerance, orbit.scale).converged
         guess = orbit.states[0] * [0.6, 1]
         found.append([orbit.states[0, 0], abs(orbit.multipliers[0])])
     (v, steep) = np.array(found).T

@@ -7,7 +7,7 @@ from nsmaps_square_root import SquareRoot, SquareRootPlane
 from piecewise_references import numbers, rows
 
 import nsmaps
-from nsmaps import Along
+from nsmaps.exact import Along
 from nsmaps.proof.maps.prove import prove_map
 from nsmaps.testing import check_system
 from nsmaps.verify.certificate import verify

@@ -99,7 +99,7 @@ def test_maps_that_wind_otherwise(turns):
 
 def test_fixed_points_and_rotation_numbers_are_those_of_the_map():
     lifted = lambda x: x + 0.1 + 0.5 * np.sin(x)  # noqa: E731
-    found = nsmaps.find_cycles(whole(Fourier(harmonics=3).fit(on_circle(lifted))), [[0, TWO_PI]], 1)
+    found = nsmaps.cells.find_cycles(whole(Fourier(harmonics=3).fit(on_circle(lifted))), [[0, TWO_PI]], 1)
     points = sorted(float(cycle.states[0, 0]) for cycle in found.cycles)
     np.testing.assert_allclose(points, [np.pi + np.arcsin(0.2), 2 * np.pi - np.arcsin(0.2)], atol=1e-12)
     turning = lambda x: x + 0.7 + 0.4 * np.sin(x)  # noqa: E731
@@ -243,14 +243,15 @@ def test_domains_and_morse_sets_of_series():
         assert domain.forward_invariant
         assert domain.status == bounds
         assert domain.boxes[-1][0, 0] <= rest <= domain.boxes[-1][0, 1]
-    cover = nsmaps.morse_sets(whole(polymap), [[0, TWO_PI]], depth=6)
+    cover = nsmaps.cells.morse(whole(polymap), [[0, TWO_PI]], depth=6)
     for x in (rest, saddle):
         assert ((cover.hulls[:, 0, 0] <= x) & (x <= cover.hulls[:, 0, 1])).any()
     assert (np.abs(cover.hulls.mean(axis=2) - [rest, saddle]).min(axis=1) < 0.1).all()
 
 
 SYSTEM = """
-from nsmaps import Angle, Coordinates, PiecewiseMap
+from nsmaps import Angle, PiecewiseMap
+from nsmaps.exact import Coordinates
 
 
 class Dissipative(PiecewiseMap):
@@ -316,9 +317,9 @@ def test_stored_to_the_bit(fitted):
 def test_what_needs_polynomials_says_so(fitted):
     wanted = "the variables phi, exp.* has no closed iterates"
     for call in (
-        lambda: nsmaps.symbolic_iterate(fitted, 2),
-        lambda: nsmaps.second_iterate(fitted, 0, 1),
-        lambda: nsmaps.two_cycles(fitted),
+        lambda: nsmaps.symbolic.symbolic_iterate(fitted, 2),
+        lambda: nsmaps.symbolic.second_iterate(fitted, 0, 1),
+        lambda: nsmaps.symbolic.cycles(fitted),
     ):
         with pytest.raises(NsmapsError, match=wanted):
             call()
@@ -328,7 +329,7 @@ def test_what_needs_polynomials_says_so(fitted):
         ):
             call()
     with pytest.raises(NsmapsError, match="a Fourier has no closed iterates: it is not of monomials"):
-        nsmaps.symbolic_iterate(Fourier(harmonics=1), 2)
+        nsmaps.symbolic.symbolic_iterate(Fourier(harmonics=1), 2)
     with pytest.raises(FitError, match="the piece 'all' has other variables than the coordinates"):
         parametric_map({0.1: whole(fitted), 0.2: whole(fitted)}, "d", 0.1, 0.2, 1)
 

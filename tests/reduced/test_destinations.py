@@ -88,5 +88,5 @@ def test_a_partition_ends_on_the_right_one_of_two_attractors(pair, turn):
     assert found.same_end >= 1 - MISLED
     for start, period in (([0.67, 0.48], 0), ([0.67, 0.3], 2), ([0.35, pi / 2], 2), ([0.2, 0.1], 2)):
         path = nsmaps.orbit(found.composite, start, 3000).states[-1000:]
-        near = nsmaps.hausdorff(path, nsmaps.orbit(system, start, 3000).states[-1000:], system.coordinates)
+        near = nsmaps.dynamics.hausdorff(path, nsmaps.orbit(system, start, 3000).states[-1000:], system.coordinates)
         assert near < (0.005 if period else 0.02)

@@ -8,9 +8,9 @@ import pytest
 import sympy as sp
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
-from nsmaps.cells.exit_times import exit_times
-from nsmaps.cells.morse_sets import forward_invariant_box, forward_invariant_set, morse_sets
+from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
+from nsmaps.cells.times import exit_times
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.enclosures.sides import sides_of
 from nsmaps.errors import ConditionError

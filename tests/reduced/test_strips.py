@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 from systems import BouncingBall, Oscillator
 
-from nsmaps import ReturnMap, orbit
+from nsmaps import orbit
 from nsmaps.errors import FitError, StateError
+from nsmaps.exact import ReturnMap
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.adaptive import surrogate
 from nsmaps.reduced.adaptive.scanlines import lines

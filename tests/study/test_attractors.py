@@ -24,12 +24,12 @@ def pd() -> str:
     return "pd.yaml"
 
 
-def same(result: nsmaps.StudyResult) -> nsmaps.Verdict:
+def same(result: nsmaps.StudyResult) -> nsmaps.study.Verdict:
     (verdict,) = (v for v in result.verdicts if v.name.endswith(": same attractor as the exact map"))
     return verdict
 
 
-def by_hand(return_map: nsmaps.ReturnMap, start: list[float], returns: int) -> np.ndarray:
+def by_hand(return_map: nsmaps.exact.ReturnMap, start: list[float], returns: int) -> np.ndarray:
     """The last two states of an orbit, by nothing but returns."""
     states = np.array([start])
     for _ in range(returns):

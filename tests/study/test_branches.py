@@ -14,13 +14,14 @@ import pytest
 from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
-from nsmaps import Along, Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
+from nsmaps import Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
 from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.diagrams import stability
 from nsmaps.errors import StudyError
+from nsmaps.exact import Along
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.study.result import StudyResult

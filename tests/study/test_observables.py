@@ -30,7 +30,7 @@ def result() -> StudyResult:
 
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
-    means, along = result.observables, nsmaps.Along(result.system, "d")
+    means, along = result.observables, nsmaps.exact.Along(result.system, "d")
     diagram = nsmaps.observe_diagram(along, result.bifurcation["exact"], CHOSEN, 64)
     branch = nsmaps.observe_branch(along, result.branches["1:1"][0], CHOSEN)
     basins = nsmaps.observe_attractors(result.system, result.basins.attractors, CHOSEN, 64)

@@ -21,11 +21,11 @@ from nsmaps.study.estimates import RETURN, Size, states
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Largest(nsmaps.Result):
+class Largest(nsmaps.results.Result):
     """The largest image in each coordinate."""
 
-    coordinates: nsmaps.Coordinates
-    largest: np.ndarray = field(metadata=nsmaps.array("coordinate", "largest image"))
+    coordinates: nsmaps.exact.Coordinates
+    largest: np.ndarray = field(metadata=nsmaps.results.array("coordinate", "largest image"))
 
     def plot(self, ax=None, **options):
         """One bar for each coordinate."""
@@ -64,11 +64,12 @@ class Fastest(nsmaps.Analysis):
             largest = result[self.key].largest[result.system.coordinates.index(self.coordinate)]
             holds = bool(largest < self.below)
             text = f"{'yes' if holds else 'no'}: {largest:.3g}"
-            yield nsmaps.Verdict(f"{self.key}: below its limit", "exact map", holds, False, text)
+            yield nsmaps.study.Verdict(f"{self.key}: below its limit", "exact map", holds, False, text)
 
     def tables(self, result):
         if self.key in result:
-            yield nsmaps.Table("Fastest", ("coordinate", "largest"), ((self.coordinate, f"{result[self.key].largest[0]:.3g}"),))
+            row = self.coordinate, f"{result[self.key].largest[0]:.3g}"
+            yield nsmaps.study.Table("Fastest", ("coordinate", "largest"), (row,))
 '''
 HEAD = """\
 system: ball

@@ -250,12 +250,12 @@ def test_an_out_folder_that_cannot_be_is_told_before_anything_is_computed(out: s
         nsmaps.run("ball/drop", out=out)
 
 
-LOGISTIC = nsmaps.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
+LOGISTIC = nsmaps.reduced.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])
 
 
 def exported(path: str, change: Callable[[dict[str, Any]], Any]) -> str:
     """What `load_map` says of an exported map that was changed."""
-    made = nsmaps.symbolic_iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
+    made = nsmaps.symbolic.symbolic_iterate(LOGISTIC, 2) if path == "images" else LOGISTIC
     data = json.loads(nsmaps.export(made, "json"))
     change(data)
     Path("map.json").write_text(json.dumps(data))

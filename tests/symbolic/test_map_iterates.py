@@ -15,8 +15,8 @@ from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.symbolic.curve_iterates import second_iterate
+from nsmaps.symbolic.cycles import curve_cycles, two_cycles
 from nsmaps.symbolic.map_iterates import compose_pieces, symbolic_iterate
-from nsmaps.symbolic.two_cycles import curve_cycles, two_cycles
 
 PLANE = exported.random_map([[0.5, 1.0], [0.1, 0.9]], size=0.1)
 STATES = np.random.default_rng(0).uniform([0.5, 0.1], [1.0, 0.9], (50, 2))

@@ -33,7 +33,7 @@ class Kinked(nsmaps.PiecewiseMap):
     """A map of two coordinates, one of them an angle, with most of the functions that formulas have."""
 
     a: float = 0.3
-    coordinates = nsmaps.Coordinates(("x", nsmaps.Angle("phi")))
+    coordinates = nsmaps.exact.Coordinates(("x", nsmaps.Angle("phi")))
 
     def pieces(self, y: Any) -> Any:
         x, phi = y.x, y.phi
@@ -51,7 +51,7 @@ class Root(nsmaps.PiecewiseMap):
 
     a: float = 0.5
     mu: float = 0.2
-    coordinates = nsmaps.Coordinates(("x",))
+    coordinates = nsmaps.exact.Coordinates(("x",))
 
     def pieces(self, y: Any) -> Any:
         return {"L": (y.x <= 0, {"x": self.a * y.x + self.mu}), "R": (True, {"x": self.mu - sp.sqrt(y.x)})}
@@ -61,7 +61,7 @@ class Full(nsmaps.PiecewiseMap):
     """The tent with slopes s and -s on [0, 1]."""
 
     s: float = 2.0
-    coordinates = nsmaps.Coordinates(("x",))
+    coordinates = nsmaps.exact.Coordinates(("x",))
 
     def pieces(self, y: Any) -> Any:
         return {"L": (y.x < sp.Rational(1, 2), {"x": self.s * y.x}), "R": (True, {"x": self.s * (1 - y.x)})}
@@ -231,7 +231,7 @@ def test_a_set_of_cells_on_the_circle() -> None:
     """A rotation by a third of a turn: three arcs, of cells that do not divide the turn, are carried into each other."""
 
     class Contracted(nsmaps.PiecewiseMap):
-        coordinates = nsmaps.Coordinates((nsmaps.Angle("phi"),))
+        coordinates = nsmaps.exact.Coordinates((nsmaps.Angle("phi"),))
 
         def pieces(self, y: Any) -> Any:
             return {"A": (True, {"phi": y.phi + sp.pi * sp.Rational(2, 3) + sp.sin(3 * y.phi) / 5})}

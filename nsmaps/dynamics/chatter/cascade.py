@@ -80,7 +80,8 @@ def chatter_cascade(
     between two of these distances is missed, as are attractors of several times round.
 
     Args:
-        map_of: the map at a value of the parameter, such as `lambda gamma: nsmaps.CompleteChatter(system).at(Gamma=gamma)`.
+        map_of: the map at a value of the parameter, such as
+            `lambda gamma: nsmaps.dynamics.CompleteChatter(system).at(Gamma=gamma)`.
         parameter: its name.
         event: an `end of complete chatter` of a branch of that map.
         bounds: least and greatest value of the parameter.

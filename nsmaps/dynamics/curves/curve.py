@@ -82,7 +82,7 @@ def bifurcation_curve(
     cross. That of a `detachment` is found by bisection across it, on whether contact lasts for all times.
 
     Args:
-        map_of: the return map at a value of each parameter, such as `nsmaps.Along(system, "d", "r")`.
+        map_of: the return map at a value of each parameter, such as `nsmaps.exact.Along(system, "d", "r")`.
         event: a `period doubling`, `fold`, `branch point`, `Neimark-Sacker`, `grazing`, `border collision` or `detachment` of a
             branch in the first parameter.
         second: value of the second parameter on that branch.

@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from nsmaps.cells.exit_times import ExitTimes
+from nsmaps.cells.times import ExitTimes
 from nsmaps.figures.cells.morse import show
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, RED, dress, tint

@@ -11,7 +11,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.cells.grid import Cells
-from nsmaps.cells.morse_sets import MorseCover
+from nsmaps.cells.morse import MorseCover
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, YELLOW, dress, tint

@@ -60,8 +60,8 @@ class AuxiliaryMapSection(Analysis):
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The curves, the generic orbit, and the exit times under the full auxiliary map."""
         from nsmaps.auxiliary.full_map import AuxiliaryRegion, FullAuxiliaryMap, auxiliary_orbit
-        from nsmaps.cells.exit_times import exit_times
-        from nsmaps.cells.morse_sets import forward_invariant_box
+        from nsmaps.cells.morse import forward_invariant_box
+        from nsmaps.cells.times import exit_times
 
         bound, return_map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
         with plan.study.source.located(("auxiliary_map",)):

@@ -14,7 +14,7 @@ from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Analysis, Need, Table
 
 if TYPE_CHECKING:
-    from nsmaps.cells.exit_times import ExitTimes
+    from nsmaps.cells.times import ExitTimes
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -48,8 +48,8 @@ class ExitTimesSection(Analysis):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The exit times of the regions of the composite map, and the cycles up to a period."""
-        from nsmaps.cells.exit_times import exit_times
         from nsmaps.cells.periodic_points import find_cycles
+        from nsmaps.cells.times import exit_times
 
         window = plan.bound["exit_times"].array
         target = result.trap if result.trap is not None and result.trap.forward_invariant else None

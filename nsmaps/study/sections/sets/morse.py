@@ -41,7 +41,7 @@ class MorseSection(Analysis):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
-        from nsmaps.cells.morse_sets import forward_invariant_set, morse_sets
+        from nsmaps.cells.morse import forward_invariant_set, morse_sets
 
         with plan.study.source.located(("morse",)):
             window = plan.bound["morse"].array

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.cells.grid import Cells, Targets, counted, joined, targets_of
-from nsmaps.cells.morse_sets import MOST_CELLS, ForwardInvariantSet
+from nsmaps.cells.morse import MOST_CELLS, ForwardInvariantSet
 from nsmaps.coordinates import BoxLike
 from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.enclosures.box_images import Boxed, box_map, name_of

@@ -1,0 +1,37 @@
+"""What any return map does, exact or fitted alike."""
+
+from nsmaps.dynamics.attractors.attractor import Attractor as Attractor
+from nsmaps.dynamics.attractors.basins import BasinBoundary as BasinBoundary
+from nsmaps.dynamics.attractors.basins import Basins as Basins
+from nsmaps.dynamics.attractors.coexistence import match_attractors as match_attractors
+from nsmaps.dynamics.attractors.continued import GlobalContinuation as GlobalContinuation
+from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
+from nsmaps.dynamics.charts.chart import ParameterPlane as ParameterPlane
+from nsmaps.dynamics.chatter.cascade import ChatterScaling as ChatterScaling
+from nsmaps.dynamics.chatter.cascade import IncompleteChatter as IncompleteChatter
+from nsmaps.dynamics.chatter.cascade import chatter_cascade as chatter_cascade
+from nsmaps.dynamics.chatter.cascade import chatter_scaling as chatter_scaling
+from nsmaps.dynamics.chatter.complete import CompleteChatter as CompleteChatter
+from nsmaps.dynamics.continuation.branch import Branch as Branch
+from nsmaps.dynamics.continuation.events import BifurcationPoint as BifurcationPoint
+from nsmaps.dynamics.curves.curve import BifurcationCurve as BifurcationCurve
+from nsmaps.dynamics.curves.special import SpecialPoint as SpecialPoint
+from nsmaps.dynamics.design.optimum import Optimum as Optimum
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram as BifurcationDiagram
+from nsmaps.dynamics.diagrams.diagram import Border as Border
+from nsmaps.dynamics.diagrams.diagram import Window as Window
+from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
+from nsmaps.dynamics.iterated import IteratedMap as IteratedMap
+from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
+from nsmaps.dynamics.lyapunov import LyapunovSweep as LyapunovSweep
+from nsmaps.dynamics.manifolds.manifold import Manifold as Manifold
+from nsmaps.dynamics.noise.orbits import NoisyOrbits as NoisyOrbits
+from nsmaps.dynamics.observables.attractors import AttractorMeans as AttractorMeans
+from nsmaps.dynamics.observables.cycles import CycleMeans as CycleMeans
+from nsmaps.dynamics.observables.observe import Observed as Observed
+from nsmaps.dynamics.orbit import Orbit as Orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
+from nsmaps.dynamics.rotation.number import RotationNumber as RotationNumber
+from nsmaps.dynamics.rotation.staircase import Plateau as Plateau
+from nsmaps.dynamics.rotation.staircase import Staircase as Staircase
+from nsmaps.dynamics.search import periodic_orbits_by_word as periodic_orbits_by_word
