@@ -18,7 +18,7 @@ from nsmaps.coordinates import Angle as Angle
 from nsmaps.dynamics.attractors.basins import basin_boundary as basin_boundary
 from nsmaps.dynamics.attractors.basins import basins as basins
 from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
-from nsmaps.dynamics.charts.chart import parameter_plane as parameter_plane
+from nsmaps.dynamics.charts.parameter_plane import parameter_plane as parameter_plane
 from nsmaps.dynamics.continuation.follow import continue_branch as continue_branch
 from nsmaps.dynamics.continuation.follow import period_doubling_cascade as period_doubling_cascade
 from nsmaps.dynamics.continuation.follow import switch_branch as switch_branch

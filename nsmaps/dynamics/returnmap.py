@@ -91,13 +91,14 @@ def followed(
     """Results of `run` for the maps at values, in this order; reasons, "" where there is a map; and the last states (..., n).
 
     If `directed`, each run starts where the previous one ended; states whose orbit ended start where the previous run did.
+    A start of one more axis, shape (V, ..., n), holds those of each value.
     """
     runs: list[Run] = []
     reasons = [""] * len(values)
     for k, value in enumerate(values.tolist()):
         return_map, reasons[k] = map_or_reason(map_of, value)
         if return_map is not None:
-            runs.append(run(return_map, nearest_starts(return_map, start)))
+            runs.append(run(return_map, nearest_starts(return_map, start[k] if start.ndim > 2 else start)))
             if directed:
                 final = runs[-1].final
                 start = np.where(np.isfinite(final).all(axis=-1, keepdims=True), final, start)

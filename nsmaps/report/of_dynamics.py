@@ -47,7 +47,7 @@ def chart(result: StudyResult, part: str) -> str:
     if spec is None or found is None:
         return ""
     refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
-    filled = "" if found.computed.all() else f" {computed_text(found)[0].upper()}{computed_text(found)[1:]}"
+    filled = "" if found.computed.all() else f" {computed_text(found)}"
     over = f"{range_text(spec.sweep)}, {range_text(spec.across)}"
     motions = {label or "none": share for label, share in found.shares().items()}
     text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."

@@ -15,7 +15,7 @@ import sympy as sp
 from systems import BouncingBall
 
 import nsmaps
-from nsmaps.dynamics.charts import chart as module
+from nsmaps.dynamics.charts import parameter_plane as module
 from nsmaps.dynamics.charts import tails
 from nsmaps.dynamics.charts.quadtree import refined
 from nsmaps.errors import NsmapsError, StateError
@@ -252,17 +252,34 @@ def test_random_pixels_find_what_lies_between_those_of_the_coarse_grid() -> None
     assert abs(seen.differing / seen.probes - missed) < 4 * np.sqrt(missed / seen.probes)
 
 
-def test_a_refined_chart_is_the_whole_one_where_it_was_computed_and_has_no_numbers_elsewhere() -> None:
-    plane = {"d": np.linspace(0.27, 0.36, 33), "r": np.linspace(0.45, 0.55, 33)}
+def test_pixels_whose_source_cannot_be_continued_are_computed_with_their_borders() -> None:
+    kinds = np.zeros((65, 65), np.int64)
+    kinds[33:39, 17:40] = 1
+    found = refined(
+        kinds.shape,
+        16,
+        lambda pixels: kinds.ravel()[pixels],
+        lambda pixels, sources: (kinds.ravel()[pixels] == kinds.ravel()[sources]) | (pixels % 65 != 20),
+    )
+    assert np.array_equal(kinds.ravel()[found.source], kinds)
+    assert not found.computed.all()
+
+
+def test_a_refined_chart_is_the_whole_one_where_it_was_computed_and_continues_cycles_elsewhere() -> None:
+    plane = {"d": np.linspace(0.29, 0.36, 25), "r": np.linspace(0.45, 0.55, 25)}
     whole, some = (
-        nsmaps.parameter_plane(PAIR, plane, STARTS[0], n_returns=64, transient=1000, refine=refine) for refine in (None, 8)
+        nsmaps.parameter_plane(PAIR, plane, STARTS[0], n_returns=64, transient=1000, refine=refine, observables=["loss"])
+        for refine in (None, 8)
     )
     assert some.computed.mean() < 0.6
     assert (whole.computed.all(), whole.probes, whole.most_differing) == (True, 0, 0.0)
     assert some.state[some.computed].tobytes() == whole.state[some.computed].tobytes()
     assert some.exponent[some.computed].tobytes() == whole.exponent[some.computed].tobytes()
-    assert np.isnan(some.exponent[~some.computed]).all()
-    assert np.isnan(some.state[~some.computed]).all()
+    same = ~some.computed & (some.labels == whole.labels)[..., 0]
+    assert same.sum() > 200
+    assert np.allclose(some.exponent[same], whole.exponent[same], rtol=0, atol=1e-5)
+    assert np.allclose(some.means[same], whole.means[same], rtol=1e-6)
+    assert np.isfinite(some.state[~some.computed]).all()
     assert (some.labels != whole.labels)[~some.computed].mean() <= some.most_differing < 0.1
     assert some.most_differing == pytest.approx(1 - 0.05 ** (1 / some.probes) if not some.differing else some.most_differing)
     lone = (whole.period[..., 0] == 0) & ~some.computed

@@ -16,7 +16,7 @@ from stumbles import again
 import nsmaps
 from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
-from nsmaps.dynamics.charts import chart
+from nsmaps.dynamics.charts import parameter_plane
 from nsmaps.dynamics.diagrams import parts
 from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov_sweep
@@ -67,7 +67,7 @@ def two() -> Iterator[Executor]:
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Parts of two values or fewer, and of thirty starts."""
     monkeypatch.setattr(parts, "PART", 200)
-    monkeypatch.setattr(chart, "PART", 1200)
+    monkeypatch.setattr(parameter_plane, "PART", 1200)
     monkeypatch.setattr(basins, "CHUNK", 30)
 
 

@@ -53,7 +53,7 @@ def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
 
 def test_a_study_that_stopped_goes_on_with_the_same_numbers(result, tmp_path, monkeypatch):
     study = nsmaps.load_study(STORED)
-    monkeypatch.setattr("nsmaps.dynamics.charts.chart.PART", 240 * 2 * 4)
+    monkeypatch.setattr("nsmaps.dynamics.charts.parameter_plane.PART", 240 * 2 * 4)
     count = 0
 
     def stop(share):

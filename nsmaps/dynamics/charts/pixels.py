@@ -40,6 +40,7 @@ def pixels(
 ) -> Arrays:
     """The attractors at rows of pixels (R, V, 2), ascending along each row, of starts (S, n): arrays of R V rows.
 
+    Starts (V, S, n) are those of each pixel of a row.
     With a direction every row is followed; with "both" there are 2 S orbits, the ascending ones first.
     """
     tails: list[tuple[Tail | None, ...]] = []
@@ -49,8 +50,9 @@ def pixels(
         tails += zip(*(found for found, _ in passes), strict=True)
         reasons += passes[0][1]
     about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
-    found = _beside(tails, starts, length)
-    table = _summary(found, Coordinates(map_of.system.coordinates), len(starts) * len(WAYS[direction]))
+    count, dim = starts.shape[-2:]
+    found = _beside(tails, count, dim, length)
+    table = _summary(found, Coordinates(map_of.system.coordinates), count * len(WAYS[direction]))
     return {**table, **about, **_along_orbits(map_of, rows.reshape(-1, 2), observables, quantifiers, table, length.returns)}
 
 
@@ -61,7 +63,7 @@ def _pass(
 
     def map_at(pixel: Any) -> Any:
         return_map = map_of(*pixel)
-        return_map.first_return(starts[:0])  # a formula may fail at these values
+        return_map.first_return(np.zeros((0, starts.shape[-1])))  # a formula may fail at these values
         return return_map
 
     runs, reasons, _ = followed(
@@ -71,10 +73,9 @@ def _pass(
     return [None if reason else next(them) for reason in reasons][::way], reasons[::way]
 
 
-def _beside(tails: list[tuple[Tail | None, ...]], starts: Floats, length: Length) -> Tail:
+def _beside(tails: list[tuple[Tail | None, ...]], count: int, dim: int, length: Length) -> Tail:
     """The ends of all orbits, those of the passes at a pixel one after another; without a map the outcome is `invalid`."""
-    count = len(starts)
-    found = Tail.empty(len(tails) * len(tails[0]) * count, length.window, starts.shape[1])
+    found = Tail.empty(len(tails) * len(tails[0]) * count, length.window, dim)
     for k, each in enumerate(chain.from_iterable(tails)):
         if each is not None:
             for name in ("states", "turns", "codes", "outcome", "slopes", "scale", "growth"):
@@ -89,6 +90,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     period = periods(found.states, found.codes, coordinates, ROUNDED * found.scale)
     names = Motions(found.walls, found.alphabet)
     motion, exponent = np.full(len(period), -1, np.int32), np.where(period > 0, _exponent(found.slopes, period), found.growth)
+    on = found.final.copy()  # not all of the last returns with it
     for k in np.flatnonzero(np.isfinite(found.final).all(axis=1)).tolist():
         one = found.limits.get(k)
         if one is None:
@@ -97,6 +99,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
             motion[k] = names.number(motion_of(one.label, one.words, one.period, one.turns))
             period[k] = one.length
             exponent[k] = _of_cycle(one) if one.period else exponent[k]
+            on[k] = on[k] if one.cycle is None else one.cycle.states[0]
         else:
             found.states[k], found.outcome[k] = np.nan, Outcome.escaped
     rows = found.states, period, found.scale
@@ -107,7 +110,8 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
         "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),
         "exponent": exponent,
         "outcome": found.outcome,
-        "state": found.final.copy(),  # not all of the last returns with it
+        "state": found.final.copy(),
+        "on": on,  # the attractor
     }
     shaped = {name: rows.reshape(-1, orbits, *rows.shape[1:]) for name, rows in table.items()}
     return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
@@ -121,12 +125,12 @@ def _along_orbits(
     table: Arrays,
     returns: int,
 ) -> Arrays:
-    """The means of K observables, shape (N, S, K), and quantifiers from the last states on, over a period or over all `returns`.
+    """The means of K observables, shape (N, S, K), and quantifiers, of the cycles or from the last states on over all `returns`.
 
     The means are per period of the forcing, without forcing per return; NaN of orbits that ended. Quantifiers are (N, S, ...),
     under names with `QUANTIFIER` before them, if there is an attractor.
     """
-    motion, states = table["motion"], table["state"]
+    motion, states = table["motion"], table.pop("on")
     means, sets = np.full((*motion.shape, len(observables)), np.nan), list[tuple[Place, Floats, System]]()
     length = np.where(table["span"] > 0, table["span"], returns)
     for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables or quantifiers else ():

@@ -21,7 +21,9 @@ class Refinement:
     differing: int  #: number of these whose kind was not the filled one
 
 
-def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints]) -> Refinement:
+def refined(
+    shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints], continued: Callable[[Ints, Ints], Bools] | None = None
+) -> Refinement:
     """A picture of kinds of pixels of which few are computed.
 
     Every `coarse`-th pixel of each axis, and the last one, are computed first. From level to level the distance is halved: in
@@ -30,15 +32,18 @@ def refined(shape: tuple[int, int], coarse: int, kinds_of: Callable[[Ints], Ints
     ends, and computed on both sides.
 
     What lies within cells whose four corners agree is not seen by this. Filled pixels are therefore drawn at random and
-    computed, in rounds until one finds no difference, and each difference is followed like any border. One more round is
-    counted: the share of filled pixels that differ is estimated from it.
+    computed, in rounds until one finds no difference, and each difference is followed like any border. Filled pixels at which
+    what their sources show cannot be continued are computed, too. One more round of random pixels is counted: the share of
+    filled pixels that differ is estimated from it.
 
     Args:
         shape: rows and columns, at least two of each.
         coarse: a power of two; with 1 every pixel is computed.
         kinds_of: the kinds, as numbers, of pixels by their numbers, shape (N,), ascending; called once for each pixel at most.
+        continued: whether each of N filled pixels is of the kind of the one that it was filled from, given both numbers.
     """
-    picture = _Picture(np.zeros(shape, np.int64), np.arange(np.prod(shape)).reshape(shape), np.zeros(shape, bool), kinds_of)
+    source = np.arange(np.prod(shape)).reshape(shape)
+    picture = _Picture(np.zeros(shape, np.int64), source, np.zeros(shape, bool), kinds_of, continued)
     places = [_places(size, coarse) for size in shape]
     picture.compute(np.ones([len(each) for each in places], bool), *places)
     while True:
@@ -62,6 +67,7 @@ class _Picture:
     source: Ints
     known: Bools
     kinds_of: Callable[[Ints], Ints]
+    continued: Callable[[Ints, Ints], Bools] | None
 
     def compute(self, asked: Bools, rows: Ints, columns: Ints) -> bool:
         """Compute those pixels asked for, in some rows and columns, that are not known; whether there were any."""
@@ -87,17 +93,25 @@ class _Picture:
         random, rounds = np.random.default_rng(0), ROUNDS
         while self._probe(random)[1] and (rounds := rounds - 1):
             continue
+        left = np.flatnonzero(~self.known)
+        if self.continued is not None and len(left):
+            self._compute_with_borders(left[~self.continued(left, self.source.flat[left])])
         return Refinement(self.source, self.known, *self._probe(random))
+
+    def _compute_with_borders(self, pixels: Ints) -> None:
+        """Compute some pixels, and the borders that they reveal."""
+        asked = np.zeros(self.known.shape, bool)
+        asked.flat[pixels] = True
+        everywhere = [np.arange(size) for size in self.known.shape]
+        self.compute(asked, *everywhere)
+        self.follow_borders(*everywhere)
 
     def _probe(self, random: np.random.Generator) -> tuple[int, int]:
         """Compute random pixels and the borders that they reveal: their number, and how many differ from what was filled in."""
         left = np.flatnonzero(~self.known)
         pixels = np.sort(random.choice(left, min(len(left), max(FEWEST, int(SHARE * self.known.size))), replace=False))
-        before, asked = self.kinds.flat[pixels], np.zeros(self.known.shape, bool)
-        asked.flat[pixels] = True
-        rows, columns = (np.arange(size) for size in self.known.shape)
-        self.compute(asked, rows, columns)
-        self.follow_borders(rows, columns)
+        before = self.kinds.flat[pixels]
+        self._compute_with_borders(pixels)
         return len(pixels), int((self.kinds.flat[pixels] != before).sum())
 
     def fill(self, before: list[Ints], places: list[Ints]) -> None:

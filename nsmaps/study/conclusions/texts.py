@@ -87,6 +87,9 @@ def returns_text(returns: int) -> str:
 
 def computed_text(chart: "ParameterPlane") -> str:
     """How many pixels of a refined chart were computed, and how many of the others may have another motion than that shown."""
-    share = f"{100 * chart.computed.mean():.3g} % of the pixels were computed, the others show the motion of a neighbour"
-    probes = f"of {chart.probes:,} of these, drawn at random and computed as well, {chart.differing:,} had another motion"
-    return f"{share}; {probes}: at most {100 * chart.most_differing:.2g} % of the pixels filled do (95 % confidence)."
+    share = f"Orbits of the starts were computed at {100 * chart.computed.mean():.3g} % of the pixels"
+    if not chart.probes:
+        return f"{share}."
+    probed = f"{chart.differing:,} of {chart.probes:,} such pixels, drawn at random and computed as well"
+    bound = f"at most {100 * chart.most_differing:.2g} % of those not computed (95 % confidence)"
+    return f"{share}; elsewhere attractors of a neighbour are continued. Starts reach another motion at {probed}: {bound}."

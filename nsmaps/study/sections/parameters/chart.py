@@ -85,7 +85,7 @@ class ChartSection(Quantified):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The chart, and the curves of bifurcations."""
-        from nsmaps.dynamics.charts.chart import parameter_plane
+        from nsmaps.dynamics.charts.parameter_plane import parameter_plane
 
         spans = self.sweep, self.across
         plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
