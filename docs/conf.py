@@ -51,7 +51,7 @@ def write_explore(app: Any, error: Exception | None) -> None:
 
         folder = (Path(app.outdir) / EXPLORED).parent
         folder.mkdir(exist_ok=True)
-        write_page(nsmaps.run(f"{folder.name}/explore"), folder)
+        write_page(nsmaps.run_study(f"{folder.name}/explore"), folder)
 
 
 def open_in_full(app: Any, page: Any) -> None:

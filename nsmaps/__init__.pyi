@@ -65,7 +65,7 @@ from nsmaps.exports.document import load_map as load_map
 from nsmaps.exports.write import export as export
 from nsmaps.interrupts import Interrupted as Interrupted
 from nsmaps.lazy import __version__ as __version__
-from nsmaps.parallel import Jobs as Jobs
+from nsmaps.parallel import Parallel as Parallel
 from nsmaps.plugins import load_system as load_system
 from nsmaps.plugins import systems as systems
 from nsmaps.reduced.composite.composite import CompositeMap as CompositeMap
@@ -87,7 +87,7 @@ from nsmaps.reduced.partition.spec import Partition as Partition
 from nsmaps.report.environment import show_versions as show_versions
 from nsmaps.study.reading.reader import load_study as load_study
 from nsmaps.study.result import StudyResult as StudyResult
-from nsmaps.study.run import run as run
+from nsmaps.study.run import run_study as run_study
 from nsmaps.study.sections.base import Analysis as Analysis
 from nsmaps.study.store.archive import read_result as read_result
 from nsmaps.study.study import Study as Study

@@ -42,7 +42,7 @@ def names_among(arrays: Arrays) -> tuple[Coordinates, tuple[str, ...]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Jobs:
+class Parallel:
     """Where the parts of a long computation run, where finished parts are kept, and what its progress is reported to.
 
     The numbers are those of a computation without it, digit for digit, for exact systems.
@@ -88,8 +88,8 @@ class Jobs:
         size = self.part or default
         return [slice(k, min(k + size, items)) for k in range(0, items, size)]
 
-    def share(self, first: float, last: float, *names: str) -> "Jobs":
-        """The jobs of one portion of a computation, between two fractions of it, with a folder of its own under these names."""
+    def share(self, first: float, last: float, *names: str) -> "Parallel":
+        """One portion of a computation, between two fractions of it, with a folder of its own under these names."""
         folder = self.path and self.path.joinpath(*names)
         return replace(self, checkpoint=folder, progress=portion(self.progress, first, last))
 
@@ -127,18 +127,18 @@ class Jobs:
         return [found[number] for number in range(len(parts))]
 
 
-SERIAL = Jobs()  #: no parts at all, in this process
+SERIAL = Parallel()  #: no parts at all, in this process
 
 
 def divides(call: Callable[P, R]) -> Callable[P, R]:
-    """A long call with the keyword `jobs`, whose progress its own `beat` and its parts report; without one a line shows it."""
+    """A long call with the keyword `parallel`, whose progress its own `beat` and its parts report, or a line."""
 
     @wraps(call)
     def call_divided(*args: P.args, **kwargs: P.kwargs) -> R:
-        jobs = kwargs.get("jobs") or SERIAL
-        assert isinstance(jobs, Jobs)
-        with working(call.__name__, jobs.progress) as work:
-            kwargs["jobs"] = replace(jobs, progress=work.reached)
+        parallel = kwargs.get("parallel") or SERIAL
+        assert isinstance(parallel, Parallel)
+        with working(call.__name__, parallel.progress) as work:
+            kwargs["parallel"] = replace(parallel, progress=work.reached)
             return call(*args, **kwargs)
 
     return call_divided

@@ -18,7 +18,7 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the many programs that tests 
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
-from nsmaps import observe, run
+from nsmaps import observe, run_study
 from nsmaps.study.ahead import CALLS
 
 sys.dont_write_bytecode = False  # the tests' second process need not rewrite the tests anew
@@ -78,7 +78,7 @@ def shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
             if fcntl is not None:
                 fcntl.flock(lock, fcntl.LOCK_EX)
             if not (made / "result.json").is_file():
-                run(name, out=made)
+                run_study(name, out=made)
         return made
 
     return folder

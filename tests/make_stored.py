@@ -19,7 +19,7 @@ def main(names: list[str]) -> None:
             study = read_study(folder / "study.yaml", folder.name)
             for file in folder.iterdir():
                 file.unlink()
-            nsmaps.run(study, out=folder)
+            nsmaps.run_study(study, out=folder)
             arrays = dict(np.load(folder / "arrays.npz", allow_pickle=False))
             np.savez_compressed(folder / "arrays.npz", allow_pickle=False, **arrays)
 

@@ -120,7 +120,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "continue_branch": branch,
     "curve_cycles": lambda s: nsmaps.symbolic.curve_cycles(s),
     "switch_branch": lambda s: nsmaps.switch_branch(s, SWEPT[s], s, tuple(values(s))),
-    "exit_times": lambda s: nsmaps.cells.times(
+    "exit_times": lambda s: nsmaps.cells.exit_times(
         s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2
     ),
     "certificate_of": lambda s: nsmaps.proof.certificate_of(s, [near(s)]),
@@ -141,7 +141,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
     "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), "p", values(s), STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
-    "morse_sets": lambda s: nsmaps.cells.morse(s, box(s), 0, 2),
+    "morse_sets": lambda s: nsmaps.cells.morse_sets(s, box(s), 0, 2),
     "noisy_orbits": noisy,
     "observe": lambda s: nsmaps.observe(s, STARTS[s], 4, ["work"], batches=2),
     "observe_attractors": lambda s: nsmaps.observe_attractors(s, settled(s).attractors, ["work"], 64),
@@ -162,8 +162,8 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
     ),
     "strip_map": lambda s: nsmaps.reduced.strip_map(s, box(s), 1e-2),
-    "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(s, nsmaps.cells.morse(s, box(s), 0, 2)),
-    "two_cycles": lambda s: nsmaps.symbolic.cycles(s),
+    "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(s, nsmaps.cells.morse_sets(s, box(s), 0, 2)),
+    "two_cycles": lambda s: nsmaps.symbolic.two_cycles(s),
 }
 PACKAGES = [
     nsmaps,
@@ -187,7 +187,7 @@ OTHERS |= {
     "array",
     "array_property",
     "read_result",
-    "run",
+    "run_study",
     "show_versions",
     "systems",
 }

@@ -84,8 +84,8 @@ def test_a_map_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     check_system(system)
     text = (tmp_path / "kinked" / "nsmaps_kinked" / "studies" / "first.yaml").read_text()
     (tmp_path / "first.yaml").write_text(text.replace("system: kinked", "system: kinked/nsmaps_kinked/system.py:Kinked"))
-    branches = nsmaps.run(nsmaps.load_study(tmp_path / "first.yaml")).branches["fixed"]
-    assert {(event.kind, round(event.parameter, 10)) for each in branches for event in each.events} == {("period doubling", -1.4)}
+    branches = nsmaps.run_study(nsmaps.load_study(tmp_path / "first.yaml")).branches["fixed"]
+    assert {(event.kind, round(event.value, 10)) for each in branches for event in each.events} == {("period doubling", -1.4)}
 
 
 @pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])

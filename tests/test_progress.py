@@ -12,7 +12,7 @@ from screens import Terminal
 import nsmaps
 from nsmaps import progress
 from nsmaps.auxiliary.attracting_domain import smallest_box
-from nsmaps.parallel import Jobs
+from nsmaps.parallel import Parallel
 from nsmaps.progress import CLEAR, beat, display, outermost, portion, shows, silent, working
 
 BOX = [[0.7, 1.0], [0.2, 1.14]]
@@ -119,9 +119,9 @@ def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
 REPORTING = {
     "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", samples=21, **how),
     "strip_map": lambda system, how: nsmaps.reduced.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
-    "morse_sets": lambda system, how: nsmaps.cells.morse(system, BOX, 2, **how),
+    "morse_sets": lambda system, how: nsmaps.cells.morse_sets(system, BOX, 2, **how),
     "find_cycles": lambda system, how: nsmaps.cells.find_cycles(system, BOX, 1, 2, **how),
-    "exit_times": lambda system, how: nsmaps.cells.times(system, {"all": WHOLE}, BOX, 1, 8, **how),
+    "exit_times": lambda system, how: nsmaps.cells.exit_times(system, {"all": WHOLE}, BOX, 1, 8, **how),
     "orbit": lambda system, how: nsmaps.orbit(system, [0.2, 0.1], 300_000, **how),
     "partition": lambda system, how: nsmaps.partition(system, GRID, nsmaps.Partition(tolerance=0.05, kind="accurate"), **how),
 }
@@ -142,18 +142,24 @@ def test_every_progress_is_a_fraction_that_ends_with_one(name, pair):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda system, jobs: nsmaps.bifurcation_diagram(
-            system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20, jobs=jobs
+        lambda system, parallel: nsmaps.bifurcation_diagram(
+            system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20, parallel=parallel
         ),
-        lambda system, jobs: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200, jobs=jobs),
-        lambda system, jobs: nsmaps.lyapunov_sweep(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=64, transient=20, jobs=jobs),
-        lambda system, jobs: nsmaps.noisy_orbits(system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, jobs=jobs),
+        lambda system, parallel: nsmaps.basins(
+            system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200, parallel=parallel
+        ),
+        lambda system, parallel: nsmaps.lyapunov_sweep(
+            system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=64, transient=20, parallel=parallel
+        ),
+        lambda system, parallel: nsmaps.noisy_orbits(
+            system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, parallel=parallel
+        ),
     ],
     ids=["bifurcation", "basins", "lyapunov_sweep", "noisy_orbits"],
 )
 def test_the_progress_of_jobs_is_such_a_fraction(call, pair):
     seen = []
-    call(pair(0.35), Jobs(progress=seen.append))
+    call(pair(0.35), Parallel(progress=seen.append))
     assert seen == sorted(seen)
     assert min(seen) >= 0
     assert (seen[-1], seen.count(1)) == (1, 1)
@@ -191,7 +197,7 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
             lambda system: nsmaps.bifurcation_diagram(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20),
         ),
         ("basins", lambda system: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200)),
-        ("morse_sets", lambda system: nsmaps.cells.morse(system, BOX, 1)),
+        ("morse_sets", lambda system: nsmaps.cells.morse_sets(system, BOX, 1)),
         ("find_cycles", lambda system: nsmaps.cells.find_cycles(system, BOX, 1, 1)),
         ("orbit", lambda system: nsmaps.orbit(system, [0.2, 0.1], 200_000)),
     ],
@@ -225,12 +231,12 @@ def test_a_run_says_its_step(monkeypatch, tmp_path):
     (tmp_path / "small.yaml").write_text(RUN)
     looked_at(monkeypatch)
     monkeypatch.setattr(progress, "_show", note)
-    nsmaps.run(tmp_path / "small.yaml")
+    nsmaps.run_study(tmp_path / "small.yaml")
     assert any("bifurcation (4 of 4), " in line and " of 40 values" in line for line in seen)
     assert all(line.startswith("small:") for line in seen)
     seen.clear()
     told = []
-    nsmaps.run(tmp_path / "small.yaml", progress=lambda share: told.append((outermost().step, outermost().note, share)))
+    nsmaps.run_study(tmp_path / "small.yaml", progress=lambda share: told.append((outermost().step, outermost().note, share)))
     assert seen == []
     assert {"orbits", "bifurcation"} <= {step for step, _, _ in told}
     assert any(note.endswith(" of 40 values") for step, note, _ in told if step == "bifurcation")

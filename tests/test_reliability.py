@@ -225,7 +225,7 @@ def test_lost_workers_of_processes(tmp_path: Path) -> None:
         tasks = [(number, str(tmp_path), number == k % 4) for number in range(8)]
         with ProcessPoolExecutor(2) as executor, warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            made = parts.Jobs(executor, tmp_path / f"keep{k}").run(_work, tasks)
+            made = parts.Parallel(executor, tmp_path / f"keep{k}").run(_work, tasks)
         assert [int(each["square"][0]) for each in made] == [number**2 for number in range(8)]
         assert len(list((tmp_path / f"keep{k}").glob("part-*.npz"))) == 8
         (tmp_path / f"died{k % 4}").unlink()
@@ -236,7 +236,7 @@ def test_lost_workers_of_processes(tmp_path: Path) -> None:
 def test_lost_workers_of_dask(tmp_path: Path, cluster) -> None:
     for k in range(TIMES):
         tasks = [(number, str(tmp_path), number == k % 4) for number in range(8)]
-        made = parts.Jobs(cluster.get_executor(), tmp_path / f"keep{k}").run(_work, tasks)
+        made = parts.Parallel(cluster.get_executor(), tmp_path / f"keep{k}").run(_work, tasks)
         assert [int(each["square"][0]) for each in made] == [number**2 for number in range(8)]
         (tmp_path / f"died{k % 4}").unlink()
     tell("lost dask worker", TIMES)

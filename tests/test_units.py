@@ -112,9 +112,9 @@ def doublings(units):
     orbit = nsmaps.periodic_orbit(system, units.states([0.8, 0.4]))
     for branch in nsmaps.period_doubling_cascade(system, "d", orbit, system.d, tuple(ends), "down", n_doublings=2):
         event = branch.of_kind("period doubling")[0]
-        there = nsmaps.periodic_orbit(system.at(d=event.parameter), event.orbit.states, branch.period)
+        there = nsmaps.periodic_orbit(system.at(d=event.value), event.orbit.states, branch.period)
         assert abs(there.multipliers[0] + 1) < 1e-7
-        values.append(event.parameter / units.parameter(plain, "d", 1))
+        values.append(event.value / units.parameter(plain, "d", 1))
     return values
 
 

@@ -30,11 +30,17 @@ def plane(pixels: int) -> dict[str, np.ndarray]:
     return {"d": np.linspace(0.2, 0.4, pixels), "r": np.linspace(0.3, 0.7, pixels)}
 
 
-def chart(pixels: int, returns: int, jobs: nsmaps.Jobs | None = None) -> nsmaps.dynamics.ParameterPlane:
+def chart(pixels: int, returns: int, parallel: nsmaps.Parallel | None = None) -> nsmaps.dynamics.ParameterPlane:
     """Ours, with words, motions, exponents and outcomes."""
     kept = 2 * PERIODS
     return nsmaps.parameter_plane(
-        SYSTEM, plane(pixels), START, n_returns=kept, transient=returns - kept, max_period=PERIODS, jobs=jobs or nsmaps.Jobs()
+        SYSTEM,
+        plane(pixels),
+        START,
+        n_returns=kept,
+        transient=returns - kept,
+        max_period=PERIODS,
+        parallel=parallel or nsmaps.Parallel(),
     )
 
 
@@ -105,7 +111,7 @@ def on_workers(pixels: int, returns: int) -> None:
     """The same chart on one dask worker and on two, in turn."""
     clusters = [LocalCluster(n_workers=k, threads_per_worker=1, dashboard_address=None, processes=True) for k in (1, 2)]
     clients = [Client(cluster) for cluster in clusters]
-    runs = [partial(chart, pixels, returns, nsmaps.Jobs(client.get_executor(pure=False))) for client in clients]
+    runs = [partial(chart, pixels, returns, nsmaps.Parallel(client.get_executor(pure=False))) for client in clients]
     for run in runs:
         run()
     ratios = [seconds(runs[0]) / seconds(runs[1]) for _ in range(ROUNDS)]

@@ -116,7 +116,7 @@ def memory(n: int, m: int, dim: int, derivative: bool) -> list[Any]:
     return [np.empty(*each) for each in [*shapes, ((n, m, dim, dim if derivative else 0), float)]]
 
 
-def jobs(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) -> list[Any]:
+def parallel(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) -> list[Any]:
     """The loop by hand and the compiled loop of the map, in the same memory each time and in new memory, for n returns."""
     dim, rng = len(return_map.coordinates), np.random.default_rng(0)
     start, compiled = rng.uniform(0, 0.1, (m, dim)), return_map._kernel()
@@ -132,7 +132,7 @@ def jobs(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool) 
 
 def ratios(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bool, rounds: int = ROUNDS) -> tuple[float, ...]:
     """The time of the loop by hand, in ns a return, and those of the compiled loop and of the call as multiples of it."""
-    each = jobs(return_map, loop, n, m, derivative)
+    each = parallel(return_map, loop, n, m, derivative)
 
     def timed(job: Any) -> float:
         begun = time.process_time()

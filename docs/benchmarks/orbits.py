@@ -41,13 +41,13 @@ def main() -> None:
     print("| study | orbit | exact orbit | ratio | exponents | exact exponents | ratio | orbit, one by one |")
     print("|---|--:|--:|--:|--:|--:|--:|--:|")
     for name in ("pd", "cd", "auto", "accurate"):
-        made = nsmaps.run(f"vi_pair/{name}")
+        made = nsmaps.run_study(f"vi_pair/{name}")
         return_map, exact = made.reduced, made.system
-        jobs = [(work, of, MANY) for work in (nsmaps.orbit, exponents) for of in (return_map, exact)]
-        jobs.append((nsmaps.orbit, OneByOne(return_map), FEW))
-        for job in jobs:
+        parallel = [(work, of, MANY) for work in (nsmaps.orbit, exponents) for of in (return_map, exact)]
+        parallel.append((nsmaps.orbit, OneByOne(return_map), FEW))
+        for job in parallel:
             timed(*job)
-        ours, theirs, grown, grows, slow = np.median([[timed(*job) for job in jobs] for _ in range(ROUNDS)], axis=0)
+        ours, theirs, grown, grows, slow = np.median([[timed(*job) for job in parallel] for _ in range(ROUNDS)], axis=0)
         row = f"{ours:.2f} | {theirs:.2f} | {ours / theirs:.2f} | {grown:.2f} | {grows:.2f} | {grown / grows:.2f} | {slow:.0f}"
         print(f"| {name} | {row} |", flush=True)
 

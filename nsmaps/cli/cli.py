@@ -192,14 +192,14 @@ def run(
         from nsmaps.interrupts import Interrupted
         from nsmaps.study.reading.overrides import assignments
         from nsmaps.study.reading.reader import load_study
-        from nsmaps.study.run import run as compute
+        from nsmaps.study.run import run_study
 
         read = load_study(study, assignments(set_ or []), installed_only=installed_only)
         seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
             with processes(workers) as executor:
-                result = compute(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
+                result = run_study(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None

@@ -16,7 +16,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
 from nsmaps.results import NONE, Result, array, array_property, units_of
 
@@ -214,11 +214,11 @@ def lyapunov_sweep(
     n_returns: int,
     transient: int = 1000,
     direction: Literal["up", "down"] | None = None,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> LyapunovSweep:
     """The Lyapunov exponents over the values of a parameter; arguments as for `lyapunov` and `bifurcation`.
 
-    Every value is a part of `jobs`, see `nsmaps.Jobs`; with `direction` all of them are one part.
+    Every value is a part of `parallel`, see `nsmaps.Parallel`; with `direction` all of them are one part.
 
     Raises:
         StateError, NsmapsError: as `lyapunov`, the system has no such parameter, or no value has a map.
@@ -228,14 +228,14 @@ def lyapunov_sweep(
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
     now = starts_under(map_of, along, starts)
     order = np.argsort(-along if direction == "down" else along, kind="stable")
-    cuts = [order] if direction else [order[cut] for cut in jobs.cuts(len(order))]
+    cuts = [order] if direction else [order[cut] for cut in parallel.cuts(len(order))]
     parts = [(map_of, along[cut], now, n_returns, transient, bool(direction)) for cut in cuts]
 
     def sweep(found: Mapping[int, Arrays]) -> LyapunovSweep:
         tables = _over_all(along, [(cuts[k], part) for k, part in found.items()])
         return LyapunovSweep(n_returns=n_returns, parameter=parameter, values=along, units=units_of(system), **tables)
 
-    return sweep(dict(enumerate(jobs.run(_exponents, parts, sweep))))
+    return sweep(dict(enumerate(parallel.run(_exponents, parts, sweep))))
 
 
 def _over_all(along: Floats, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> dict[str, Any]:

@@ -11,15 +11,17 @@ from nsmaps.coordinates import as_states
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, begun, divides
 
-PART = 20_000  #: returns of a part, unless `jobs` says how many states
+PART = 20_000  #: returns of a part, unless `parallel` says how many states
 ROWS = ("image", "turns", "codes", "outcome", "time", "derivative", "number")  #: of returns, besides their start
 
 
 @divides
-def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: bool = False, *, jobs: Jobs = SERIAL) -> Returns:
-    """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `jobs`.
+def return_batch(
+    system: ReturnMap, states: ArrayLike, n: int = 1, derivative: bool = False, *, parallel: Parallel = SERIAL
+) -> Returns:
+    """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `parallel`.
 
     The numbers are the same to the last bit. n M rows, the first return of every state first.
 
@@ -28,7 +30,7 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
         states: shape (M, dim), as of `first_return`.
         n: number of returns.
         derivative: also the derivative of each image by its start.
-        jobs: see `nsmaps.Jobs`; a part is as many states as make 20,000 returns.
+        parallel: see `nsmaps.Parallel`; a part is as many states as make 20,000 returns.
 
     Raises:
         StateError: `states` is not a batch of states.
@@ -38,9 +40,9 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
     start = as_states(states, ReturnMap.require(system, "returns").coordinates)
     if n < 1:
         raise NsmapsError(f"n is {n}; expected: at least one return")
-    if not (jobs.divided and len(start)):
+    if not (parallel.divided and len(start)):
         return system.orbits(start, n, derivative)
-    cuts = jobs.cuts(len(start), max(1, PART // n))
+    cuts = parallel.cuts(len(start), max(1, PART // n))
     like = system.orbits(start[:0], n, derivative)
 
     def join_parts(parts: Sequence[Arrays]) -> Returns | None:
@@ -53,7 +55,7 @@ def return_batch(system: ReturnMap, states: ArrayLike, n: int = 1, derivative: b
         return replace(like, start=starts, **flat)
 
     parts = [(system, start[k], n, derivative) for k in cuts]
-    found = join_parts(jobs.run(_part, parts, lambda found: join_parts(begun(found))))
+    found = join_parts(parallel.run(_part, parts, lambda found: join_parts(begun(found))))
     assert found is not None, "there are states"
     return found
 

@@ -24,7 +24,7 @@ def branches(result: StudyResult, part: str) -> str:
     lines = []
     for spec in result.study.branches:
         events = [event for branch in result.branches.get(spec.name, ()) for event in branch.events]
-        names = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.parameter:.6g}" for event in events))
+        names = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.value:.6g}" for event in events))
         more = f" and {len(names) - MOST} more events" if len(names) > MOST else ""
         lines.append(f"{spec.name}, {', '.join(names[:MOST]) or 'no event'}{more}")
     return f"{at(result, varied)}{'; '.join(lines)}." if lines else ""

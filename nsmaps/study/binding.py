@@ -14,7 +14,7 @@ from nsmaps.exact.surfaces.family import LONG, ReturnFamily, WordFamily, is_patt
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.words import encode
-from nsmaps.parallel import SERIAL, Jobs
+from nsmaps.parallel import SERIAL, Parallel
 from nsmaps.plugins import FAMILY, REGION
 from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.study.reading.classes import Instance, created
@@ -35,7 +35,7 @@ class Plan:
     study: Study
     system: "System"
     bound: dict[str, Any]  #: the result of `bind` of each section of the study, by key
-    jobs: Jobs = field(
+    parallel: Parallel = field(
         default=SERIAL, compare=False
     )  #: of the current step: its progress, and its checkpoint in a run with a folder
 
@@ -49,9 +49,9 @@ class Plan:
         """The study's families by name."""
         return self.bound.get("families", {})
 
-    def portion(self, number: int, count: int, *names: str) -> Jobs:
-        """The jobs of one of `count` equal portions of a step, with its own folder under these names."""
-        return self.jobs.share(number / count, (number + 1) / count, *names)
+    def portion(self, number: int, count: int, *names: str) -> Parallel:
+        """One of `count` equal portions of a step, with its own folder under these names."""
+        return self.parallel.share(number / count, (number + 1) / count, *names)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from time import perf_counter
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.storage import missing_of, remove_empty
 from nsmaps.interrupts import Interrupted, heard
-from nsmaps.parallel import Jobs
+from nsmaps.parallel import Parallel
 from nsmaps.plugins import is_installed
 from nsmaps.progress import Progress, Work, working
 from nsmaps.study.ahead import compiling_ahead
@@ -30,7 +30,7 @@ from nsmaps.study.store.run_folder import check_folder, writable
 from nsmaps.study.study import Study
 
 
-def run(
+def run_study(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
@@ -57,7 +57,7 @@ def run(
         max_memory: refuse a run that is estimated to need more gigabytes, before anything is computed; by default the value of
             the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
         max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
-        executor: where the parts of diagrams, charts, exponents, basins and noise run, as of `Jobs`; this process if omitted.
+        executor: where the parts of diagrams, charts, exponents, basins and noise run, as of `Parallel`; this process if omitted.
             The numbers are the same.
 
     Raises:
@@ -139,8 +139,8 @@ class _Run:
 
         begun = perf_counter()
         with working(name, progress) as step:
-            jobs = Jobs(self.executor, self.folder and self.folder / PARTS / name, progress=step.reached)
-            changes = compute_step(name, replace(self.plan, jobs=jobs), self.result)
+            parallel = Parallel(self.executor, self.folder and self.folder / PARTS / name, progress=step.reached)
+            changes = compute_step(name, replace(self.plan, parallel=parallel), self.result)
         timings = {**self.result.timings, name: perf_counter() - begun}
         self.result = replace(self.result.with_parts(changes), timings=timings)
         if self.folder:

@@ -258,7 +258,7 @@ def test_the_bistable_pair_comes_where_another_program_says(pair):
 def test_every_start_of_the_paper_arrives(pair, d, most, label):
     axes = {"v": nsmaps.Axis(low=0.05, high=1.5, points=30), "phi": nsmaps.Axis(low=0, high=2 * np.pi * 29 / 30, points=30)}
     seen = []
-    made = nsmaps.basins(pair(d), nsmaps.Grid(axes=axes), jobs=nsmaps.Jobs(progress=seen.append))
+    made = nsmaps.basins(pair(d), nsmaps.Grid(axes=axes), parallel=nsmaps.Parallel(progress=seen.append))
     assert [attractor.label for attractor in made.attractors] == [label]
     assert made.fractions.tolist() == [1, 0, 0]
     assert made.arrival.max() <= most

@@ -134,7 +134,7 @@ def test_wrong_calls_are_errors(pair):
 def test_progress_is_the_share_of_values():
     seen = []
     nsmaps.bifurcation_diagram(
-        Logistic, "a", [2.8, 3.2], [0.3, 0.0], n_returns=2, transient=2, jobs=nsmaps.Jobs(progress=seen.append)
+        Logistic, "a", [2.8, 3.2], [0.3, 0.0], n_returns=2, transient=2, parallel=nsmaps.Parallel(progress=seen.append)
     )
     assert seen == [0.5, 1]
 
@@ -142,8 +142,10 @@ def test_progress_is_the_share_of_values():
 @pytest.mark.parametrize("kept", [False, True])
 def test_progress_both_ways_is_one_count(kept, tmp_path):
     seen = []
-    jobs = nsmaps.Jobs(checkpoint=tmp_path if kept else None, part=1, progress=seen.append)
-    nsmaps.bifurcation_diagram(Logistic, "a", [2.8, 3.0, 3.2], [0.3, 0.0], n_returns=2, transient=2, direction="both", jobs=jobs)
+    parallel = nsmaps.Parallel(checkpoint=tmp_path if kept else None, part=1, progress=seen.append)
+    nsmaps.bifurcation_diagram(
+        Logistic, "a", [2.8, 3.0, 3.2], [0.3, 0.0], n_returns=2, transient=2, direction="both", parallel=parallel
+    )
     assert seen == sorted(seen)
     assert seen[-1] == 1
 

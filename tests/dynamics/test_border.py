@@ -84,7 +84,7 @@ def test_a_branch_ends_at_the_border_with_what_is_known_to_happen(case, kind):
     branch = continue_branch(map_of, "p", start, sign, (-1.0, 1.0), "down" if sign > 0 else "up")
     assert branch.ended == "border collision"
     (event,) = branch.of_kind("border collision")
-    assert abs(event.parameter) < 1e-7
+    assert abs(event.value) < 1e-7
     assert event.border == expected
     both = fixed(left, sign)[0] < 0
     assert both == expected.startswith(NONSMOOTH_FOLD)
@@ -128,7 +128,7 @@ def test_saddles_of_the_pair_as_a_system_with_modes():
         orbit = nsmaps.periodic_orbit(Pair(d=0.35), guess)
         branch = continue_branch(lambda d: Pair(d=d), "d", orbit, 0.35, (0.1, 0.4), "down")
         (event,) = branch.of_kind("grazing")
-        assert event.parameter == pytest.approx(0.3053538150428635, abs=1e-8)
+        assert event.value == pytest.approx(0.3053538150428635, abs=1e-8)
         assert event.border == NONSMOOTH_FOLD
 
 
@@ -150,7 +150,7 @@ def test_a_motion_that_begins_to_touch_an_elastic_stop_persists():
     start = nsmaps.periodic_orbit(free, nsmaps.orbit(free, [0.0, 0.9], 300).final)
     branch = continue_branch(free, "a", start, free.a, (0.5 * touching, 1.5 * touching))
     (event,) = branch.of_kind("grazing")
-    assert event.parameter == pytest.approx(touching, rel=1e-9)
+    assert event.value == pytest.approx(touching, rel=1e-9)
     assert event.border == PERSISTENCE
     after = nsmaps.periodic_orbit(beyond, event.orbit.states)
     assert (after.converged, after.words) == (True, ("sCFs",))
@@ -209,7 +209,7 @@ def test_four_pieces_meet_where_an_impact_meets_a_clock(e, part):
         assert start.words == (word,)
         branch = continue_branch(lambda k: Switching(k, e, part), "k", start, k + 0.03, (k / 2, 2 * k), "down", step=0.1)
         (event,) = branch.of_kind("border collision")
-        assert event.parameter == pytest.approx(k, abs=1e-7)
+        assert event.value == pytest.approx(k, abs=1e-7)
         assert event.border == NONSMOOTH_FOLD
 
 
@@ -282,7 +282,7 @@ def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed
     for way, end in (("up", 0.7 / 1.6), ("down", 0.21 / 1.3)):
         branch = continue_branch(lambda mu: of(mu, 0.6), "mu", start, 0.3, (0, 1), way)
         (event,) = branch.of_kind("border collision")
-        assert event.parameter == pytest.approx(end, abs=2e-8)
+        assert event.value == pytest.approx(end, abs=2e-8)
         assert event.border == GAP
         curve = nsmaps.bifurcation_curve(of, event, 0.6, ((0, 1), (0.5, 0.7)), step=0.5)
         mu, a = curve.parameters.T
@@ -331,7 +331,7 @@ def test_a_branch_ends_where_thresholds_meet_or_nothing_is_on():
         )
         event = branch.events[-1]
         assert (branch.ended, event.kind, event.border, event.detail) == ("border collision", "border collision", "", detail)
-        assert abs(event.parameter - value) < event.precision < 1e-7
+        assert abs(event.value - value) < event.precision < 1e-7
 
 
 def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit():
@@ -342,7 +342,7 @@ def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit(
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.05, 2.0], 500).final)
     branch = continue_branch(system, "a", start, system.a, (0.5 * touching, 1.5 * touching), "down")
     (event,) = branch.of_kind("grazing")
-    assert event.parameter == pytest.approx(touching, rel=1e-12)
+    assert event.value == pytest.approx(touching, rel=1e-12)
     assert event.border == ""
 
 
@@ -377,4 +377,4 @@ def test_a_threshold_that_passes_the_section_is_a_border_of_all_states_at_once(v
     branch = continue_branch(lambda place: Stop(place=place), "place", start, value, (-0.3, 0.3), way, step=0.1)
     (event,) = branch.events
     assert (event.kind, event.detail, event.border) == ("border collision", "the words change", PERSISTENCE)
-    assert abs(event.parameter) <= event.precision < 1e-8
+    assert abs(event.value) <= event.precision < 1e-8

@@ -77,9 +77,9 @@ def test_fold_and_doubling_of_the_bouncing_ball():
 
     fixed = nsmaps.periodic_orbit(ball(start), [2 * pi / (1 + e), acos(fold / start)])
     up = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "up")
-    assert abs(only(up, "period doubling").parameter - doubling) < 1e-8
+    assert abs(only(up, "period doubling").value - doubling) < 1e-8
     down = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "down")
-    assert abs(only(down, "fold").parameter - fold) < 1e-8
+    assert abs(only(down, "fold").value - fold) < 1e-8
     assert down.values[-1] == 2.5  # round the fold, on the saddle
     assert (np.diff(down.arclength) > 0).all()
     phase = np.array([acos(fold / a) for a in down.values])
@@ -104,7 +104,7 @@ def test_saddle_of_the_bouncing_ball_grazes():
     event = only(made, "grazing")
     assert made.ended == "grazing"
     assert event.detail == "a clearance is zero"
-    assert abs(event.parameter - float(a)) < 1e-8
+    assert abs(event.value - float(a)) < 1e-8
 
 
 def test_doubling_of_the_pair_in_40_digits(pair):
@@ -118,7 +118,7 @@ def test_doubling_of_the_pair_in_40_digits(pair):
     assert abs(d - 0.324188543) < 1e-9
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
     made = continue_branch(pair(0.35), "d", fixed, 0.35, (0.26, 0.40), "down")
-    assert abs(only(made, "period doubling").parameter - float(d)) < 1e-11
+    assert abs(only(made, "period doubling").value - float(d)) < 1e-11
     assert np.array_equal(made.stable, made.values > float(d))
     assert made.ended == "the range ends at 0.26"
     assert made.values[[0, -1]].tolist() == [0.35, 0.26]
@@ -138,7 +138,7 @@ def test_fold_of_the_pair_in_40_digits(pair):
     stable, saddle = (nsmaps.periodic_orbit(system, guess) for guess in ([0.8, 0.4], [0.34325, 2.87685]))
     for start, other in ((stable, saddle), (saddle, stable)):
         made = continue_branch(system, "r", start, 0.5, (0, 1), "down")
-        assert abs(only(made, "fold").parameter - float(r)) < 1e-11
+        assert abs(only(made, "fold").value - float(r)) < 1e-11
         assert made.ended == "the range ends at 1"
         after = np.flatnonzero(np.diff(np.sign(made.values - 0.5)))[-1]
         passed = nsmaps.periodic_orbit(system, made.points[after][0])
@@ -160,7 +160,7 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
         made = continue_branch(system, "d", nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
         event = only(made, "grazing")
         assert (made.ended, event.detail, event.border) == ("grazing", detail, "non-smooth fold")
-        assert abs(event.parameter - float(d)) < 1e-8
+        assert abs(event.value - float(d)) < 1e-8
 
 
 def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
@@ -169,15 +169,15 @@ def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
     start = nsmaps.periodic_orbit(system, [0.56, 0.22], 3)
     fold = only(continue_branch(system, "d", start, 0.18, (0.17, 0.19), "up"), "fold")
     state, word = fold.orbit.states[0].tolist(), fold.orbit.word
-    times = np.diff(system.at(d=fold.parameter).impacts(state, len(word)).time).tolist()
+    times = np.diff(system.at(d=fold.value).impacts(state, len(word)).time).tolist()
     *_, d = solve(
         lambda v, phi, *rest: [
             *gaps(word, v, phi, rest[:-1], rest[-1], QUARTER, G6),
             multipliers_test(word, [v, phi, *rest[:-1]], rest[-1], QUARTER, G6, 1),
         ],
-        [*state, *times, fold.parameter],
+        [*state, *times, fold.value],
     )
-    assert abs(fold.parameter - float(d)) < 1e-12
+    assert abs(fold.value - float(d)) < 1e-12
     assert fold.precision < 1e-13
 
 
@@ -195,7 +195,7 @@ def test_bistable_window(pair):
         ],
         [0.6597, 0.4277, 0.482, 0.813, 0.705, 0.2277],
     )
-    assert abs(only(two, "fold").parameter - float(d)) < 1e-10
+    assert abs(only(two, "fold").value - float(d)) < 1e-10
     *_, d = solve(
         lambda v, phi, a, b, d: [
             *gaps("BTB", v, phi, [a, b], d, QUARTER, G6),
@@ -203,7 +203,7 @@ def test_bistable_window(pair):
         ],
         [0.6806, 0.5205, 1.33, 0.67, 0.2346],
     )
-    assert abs(only(one, "period doubling").parameter - float(d)) < 1e-10
+    assert abs(only(one, "period doubling").value - float(d)) < 1e-10
     *_, d = solve(
         lambda v, phi, a, b, touch, d: [
             *gaps("BTB", v, phi, [a, b], d, QUARTER, G6),
@@ -213,7 +213,7 @@ def test_bistable_window(pair):
         [0.6541, 0.465, 1.355, 0.645, 0.586, 0.2146],
     )
     for branch in (one, two):
-        assert abs(only(branch, "grazing").parameter - float(d)) < 1e-8
+        assert abs(only(branch, "grazing").value - float(d)) < 1e-8
         assert only(branch, "grazing").border == "non-smooth fold"  # both on the side of larger d
 
 
@@ -244,7 +244,7 @@ def test_cascade_of_the_pair(pair):
         system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), "down", n_doublings=6
     )
     assert [branch.points.shape[1] for branch in branches] == [1, 2, 4, 8, 16, 32]
-    found = np.array([only(branch, "period doubling").parameter for branch in branches])
+    found = np.array([only(branch, "period doubling").value for branch in branches])
     steps = np.diff(found)
     ratios = steps[:-1] / steps[1:]
     assert np.abs(ratios[-2:] - 4.669201609).max() < 0.1
@@ -263,16 +263,16 @@ def test_doublings_of_the_henon_map():
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
     down = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "down")
-    assert abs(only(down, "fold").parameter + 0.49 / 4) < 1e-8
+    assert abs(only(down, "fold").value + 0.49 / 4) < 1e-8
     assert np.allclose(down.values, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
     up = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up")
     doubling = only(up, "period doubling")
-    assert abs(doubling.parameter - 3 * 0.49 / 4) < 1e-8
+    assert abs(doubling.value - 3 * 0.49 / 4) < 1e-8
     two = switch_branch(henon, "p", doubling, (-1, 1.3))
-    assert abs(only(two, "period doubling").parameter - (0.49 + 1.69 / 4)) < 1e-8
+    assert abs(only(two, "period doubling").value - (0.49 + 1.69 / 4)) < 1e-8
     back = continue_branch(henon, "p", two.orbits[-1], 1.3, (-1, 1.3), "down")
     assert back.ended == "period halving"
-    assert abs(only(back, "period halving").parameter - doubling.parameter) < 1e-8
+    assert abs(only(back, "period halving").value - doubling.value) < 1e-8
     with pytest.raises(NsmapsError, match="the event is a fold"):
         switch_branch(henon, "p", down.of_kind("fold")[0], (-1, 1.3))
 
@@ -286,10 +286,10 @@ def test_torus_and_branch_point_of_the_delayed_logistic_map():
     fixed = nsmaps.periodic_orbit(delayed(1.5), [0.33, 0.33])
     up = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "up")
     torus = only(up, "Neimark-Sacker")
-    assert abs(torus.parameter - 2) < 1e-8
+    assert abs(torus.value - 2) < 1e-8
     assert np.allclose(np.sort_complex(torus.multipliers), [complex(cos(pi / 3), s * sin(pi / 3)) for s in (-1, 1)], atol=1e-7)
     down = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "down")
-    assert abs(only(down, "branch point").parameter - 1) < 1e-8
+    assert abs(only(down, "branch point").value - 1) < 1e-8
     assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.values, atol=1e-9)
 
 
@@ -299,7 +299,7 @@ def test_a_map_that_preserves_area_has_no_torus_but_its_doubling():
     assert abs(orbit.multipliers[0].imag) > 0.5
     branch = continue_branch(lambda a: Plane(a, "area"), "a", orbit, 0.3, (0.0, 4.0))
     assert [event.kind for event in branch.events] == ["period doubling"]
-    assert only(branch, "period doubling").parameter == pytest.approx(3, abs=1e-9)
+    assert only(branch, "period doubling").value == pytest.approx(3, abs=1e-9)
 
 
 @pytest.mark.parametrize("step", [1 / 32, 0.03])
@@ -308,7 +308,7 @@ def test_an_event_at_an_orbit_of_the_branch_is_told_once(step):
     orbit = nsmaps.periodic_orbit(Plane(0.5, "flip"), [0.0, 0.0])
     branch = continue_branch(lambda a: Plane(a, "flip"), "a", orbit, 0.5, (0.0, 2.0), step=step)
     assert (branch.values == 1).any() == (step == 1 / 32)
-    assert only(branch, "period doubling").parameter == pytest.approx(1, abs=1e-12)
+    assert only(branch, "period doubling").value == pytest.approx(1, abs=1e-12)
 
 
 def test_a_doubled_branch_leads_back_to_where_it_began():
@@ -321,7 +321,7 @@ def test_a_doubled_branch_leads_back_to_where_it_began():
     for orbit, a in zip(doubled.orbits[2::9], doubled.values[2::9], strict=True):
         back = continue_branch(lambda a: Plane(a, "henon"), "a", orbit, a, within, direction="down")
         assert back.ended == "period halving"
-        assert only(back, "period halving").parameter == pytest.approx(0.3675, abs=1e-9)
+        assert only(back, "period halving").value == pytest.approx(0.3675, abs=1e-9)
 
 
 def test_a_ring_of_fixed_points_closes():
@@ -331,7 +331,7 @@ def test_a_ring_of_fixed_points_closes():
     made = continue_branch(ring, "p", nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), "up", step=0.05)
     assert made.ended == "closed"
     assert np.allclose(made.points[:, 0, 0] ** 2 + made.values**2, 1, atol=1e-9)
-    assert np.allclose([event.parameter for event in made.of_kind("fold")], [1, -1], atol=1e-8)
+    assert np.allclose([event.value for event in made.of_kind("fold")], [1, -1], atol=1e-8)
     assert (made.points[:, 0, 0].min() < -0.95) & (made.values.max() > 0.95)
 
 
@@ -341,7 +341,7 @@ def test_a_fold_next_to_the_start_closes_nothing():
 
     start = -0.49 / 4 + 1e-5
     made = continue_branch(henon, "p", nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), "down")
-    assert abs(only(made, "fold").parameter + 0.49 / 4) < 1e-8
+    assert abs(only(made, "fold").value + 0.49 / 4) < 1e-8
     assert made.ended == "the range ends at 1"
 
 
@@ -351,7 +351,7 @@ def test_end_of_the_valid_domain_is_told(pair):
     made = continue_branch(system, "r", fixed, 0.5, (0.2, 1.5), "up")
     assert made.ended == "end of the valid domain"
     event = only(made, "end of the valid domain")
-    assert abs(event.parameter - 1) < 1e-8
+    assert abs(event.value - 1) < 1e-8
     assert "less than or equal to 1" in event.detail
     assert len(made.orbits) > 10
 
@@ -422,7 +422,7 @@ def test_a_branch_that_ends_where_there_is_no_image_says_why():
     assert made.ended == "border collision"
     assert [event.kind for event in made.events] == ["period doubling", "border collision"]
     assert made.events[-1].detail == "beyond it there is no image: B escaped"
-    assert abs(made.events[-1].parameter - 0.5) < made.events[-1].precision < 1e-7
+    assert abs(made.events[-1].value - 0.5) < made.events[-1].precision < 1e-7
 
 
 def test_an_event_that_is_passed_but_not_located_is_told():
@@ -436,7 +436,7 @@ def test_an_event_that_is_passed_but_not_located_is_told():
     made = continue_branch(gap, "p", nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
     (event,) = made.of_kind("period doubling")
     assert "not located" in event.detail
-    assert abs(event.parameter - 0.3675) < event.precision < 0.03
+    assert abs(event.value - 0.3675) < event.precision < 0.03
 
 
 def test_branches_can_be_left_and_wrong_calls_are_errors(pair):
@@ -523,7 +523,7 @@ def test_a_follower_detaches_from_its_cam():
     )
     event = only(branch, "detachment")
     assert branch.ended == "detachment"
-    assert abs(event.parameter - float(w)) < 1e-12 * float(w)
+    assert abs(event.value - float(w)) < 1e-12 * float(w)
 
 
 class Wheel(HybridSystem):
@@ -556,4 +556,4 @@ def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
     branch = continue_branch(system, "slope", start, system.slope, (0.01, 0.2), "down", step=0.1)
     event = only(branch, "homoclinic bifurcation")
     assert branch.ended == "homoclinic bifurcation"
-    assert abs(event.parameter - slope) < event.precision
+    assert abs(event.value - slope) < event.precision

@@ -37,7 +37,7 @@ def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     start = nsmaps.periodic_orbit(Pitchfork(0.5), [1.5, 0.0])
     (event,) = continue_branch(Pitchfork, "p", start, 0.5, BOUNDS, "down").events
     assert event.kind == "branch point"
-    assert abs(event.parameter) < event.precision < 1e-12
+    assert abs(event.value) < event.precision < 1e-12
     assert np.abs(event.orbit.states).max() < 1e-9  # on both branches
     halves = [switch_branch(Pitchfork, "p", event, BOUNDS, side) for side in (1, -1)]
     for half in halves:
@@ -46,13 +46,13 @@ def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
         assert half.values[-1] == 1.5
         (doubling,) = half.events
         assert doubling.kind == "period doubling"
-        assert doubling.parameter == pytest.approx(1, abs=1e-10)
+        assert doubling.value == pytest.approx(1, abs=1e-10)
     assert np.sign([half.points[-1, 0, 0] - 4.5 for half in halves]).sum() == 0
     for k in (2, 3, 5, 8):  # whatever the steps next to it
         orbit, value = halves[0].orbits[k], halves[0].values[k]
         back = continue_branch(Pitchfork, "p", orbit, value, BOUNDS, "down", until=("branch point",))
         (again,) = back.events
-        assert (again.kind, abs(again.parameter) < again.precision < 1e-12) == ("branch point", True)
+        assert (again.kind, abs(again.value) < again.precision < 1e-12) == ("branch point", True)
     through = switch_branch(Pitchfork, "p", again, BOUNDS, step=0.1)
     assert np.abs(through.points[:, 0, 0] - 3 * through.values).max() < 1e-9
 
@@ -106,7 +106,7 @@ def test_two_equal_maps_lose_their_symmetry_at_one_place_seen_from_either_branch
     back = continue_branch(Coupled, "p", half.orbits[middle], half.values[middle], (1.1, 3.0), "down", until=("branch point",))
     for event in (first, back.events[-1]):
         assert event.kind == "branch point"
-        assert abs(event.parameter - 1.3) < event.precision < 1e-12
+        assert abs(event.value - 1.3) < event.precision < 1e-12
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds)
     orbit = nsmaps.periodic_orbit(of(5.0), [0.7775, 0.4251])
     assert orbit.word == "RLR"
     (event,) = continue_branch(of, "p", orbit, 5.0, bounds, "down").of_kind("branch point")
-    assert abs(event.parameter - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-11
+    assert abs(event.value - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-11
     curve = nsmaps.bifurcation_curve(of, event, 0.7, (bounds, (0.6, 0.8)), step=0.3)
     assert curve.ended == ("the range of the second parameter ends at 0.6", "the range of the second parameter ends at 0.8")
     for k in (0, -1):

@@ -197,7 +197,9 @@ def _killed(folder: Path) -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
     module.PART = 1800 * 10
-    nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500, jobs=nsmaps.Jobs(checkpoint=folder, progress=kill))
+    nsmaps.parameter_plane(
+        PAIR, PLANE, STARTS, n_returns=300, transient=1500, parallel=nsmaps.Parallel(checkpoint=folder, progress=kill)
+    )
 
 
 def test_a_chart_that_was_killed_goes_on_with_the_same_bytes(made: Any, tmp_path: Path, monkeypatch: Any) -> None:
@@ -210,7 +212,8 @@ def test_a_chart_that_was_killed_goes_on_with_the_same_bytes(made: Any, tmp_path
     (tmp_path / "part-000002.npz").write_bytes(next(iter(kept)).read_bytes()[:100])  # cut off, as by a full disk
     monkeypatch.setattr(module, "PART", 1800 * 10)
     assert same(
-        nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500, jobs=nsmaps.Jobs(checkpoint=tmp_path)), made
+        nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500, parallel=nsmaps.Parallel(checkpoint=tmp_path)),
+        made,
     )
     assert {file: file.stat().st_mtime_ns for file in kept} == kept, "they were read"
     assert len(list(tmp_path.glob("part-*.npz"))) == 13
@@ -293,7 +296,7 @@ def test_an_interrupted_chart_keeps_the_pixels_that_were_computed() -> None:
 
     plane = {"d": np.linspace(0.3, 0.36, 4), "r": np.linspace(0.45, 0.55, 4)}
     with pytest.raises(nsmaps.Interrupted) as stopped:
-        nsmaps.parameter_plane(PAIR, plane, STARTS, n_returns=64, transient=200, jobs=nsmaps.Jobs(part=2, progress=stop))
+        nsmaps.parameter_plane(PAIR, plane, STARTS, n_returns=64, transient=200, parallel=nsmaps.Parallel(part=2, progress=stop))
     assert str(stopped.value) == "stopped with 4 of 8 parts; `result` of this exception holds what was finished"
     whole, part = nsmaps.parameter_plane(PAIR, plane, STARTS, n_returns=64, transient=200), stopped.value.result
     assert part.computed.ravel().tolist() == [True] * 8 + [False] * 8

@@ -124,7 +124,7 @@ def test_the_branch_ends_where_impacts_accumulate_at_the_release():
     (end,) = branch.events
     assert end.precision < 2e-9
     for step, complete in ((-end.precision, True), (end.precision, False)):
-        gamma = mp.mpf(end.parameter) + step
+        gamma = mp.mpf(end.value) + step
         v, phase = after_release(gamma)
         assert (until_rest(gamma, R, v, phase) is not None) == complete
 
@@ -139,7 +139,7 @@ def test_the_inelastic_ball_lands_at_its_release(k):
     branch = continue_branch(lambda gamma: ball.at(Gamma=gamma), "Gamma", orbit, border - 0.1, (border - 0.5, border + 0.5))
     (end,) = branch.events
     assert end.kind == ENDS
-    assert abs(end.parameter - border) < 2 * end.precision < 1e-11
+    assert abs(end.value - border) < 2 * end.precision < 1e-11
 
 
 def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_end_of_its_rest():
@@ -152,7 +152,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     (above,), (below,) = (branch.events for branch in branches)
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
-    assert abs(below.parameter - 1 / np.hypot(1, k)) < 1e-11
+    assert abs(below.value - 1 / np.hypot(1, k)) < 1e-11
     curve = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "a", "drag"), below, k, ((0.5, 3.0), (0.1, 1.0)), step=0.2)
     a, drag = curve.parameters.T
     assert (drag[0], drag[-1]) == (0.1, 1.0)
@@ -163,7 +163,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
         phase, s = mp.asin(1 / (a * mp.sqrt(1 + k**2))) + mp.atan(k), 2 * mp.pi
         return (a * mp.cos(phase) + 1 / mp.mpf(k)) * (1 - mp.exp(-k * s)) / k - s / k
 
-    assert abs(above.parameter - float(mp.findroot(landing, above.parameter))) < 2 * above.precision < 1e-11
+    assert abs(above.value - float(mp.findroot(landing, above.value))) < 2 * above.precision < 1e-11
 
 
 def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_its_rest():
@@ -191,8 +191,8 @@ def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_it
 
     for event, equations in ((below, landings), (above, graze)):
         time = event.orbit.returns.time[[word == "BB" for word in event.orbit.words]][0]
-        exact = mp.findroot(equations, (event.parameter, time))[0]
-        assert abs(event.parameter - float(exact)) < 2 * event.precision < 1e-8
+        exact = mp.findroot(equations, (event.value, time))[0]
+        assert abs(event.value - float(exact)) < 2 * event.precision < 1e-8
 
 
 @pytest.mark.parametrize("value", [6.7, 6.9])
@@ -212,7 +212,7 @@ def test_a_graze_is_found_though_rounding_lets_the_release_dip(value):
         return height(a, released, first), height(a, there, s), mp.diff(lambda t: height(a, there, t), s)
 
     exact = mp.findroot(touching, (7.184, 13.4597, 7.328))[0]
-    assert abs(event.parameter - float(exact)) < event.precision < 1e-8
+    assert abs(event.value - float(exact)) < event.precision < 1e-8
 
 
 def test_where_another_impact_is_the_last_before_the_sum_no_border_of_the_motion_is_stated():
@@ -251,11 +251,11 @@ def measured(return_map, name, orbit, value, bounds, reach, orbits):
     branch = continue_branch(lambda x: return_map.at(**{name: x}), "x", orbit, value, bounds)
     end = branch.events[-1]
     assert end.kind == ENDS
-    found = chatter_cascade(lambda x: return_map.at(**{name: x}), name, end, (bounds[0], end.parameter + reach), orbits)
+    found = chatter_cascade(lambda x: return_map.at(**{name: x}), name, end, (bounds[0], end.value + reach), orbits)
     numbers = [each.impacts for each in found]
     assert numbers == list(range(numbers[0], numbers[0] + orbits))
     assert all(each.near.ended == "grazing" for each in found)
-    distances = np.array([each.near.events[-1].parameter - end.parameter for each in found])
+    distances = np.array([each.near.events[-1].value - end.value for each in found])
     scaling, ratios = chatter_scaling(return_map.parameters["r"]), distances[:-1] / distances[1:]
     part = scaling.parameter ** (1 - scaling.exponent)
     assert abs(ratios[-1] / scaling.parameter - 1) < 0.02

@@ -72,10 +72,10 @@ def test_a_branch_ends_where_that_of_the_impact_system_ends():
     branch = continue_branch(lambda gamma: BALL.at(Gamma=gamma), "Gamma", cycle, 1.3, (1.0, 2.0))
     (end,) = branch.events
     assert (cycle.words, end.kind) == (("B~B",), "end of complete chatter")
-    assert end.parameter == pytest.approx(1.59734883, abs=2e-8)
-    (first,) = chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", end, (1, end.parameter + 2e-6), 1)
+    assert end.value == pytest.approx(1.59734883, abs=2e-8)
+    (first,) = chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", end, (1, end.value + 2e-6), 1)
     assert (first.impacts, first.near.ended, first.far.ended) == (19, "grazing", "period doubling")
-    assert first.near.events[-1].parameter == pytest.approx(1.5973498688241232, abs=1e-13)  # of the impact system
+    assert first.near.events[-1].value == pytest.approx(1.5973498688241232, abs=1e-13)  # of the impact system
 
 
 @pytest.mark.parametrize(("name", "by"), [("Gamma", (1, 0)), ("r", (0, 1))])

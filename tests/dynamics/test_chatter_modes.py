@@ -85,7 +85,7 @@ def test_the_branch_ends_where_impacts_accumulate_at_the_release():
     (end,) = branch.events
     assert end.precision < 2e-9
     for step, complete in ((-end.precision, True), (end.precision, False)):
-        gamma = mp.mpf(end.parameter) + step
+        gamma = mp.mpf(end.value) + step
         assert (until_rest(gamma, 0.5, *after_release(gamma)) is not None) == complete
 
 
@@ -97,7 +97,7 @@ def test_the_inelastic_ball_lands_at_its_release():
     )
     (end,) = branch.events
     assert (cycle.words, end.kind) == (("cB_c",), ENDS)
-    assert abs(end.parameter - border) < 2 * end.precision < 1e-11
+    assert abs(end.value - border) < 2 * end.precision < 1e-11
 
 
 def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
@@ -153,7 +153,7 @@ def test_the_rest_and_its_end_are_those_of_the_impact_oscillator():
     other = continue_branch(lambda A: single.at(A=A), "A", landed, 1.67, (1.66, 1.69), step=0.2)
     ends = branch.events[-1], other.events[-1]
     assert [end.kind for end in ends] == [ENDS, ENDS]
-    assert abs(ends[0].parameter - ends[1].parameter) < ends[0].precision + ends[1].precision < 3e-8
+    assert abs(ends[0].value - ends[1].value) < ends[0].precision + ends[1].precision < 3e-8
 
 
 class Held(TwoMasses):

@@ -147,7 +147,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     start = nsmaps.periodic_orbit(system, [11.763, 0.537])
     branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), "down")
     event = branch.of_kind("border collision")[0]
-    assert event.parameter == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
+    assert event.value == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
     found = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "E", "a1"), event, 8.4, ((11.5, 12.5), (8.3, 8.5)), step=0.4)
     voltage, gain = found.parameters.T
     assert len(gain) > 4

@@ -236,15 +236,17 @@ def test_a_system_with_modes():
 
 
 def test_parts_elsewhere_and_kept_give_the_same_digits(tmp_path):
-    def run(jobs):
-        return nsmaps.global_continuation(Cubic, "p", [-0.2, 0.12, 0.2], BOX, n_samples=60, max_returns=500, n_kicks=4, jobs=jobs)
+    def run(parallel):
+        return nsmaps.global_continuation(
+            Cubic, "p", [-0.2, 0.12, 0.2], BOX, n_samples=60, max_returns=500, n_kicks=4, parallel=parallel
+        )
 
-    alone, again = run(nsmaps.Jobs()), run(nsmaps.Jobs(checkpoint=tmp_path))
+    alone, again = run(nsmaps.Parallel()), run(nsmaps.Parallel(checkpoint=tmp_path))
     files = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("part-*.npz")}
     assert len(files) == 3 + 2
     with ProcessPoolExecutor(1) as pool:
-        elsewhere = run(nsmaps.Jobs(executor=pool))
-    read = run(nsmaps.Jobs(checkpoint=tmp_path))
+        elsewhere = run(nsmaps.Parallel(executor=pool))
+    read = run(nsmaps.Parallel(checkpoint=tmp_path))
     assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("part-*.npz")} == files
     for other in (again, elsewhere, read):
         assert other.reasons == alone.reasons
@@ -264,7 +266,7 @@ def test_what_was_finished_before_ctrl_c_is_kept(calls):
     values = [-0.2, 0.0, 0.2]
     with pytest.raises(nsmaps.Interrupted) as stopped:
         nsmaps.global_continuation(
-            Cubic, "p", values, BOX, n_samples=60, max_returns=500, n_kicks=4, jobs=nsmaps.Jobs(progress=stop)
+            Cubic, "p", values, BOX, n_samples=60, max_returns=500, n_kicks=4, parallel=nsmaps.Parallel(progress=stop)
         )
     made = stopped.value.result
     assert told == sorted(told)

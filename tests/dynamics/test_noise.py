@@ -151,7 +151,7 @@ def test_realisations_depend_on_seed_and_number_alone(pair):
     noise, system = Noise(sigma=0.03, tau=0.5), pair(0.3)
     alone = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=4)
     with ThreadPoolExecutor(2) as pool:
-        pooled = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4, jobs=nsmaps.Jobs(pool))
+        pooled = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4, parallel=nsmaps.Parallel(pool))
     many = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4)
     other = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=5)
     assert np.array_equal(alone.states, many.states[:, :3])
@@ -164,7 +164,7 @@ def test_processes_give_the_same_numbers(pair):
     noise = Noise(sigma=0.03, tau=0.5)
     here = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4)
     with ProcessPoolExecutor(1) as pool:
-        there = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4, jobs=nsmaps.Jobs(pool))
+        there = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4, parallel=nsmaps.Parallel(pool))
     assert np.array_equal(here.states, there.states)
 
 

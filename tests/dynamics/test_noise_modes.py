@@ -16,7 +16,7 @@ from nsmaps_vi_pair import VIPair
 from scipy.linalg import solve_continuous_lyapunov
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Jobs, Noise, PoincareSection, SlidingSurface, noisy_orbits
+from nsmaps import Guard, HybridSystem, Noise, Parallel, PoincareSection, SlidingSurface, noisy_orbits
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.noise.orbits import exact_step
@@ -265,8 +265,8 @@ def test_results_depend_on_seeds_alone():
     how = [0.84, 0.19, -0.67, 0.32], 6, LOUD, 20, 4
     alone = noisy_orbits(PAIR, *how)
     with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2) as processes:
-        for jobs in (Jobs(threads, part=3), Jobs(processes, part=7)):
-            assert np.array_equal(noisy_orbits(PAIR, *how, jobs=jobs).states, alone.states)
+        for parallel in (Parallel(threads, part=3), Parallel(processes, part=7)):
+            assert np.array_equal(noisy_orbits(PAIR, *how, parallel=parallel).states, alone.states)
     assert np.array_equal(noisy_orbits(PAIR, how[0], 4, LOUD, 20, 4).states, alone.states[:5])
     assert not np.array_equal(noisy_orbits(PAIR, how[0], 6, LOUD, 20, 5).states, alone.states)
     assert len({*alone.states[3, :, 0].tolist()}) == 20

@@ -88,7 +88,7 @@ def test_realisations_depend_on_the_seed_alone():
     first = nsmaps.noisy_orbits(Linear(), START, 300, NOISE, 20, seed=5)
     with ThreadPoolExecutor(2) as pool:
         others = (
-            nsmaps.noisy_orbits(Linear(), START, 300, NOISE, 20, seed=5, jobs=nsmaps.Jobs(pool, part=3)),
+            nsmaps.noisy_orbits(Linear(), START, 300, NOISE, 20, seed=5, parallel=nsmaps.Parallel(pool, part=3)),
             nsmaps.noisy_orbits(Program(), START, 300, NOISE, 20, seed=5),
         )
     for other in others:

@@ -94,7 +94,7 @@ def test_a_diagram_has_the_means_of_its_attractors(pair: ImpactSystem) -> None:
         assert np.nanmax(found.per_period.error[k]) < 1e-9
     assert (found.per_return.error[2, 0] > 1e-6).any()
     assert np.isnan(found.per_time.value[3]).all()
-    parts = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64, jobs=nsmaps.Jobs(part=1))
+    parts = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64, parallel=nsmaps.Parallel(part=1))
     assert np.array_equal(parts.per_time.value, found.per_time.value, equal_nan=True)
 
 

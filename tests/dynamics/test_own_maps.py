@@ -95,7 +95,7 @@ def test_rows_without_a_state_do_not_reach_a_map():
 
 def test_a_batch_of_returns_is_that_of_single_ones():
     starts = np.random.default_rng(5).uniform(-1, 1, (5, 2))
-    parts = nsmaps.return_batch(Lozi(), starts, 4, derivative=True, jobs=nsmaps.Jobs(part=2))
+    parts = nsmaps.return_batch(Lozi(), starts, 4, derivative=True, parallel=nsmaps.Parallel(part=2))
     whole = nsmaps.return_batch(Lozi(), starts, 4, derivative=True)
     x = starts
     for k in range(4):

@@ -83,11 +83,11 @@ def numbers(result: Any) -> list[Any]:
 @pytest.mark.parametrize("name", SWEEPS)
 def test_two_processes_and_a_folder_have_the_numbers_of_one(name: str, two: Executor, tmp_path: Path) -> None:
     here = numbers(SWEEPS[name]())
-    assert numbers(SWEEPS[name](jobs=nsmaps.Jobs(two, tmp_path))) == here
+    assert numbers(SWEEPS[name](parallel=nsmaps.Parallel(two, tmp_path))) == here
     files = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")}
     assert len(files) == {"lyapunov up": 1, "impacts": 1}.get(name, len(files))
     assert len(files) > 1 or name in ("lyapunov up", "impacts")
-    assert numbers(SWEEPS[name](jobs=nsmaps.Jobs(checkpoint=tmp_path))) == here
+    assert numbers(SWEEPS[name](parallel=nsmaps.Parallel(checkpoint=tmp_path))) == here
     assert {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.npz")} == files, "nothing is written again"
 
 
@@ -134,10 +134,10 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run(jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept", progress=stop))
+        run(parallel=nsmaps.Parallel(checkpoint=tmp_path / "kept", progress=stop))
     before = (tmp_path / "note").read_text().split()
     shares: list[float] = []
-    again = run(jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept", progress=shares.append))
+    again = run(parallel=nsmaps.Parallel(checkpoint=tmp_path / "kept", progress=shares.append))
     after = (tmp_path / "note").read_text().split()[len(before) :]
     once = sorted(map(str, values)) if follow is None else sorted(map(str, values * 2))
     assert sorted(before + after) == once, "each value of each part once"
@@ -155,7 +155,7 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
             n_returns=20,
             transient=301,
             direction=follow,
-            jobs=nsmaps.Jobs(checkpoint=tmp_path / "kept"),
+            parallel=nsmaps.Parallel(checkpoint=tmp_path / "kept"),
         )
 
 
@@ -163,7 +163,7 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
 def test_a_part_of_any_size_has_the_same_numbers(name: str, tmp_path: Path) -> None:
     here = numbers(SWEEPS[name]())
     shares: list[float] = []
-    made = SWEEPS[name](jobs=nsmaps.Jobs(checkpoint=tmp_path, part=3, progress=shares.append))
+    made = SWEEPS[name](parallel=nsmaps.Parallel(checkpoint=tmp_path, part=3, progress=shares.append))
     assert numbers(made) == here
     assert shares == sorted(shares)
     assert shares[-1] == 1
@@ -180,7 +180,7 @@ def stopped(run: Callable[..., Any], after: int = 2) -> Any:
             raise KeyboardInterrupt
 
     with ThreadPoolExecutor(1) as executor, pytest.raises(nsmaps.Interrupted) as interrupted:
-        run(jobs=nsmaps.Jobs(executor, progress=stop))
+        run(parallel=nsmaps.Parallel(executor, progress=stop))
     return interrupted.value.result
 
 
@@ -205,7 +205,7 @@ def test_basins_that_are_not_divided_are_interrupted_with_what_has_arrived() -> 
             raise KeyboardInterrupt
 
     with pytest.raises(nsmaps.Interrupted) as interrupted:
-        nsmaps.basins(BISTABLE, starts, whole.attractors, 300, jobs=nsmaps.Jobs(progress=stop))
+        nsmaps.basins(BISTABLE, starts, whole.attractors, 300, parallel=nsmaps.Parallel(progress=stop))
     result = interrupted.value.result
     arrived = result.label >= 0
     assert 0 < arrived.sum() < (whole.label >= 0).sum()
@@ -219,8 +219,8 @@ def test_of_interrupted_noise_and_batches_there_are_the_first() -> None:
     starts = np.random.default_rng(3).uniform([0.1, 0], [1, 6], (7, 2))
     batch = partial(nsmaps.return_batch, PAIR, n=3)
 
-    def run(jobs: nsmaps.Jobs) -> Returns:
-        return batch(starts, jobs=replace(jobs, part=2))
+    def run(parallel: nsmaps.Parallel) -> Returns:
+        return batch(starts, parallel=replace(parallel, part=2))
 
     assert numbers(stopped(run)) == numbers(batch(starts[:4]))
 
@@ -244,7 +244,7 @@ def test_labels_do_not_depend_on_chunks() -> None:
     known = find_attractors(BISTABLE, starts[:20], 300)
     alone = [nsmaps.basins(BISTABLE, start[None], known, 300).label.item() for start in starts]
     with ThreadPoolExecutor(1) as executor:
-        assert nsmaps.basins(BISTABLE, starts, known, 300, jobs=nsmaps.Jobs(executor)).label.tolist() == alone
+        assert nsmaps.basins(BISTABLE, starts, known, 300, parallel=nsmaps.Parallel(executor)).label.tolist() == alone
 
 
 @again
@@ -262,7 +262,7 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
             if len(shares) == 2:
                 os.kill(pid, signal.SIGKILL)
 
-        there = DIAGRAM(jobs=nsmaps.Jobs(client.get_executor(pure=False), tmp_path, progress=kill_one))
+        there = DIAGRAM(parallel=nsmaps.Parallel(client.get_executor(pure=False), tmp_path, progress=kill_one))
         assert len({pid, other, os.getpid()}) == 3
     assert shares == sorted(shares)
     assert (len(shares) > 2, shares[-1]) == (True, 1.0)

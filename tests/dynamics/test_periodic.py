@@ -76,17 +76,17 @@ def test_what_does_not_converge_says_so(pair):
 def test_first_doubling(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
     (found,) = continue_branch(pair, "p", fixed, 0.35, (0.30, 0.35), "down").of_kind("period doubling")
-    assert abs(found.parameter - DOUBLING) < 1e-8
+    assert abs(found.value - DOUBLING) < 1e-8
     assert np.allclose(found.orbit.states, [[0.804034, 0.313096]], atol=5e-7)
     assert np.allclose(found.orbit.multipliers, [-1, -0.0625], atol=1e-8)  # their product is r^4
-    for d, settled in ((found.parameter + 1e-3, 1), (found.parameter - 1e-3, 2)):
+    for d, settled in ((found.value + 1e-3, 1), (found.value - 1e-3, 2)):
         assert nsmaps.bifurcation_diagram(pair, "d", [d], [0.8, 0.31], transient=20_000).period.item() == settled
 
 
 def test_second_doubling_is_between_settled_cycles(pair):
     cycle = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
     (found,) = continue_branch(pair, "p", cycle, 0.30, (0.27, 0.30), "down").of_kind("period doubling")
-    around = [found.parameter + 1e-3, found.parameter - 1e-3]
+    around = [found.value + 1e-3, found.value - 1e-3]
     assert nsmaps.bifurcation_diagram(pair, "d", around, found.orbit.states[0], transient=20_000).period.ravel().tolist() == [
         2,
         4,

@@ -47,7 +47,7 @@ def test_a_cycle_of_a_gap_map_ends_where_a_state_is_at_the_border(p, q):
     return_map, cycle = gap(float((low + high) / 2), q)
     for direction, end, letter, other in (("down", low, "R", "L"), ("up", high, "L", "R")):
         _, event = ending(return_map, "mu", cycle, (-0.1, 1.1), direction)
-        assert abs(event.parameter - float(end)) <= event.precision < 1e-13
+        assert abs(event.value - float(end)) <= event.precision < 1e-13
         assert event.border == GAP
         k = event.at.states[0]
         assert (cycle.words[k], event.orbit.states[k, 0]) == (letter, pytest.approx(0, abs=EXACT))
@@ -72,7 +72,7 @@ def test_a_fixed_point_of_tents_passes_the_border_and_doubles_there():
     """For mu < 0 L with the multiplier 1/2; for mu > 0 R with -3/2, unstable, and LR with -3/4."""
     return_map = BorderCollision1(a_L=0.5, a_R=-1.5, mu=-0.5)
     first, event = ending(return_map, "mu", nsmaps.periodic_orbit(return_map, [-1.0]), (-1, 1), "up")
-    assert abs(event.parameter) <= event.precision < 1e-13
+    assert abs(event.value) <= event.precision < 1e-13
     assert (event.border, event.detail) == (
         PERSISTENCE + WITH_DOUBLING,
         "state 1 (L) at x = 0, beyond which is R; multipliers 0.5 and -1.5",
@@ -105,7 +105,7 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     cycle = nsmaps.periodic_orbit(return_map, [[-0.5, -0.5], [-0.3, 0.4], [1.3, 0.2]], 3)
     assert sorted(cycle.words) == ["L", "L", "R"]
     _, event = ending(return_map, "tau_R", cycle, (-4, 0), "up")
-    assert event.parameter == pytest.approx(-1.02, abs=1e-13)
+    assert event.value == pytest.approx(-1.02, abs=1e-13)
     assert event.border == NONSMOOTH_FOLD
     curve = nsmaps.bifurcation_curve(Along(return_map, "tau_R", "delta_R"), event, 0.9, ((-3, 0), (0.5, 2)), step=0.2)
     assert curve.ended[1].startswith("state 1 is at x = 0 too, two borders at once")
@@ -115,7 +115,7 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     assert (partner.values[1:] < -1.02).all()
     gone, at = ending(return_map, "tau_R", cycle, (-4, 0), "down")
     assert at.kind == "cycle at infinity"
-    assert at.parameter == pytest.approx(float(infinite), abs=1e-12)
+    assert at.value == pytest.approx(float(infinite), abs=1e-12)
     assert len(gone.values) < 100
 
 
@@ -137,7 +137,7 @@ def test_square_roots_have_an_infinite_slope_at_the_border():
     return_map = SquareRoot(a=0.5, mu=0.5625)
     cycle = nsmaps.periodic_orbit(return_map, [0.49], 2)
     _, event = ending(return_map, "mu", cycle, (0.1, 1.2), "up")
-    assert event.parameter == pytest.approx(1.0, abs=1e-14)
+    assert event.value == pytest.approx(1.0, abs=1e-14)
     assert event.border == NONSMOOTH_FOLD
     assert event.detail.endswith("(L) at x = 0, beyond which is R; the slope of R is infinite")
     curve = nsmaps.bifurcation_curve(Along(return_map, "mu", "a"), event, 0.5, ((0.1, 1.2), (0.1, 0.9)), step=0.2)
@@ -145,12 +145,12 @@ def test_square_roots_have_an_infinite_slope_at_the_border():
     plane = SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)
     cycle = nsmaps.periodic_orbit(plane, nsmaps.orbit(plane, [0.1, 0.0], 300).final, 3)
     _, event = ending(plane, "rho", cycle, (0.005, 0.5), "up")
-    assert event.parameter == pytest.approx(0.169720659347409857371, abs=1e-15)
+    assert event.value == pytest.approx(0.169720659347409857371, abs=1e-15)
     whole = period_doubling_cascade(
         return_map, "mu", nsmaps.periodic_orbit(return_map.at(mu=-0.5), [-1.0]), -0.5, (-1, 1), n_doublings=1, step=0.1
     )
     assert [str(branch.words[0, 0]) for branch in whole] == ["L", "R"]
-    assert whole[1].events[0].parameter == pytest.approx(0.75, abs=1e-12)  # 1/(2 sqrt(x)) = 1 at x = 1/4
+    assert whole[1].events[0].value == pytest.approx(0.75, abs=1e-12)  # 1/(2 sqrt(x)) = 1 at x = 1/4
     low = nsmaps.periodic_orbit(return_map.at(mu=0.07), [0.0596], 3)
     _, event = ending(return_map.at(mu=0.07), "mu", low, (0.0, 0.2), "down")
     assert event.kind == "period doubling" or event.detail.startswith("all 3 states")
@@ -165,14 +165,14 @@ def test_borders_lie_at_the_cut_of_an_angle_too():
     for direction in ("down", "up"):
         _, event = ending(plateau, "Omega", cycle, (0.0, 1.0), direction)
         assert event.border == NONSMOOTH_FOLD
-        places.append((event.parameter, event.detail.split(" at ")[1].split(",")[0]))
+        places.append((event.value, event.detail.split(" at ")[1].split(",")[0]))
     (low, at_low), (high, at_high) = places
     assert (low, high) == pytest.approx((1 / 6, 1 / 3), abs=1e-14)
     assert (at_high, at_low) == ("phi = 0", "phi = 2*pi*(1 - w)")
     gapped = GapCircleMap(a=0.5, b=0.75)
     cycle = nsmaps.periodic_orbit(gapped, nsmaps.orbit(gapped, [0.1], 100).final, 2)
     ends = [ending(gapped, "b", cycle, (0.5, 0.99), direction)[1] for direction in ("down", "up")]
-    assert [event.parameter for event in ends] == pytest.approx([2 / 3, 5 / 6], abs=1e-14)
+    assert [event.value for event in ends] == pytest.approx([2 / 3, 5 / 6], abs=1e-14)
     assert [event.border for event in ends] == [GAP, GAP]
 
 
@@ -191,7 +191,7 @@ def test_a_jump_to_another_state_of_the_cycle_is_one():
     return_map, cycle = gap(0.0118, 7)
     branch = continue_branch(lambda mu: Hidden(return_map.at(mu=mu)), "mu", cycle, 0.0118, (-0.1, 1.1), step=0.1)
     assert branch.events[-1].border == GAP
-    assert branch.events[-1].parameter == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there
+    assert branch.events[-1].value == pytest.approx(2 / 127, abs=3e-8)  # mu (2 - 2^-6) is 1 / 32 there
 
 
 def test_events_on_the_way_to_infinity_are_met():
@@ -200,7 +200,7 @@ def test_events_on_the_way_to_infinity_are_met():
     branch = continue_branch(
         return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1
     )
-    found = [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in branch.events]
+    found = [(event.kind, pytest.approx(event.value, abs=1e-12)) for event in branch.events]
     assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]
 
 

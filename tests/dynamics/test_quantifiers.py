@@ -77,11 +77,13 @@ def test_attractors_over_a_parameter_have_quantifiers():
 def test_processes_receive_functions_of_modules():
     plane, how = {"r": [2.5, 3.2], "height": [1.0, 2.0]}, {"n_returns": 64, "transient": 1000, "max_period": 4}
     with ProcessPoolExecutor(1, get_context("fork")) as executor:
-        jobs = nsmaps.Jobs(executor=executor)
-        made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, jobs=jobs)
+        parallel = nsmaps.Parallel(executor=executor)
+        made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, parallel=parallel)
         assert made.quantifiers["mean"][1, 1, 0] == pytest.approx(2 * 4.2 / 6.4)
         with pytest.raises(nsmaps.NsmapsError, match=r"quantifier 'm' is .*<lambda>.* not a function of a module; expected"):
-            nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, jobs=jobs)
+            nsmaps.parameter_plane(
+                Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, parallel=parallel
+            )
 
 
 @pytest.mark.parametrize(

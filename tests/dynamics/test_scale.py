@@ -184,7 +184,7 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
 
     branch = nsmaps.continue_branch(along, "p", on_it, 0.3, (0.1, 1.0), step=0.05)
     (event,) = branch.events
-    assert (event.kind, event.parameter) == ("period doubling", pytest.approx(0.75 * 0.7**2, abs=1e-10))
+    assert (event.kind, event.value) == ("period doubling", pytest.approx(0.75 * 0.7**2, abs=1e-10))
     assert len(branch.values) < 30
     doubled = nsmaps.switch_branch(along, "p", event, (0.1, 0.6), step=0.05)
     assert doubled.ended == "the range ends at 0.6"

@@ -27,7 +27,7 @@ def test_points_without_a_map_are_data(pair):
         return pair(0.3).at(d=d, r=r)
 
     seen = []
-    made = stability_diagram(of, {"d": [0.35, -0.1], "r": [0.5, 1.5]}, [0.8, 0.4], jobs=nsmaps.Jobs(progress=seen.append))
+    made = stability_diagram(of, {"d": [0.35, -0.1], "r": [0.5, 1.5]}, [0.8, 0.4], parallel=nsmaps.Parallel(progress=seen.append))
     assert made.period.tolist() == [[1, -1], [-1, -1]]
     assert made.labels.tolist() == [["1:1/T", ""], ["", ""]]
     assert made.outcome.tolist() == [[Outcome.returned, Outcome.invalid], [Outcome.invalid] * 2]

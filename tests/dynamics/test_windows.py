@@ -40,7 +40,7 @@ def test_a_border_is_the_period_doubling_of_the_branch(paper, doubling, count, d
     doubled, single = found
     assert (doubled.high.kind, single.low.kind) == ("period halving", "period doubling")
     for border in (doubled.high, single.low):
-        assert border.value == pytest.approx(doubling.parameter, abs=2 * border.precision + doubling.precision)
+        assert border.value == pytest.approx(doubling.value, abs=2 * border.precision + doubling.precision)
         assert border.precision <= LOCATED * 0.07
     assert (doubled.low.kind, doubled.low.value, single.high.value) == ("end of the range", 0.28, 0.35)
 

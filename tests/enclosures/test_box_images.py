@@ -8,7 +8,7 @@ from exported import Disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsmaps import load_study, run
+from nsmaps import load_study, run_study
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.auxiliary.full_map import FullAuxiliaryMap
 from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
@@ -203,7 +203,7 @@ def studied():
             "auxiliary_map": None,
             "figures": (),
         }
-        made[name] = run(study.model_copy(update=bare)).composite
+        made[name] = run_study(study.model_copy(update=bare)).composite
     return made
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import Jobs, return_batch
+from nsmaps import Parallel, return_batch
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.surfaces.sweep import sweep
 
@@ -40,11 +40,11 @@ def test_parts_are_the_whole(name):
     system, states = nsmaps.load_system(name, **SYSTEMS[name]), starts(60)
     whole = system.orbits(states, 4, derivative=True)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(system, states, 4, derivative=True, jobs=Jobs(executor, part=20))
+        parts = return_batch(system, states, 4, derivative=True, parallel=Parallel(executor, part=20))
     assert same(whole, parts)
     assert (parts.walls, parts.integrated) == (whole.walls, whole.integrated)
     assert same(return_batch(system, states, 4, derivative=True), whole)
-    first = return_batch(system, states, jobs=Jobs(executor=None, checkpoint=None, part=20))
+    first = return_batch(system, states, parallel=Parallel(executor=None, checkpoint=None, part=20))
     assert first.derivative is None
     assert np.array_equal(first.image, system.first_return(states).image, equal_nan=True)
 
@@ -53,10 +53,10 @@ def test_integrated_returns_in_two_processes_and_from_a_folder(tmp_path):
     pytest.importorskip("heyoka")
     system, states = nsmaps.load_system("duffing", **SYSTEMS["duffing"]), starts(40)
     with ProcessPoolExecutor(2) as executor:
-        made = return_batch(system, states, 2, True, jobs=Jobs(executor, tmp_path, part=10))
+        made = return_batch(system, states, 2, True, parallel=Parallel(executor, tmp_path, part=10))
     assert same(made, system.orbits(states, 2, True))
     assert len(list(tmp_path.glob("part-*.npz"))) == 4
-    assert same(return_batch(system, states, 2, True, jobs=Jobs(checkpoint=tmp_path, part=10)), made)
+    assert same(return_batch(system, states, 2, True, parallel=Parallel(checkpoint=tmp_path, part=10)), made)
 
 
 def test_a_fitted_map_of_several_returns_in_parts():
@@ -71,7 +71,7 @@ def test_a_fitted_map_of_several_returns_in_parts():
     states = np.linspace(0.05, 1.95, 12)[:, None]
     whole = return_map.orbits(states, 3)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(return_map, states, 3, jobs=Jobs(executor, part=4))
+        parts = return_batch(return_map, states, 3, parallel=Parallel(executor, part=4))
     assert whole.numbers[:12].tolist() == [1] * 6 + [2] * 6
     assert parts.numbers.tolist() == whole.numbers.tolist()
     assert parts.fitted
@@ -90,7 +90,7 @@ def test_a_sweep_says_that_flights_are_integrated():
 def test_no_states_and_what_is_refused():
     system = nsmaps.load_system("vi_pair", **SYSTEMS["vi_pair"])
     with ThreadPoolExecutor(1) as executor:
-        assert len(return_batch(system, np.empty((0, 2)), 3, jobs=Jobs(executor))) == 0
+        assert len(return_batch(system, np.empty((0, 2)), 3, parallel=Parallel(executor))) == 0
     with pytest.raises(NsmapsError, match="n is 0; expected: at least one return"):
         return_batch(system, starts(5), 0)
     with pytest.raises(StateError):

@@ -120,7 +120,7 @@ def test_the_first_contact_of_a_motion_without_any():
     branch = nsmaps.continue_branch(at, "p", orbit, 0.79, (0.78, 0.82))
     (found,) = branch.events
     assert (found.kind, found.detail) == ("grazing", "a clearance is zero")
-    assert found.parameter == pytest.approx(value, rel=1e-12)
+    assert found.value == pytest.approx(value, rel=1e-12)
 
 
 class Ball(HybridSystem):

@@ -43,7 +43,7 @@ def test_a_torus_begins_where_damping_vanishes():
     assert start.multipliers[0].imag > 0.5
     branch = nsmaps.continue_branch(Stop(zeta=0.05), "zeta", start, 0.05, (-0.02, 0.06), "down")
     (torus,) = [event for event in branch.events if event.kind == "Neimark-Sacker"]
-    assert abs(torus.parameter) < 1e-11
+    assert abs(torus.value) < 1e-11
     assert np.abs(torus.orbit.multipliers) == pytest.approx(1, abs=1e-10)
 
 

@@ -109,7 +109,7 @@ def test_a_doubling_where_40_digits_have_it(name, share):
     orbit = nsmaps.periodic_orbit(at(low), numbers(event["point"]))
     branch = nsmaps.continue_branch(at, "p", orbit, low, (low, high))
     (found,) = [each for each in branch.events if each.kind == "period doubling"]
-    assert found.parameter == pytest.approx(value, rel=1e-11)
+    assert found.value == pytest.approx(value, rel=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +128,7 @@ def test_a_graze_and_a_loss_of_symmetry_where_40_digits_have_them(name, kind, sh
     branch = nsmaps.continue_branch(at, "p", nsmaps.periodic_orbit(at(low), settled), low, (low, high))
     (found,) = branch.events
     assert found.kind == kind
-    assert found.parameter == pytest.approx(value, rel=1e-11)
+    assert found.value == pytest.approx(value, rel=1e-11)
 
 
 def test_without_recoil_it_is_the_vibro_impact_pair():

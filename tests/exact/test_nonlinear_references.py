@@ -126,7 +126,7 @@ def test_a_bifurcation_where_30_digits_have_it(file, kind, share):
         until=(kind,),
     )
     (found,) = branch.of_kind(kind)
-    assert found.parameter == pytest.approx(value, rel=1e-10)
+    assert found.value == pytest.approx(value, rel=1e-10)
     assert np.abs(found.orbit.states[0] - in_coordinates(file, section, one["point"])).max() < 1e-5
 
 
@@ -138,7 +138,7 @@ def test_the_cycle_of_the_valve_grazes_its_seat_where_30_digits_have_it():
     branch = nsmaps.continue_branch(map_of, "p", orbit, 7.6, (7.5, 7.7), "down")
     (found,) = branch.events
     assert found.kind == "grazing"
-    assert found.parameter == pytest.approx(value, rel=1e-10)
+    assert found.value == pytest.approx(value, rel=1e-10)
     assert found.orbit.states[0] == pytest.approx(np.array(one["point"], float), rel=1e-6)
 
 
@@ -155,7 +155,7 @@ def test_the_cycle_of_the_valve_shrinks_to_its_equilibrium():
     branch = nsmaps.continue_branch(map_of, "p", orbit, 8.46, (8.4, 8.5), "up")
     (event,) = branch.events
     assert event.kind == branch.ended == "Hopf bifurcation"
-    assert event.parameter == pytest.approx(value, rel=1e-10)
+    assert event.value == pytest.approx(value, rel=1e-10)
     assert event.orbit.states[0] == pytest.approx([float(x), float(x + delta)], rel=1e-4)
 
 

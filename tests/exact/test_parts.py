@@ -16,7 +16,7 @@ from stumbles import again
 import nsmaps
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.sweep import sweep
-from nsmaps.parallel import SERIAL, Arrays, Jobs
+from nsmaps.parallel import SERIAL, Arrays, Parallel
 
 
 def square(x: float, note: str = "") -> Arrays:
@@ -44,10 +44,10 @@ def test_the_same_everywhere(make) -> None:
     parts = [(float(x),) for x in range(5)]
     shares: list[float] = []
     if make is None:
-        found = Jobs(progress=shares.append).run(square, parts)
+        found = Parallel(progress=shares.append).run(square, parts)
     else:
         with make() as executor:
-            found = Jobs(executor, progress=shares.append).run(square, parts)
+            found = Parallel(executor, progress=shares.append).run(square, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0]
     assert shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
@@ -61,39 +61,39 @@ def test_what_is_finished_is_kept_and_taken_up(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(nsmaps.Interrupted) as stopped:
-        Jobs(checkpoint=tmp_path / "kept", progress=stop).run(square, parts)
+        Parallel(checkpoint=tmp_path / "kept", progress=stop).run(square, parts)
     assert {number: part["square"].item() for number, part in stopped.value.result.items()} == {0: 0.0, 1: 1.0, 2: 4.0}
     assert note.read_text().split() == ["0.0", "1.0", "2.0"]
-    found = Jobs(checkpoint=tmp_path / "kept").run(square, parts)
+    found = Parallel(checkpoint=tmp_path / "kept").run(square, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
     assert note.read_text().split() == ["0.0", "1.0", "2.0", "3.0", "4.0", "5.0"], "each once"
     with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
-        Jobs(checkpoint=tmp_path / "kept").run(square, parts[:5])
+        Parallel(checkpoint=tmp_path / "kept").run(square, parts[:5])
 
 
 def test_an_unfinished_file_is_no_part(tmp_path: Path) -> None:
-    Jobs(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])
+    Parallel(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])
     (tmp_path / "part-000001.npz").rename(tmp_path / "part-000001.unfinished")
-    assert Jobs(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])[1]["square"].item() == 4.0
+    assert Parallel(checkpoint=tmp_path).run(square, [(1.0,), (2.0,)])[1]["square"].item() == 4.0
 
 
 def test_a_lost_worker_does_not_lose_the_sweep(tmp_path: Path) -> None:
     parts = [(float(x), os.getpid()) for x in range(6)]
     with ProcessPoolExecutor(2) as executor, pytest.warns(RuntimeWarning, match="workers were lost"):
-        found = Jobs(executor, tmp_path).run(dies_elsewhere, parts)
+        found = Parallel(executor, tmp_path).run(dies_elsewhere, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
 
 
 def test_an_error_of_a_part_is_an_error() -> None:
     with ProcessPoolExecutor(1) as executor, pytest.raises(TypeError):
-        Jobs(executor).run(square, [("x",)])
+        Parallel(executor).run(square, [("x",)])
 
 
 def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
-    with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.Along"):
-        Jobs(executor).run(first_of, [(lambda d: d, 0.3)])
+    with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.exact\.Along"):
+        Parallel(executor).run(first_of, [(lambda d: d, 0.3)])
     with pytest.raises(nsmaps.NsmapsError, match="cannot be recognised in another run"):
-        Jobs(checkpoint=tmp_path).run(first_of, [(lambda d: d, 0.3)])
+        Parallel(checkpoint=tmp_path).run(first_of, [(lambda d: d, 0.3)])
 
 
 def test_a_system_of_a_file_reaches_a_fresh_process(tmp_path: Path) -> None:
@@ -115,7 +115,7 @@ def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
 
     def kept() -> None:
         along = Along(nsmaps.load_system(f"{tmp_path / 'mine.py'}:Ball", a=0.9), "a")
-        Jobs(checkpoint=tmp_path / "kept").run(first_of, [(along, 0.9)])
+        Parallel(checkpoint=tmp_path / "kept").run(first_of, [(along, 0.9)])
 
     (tmp_path / "mine.py").write_text(BALL)
     kept()
@@ -141,7 +141,7 @@ def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
             if share == 2 / 8:
                 os.kill(pids[0], signal.SIGKILL)
 
-        there = Jobs(client.get_executor(pure=False), progress=kill_one).run(first_of, parts)
+        there = Parallel(client.get_executor(pure=False), progress=kill_one).run(first_of, parts)
     assert all(np.array_equal(a["image"], b["image"]) for a, b in zip(here, there, strict=True))
 
 
@@ -151,8 +151,8 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
     families = [nsmaps.WordFamily(name="BTB", words=("BTB",)), nsmaps.WordFamily(name="BB", words=("BB",))]
     here = sweep(system, "d", [0.26, 0.3, 0.35], grid, families)
     with ProcessPoolExecutor(2) as executor:
-        there = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, jobs=Jobs(executor, tmp_path))
-    again = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, jobs=Jobs(checkpoint=tmp_path))
+        there = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, parallel=Parallel(executor, tmp_path))
+    again = sweep(system, "d", [0.26, 0.3, 0.35], grid, families, parallel=Parallel(checkpoint=tmp_path))
     for other in (there, again):
         for (a, one), (b, two) in zip(here, other, strict=True):
             assert a == b
@@ -165,22 +165,22 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
 
 def test_a_broken_part_or_note_loses_nothing_else(tmp_path: Path) -> None:
     tasks = [(k,) for k in range(4)]
-    whole = Jobs(checkpoint=tmp_path).run(counted, tasks)
+    whole = Parallel(checkpoint=tmp_path).run(counted, tasks)
     for note in ("", '{"work'):
         (tmp_path / "parts.json").write_text(note)
         file = tmp_path / "part-000002.npz"
         file.write_bytes(file.read_bytes()[:50])
         COUNTED.clear()
-        again = Jobs(checkpoint=tmp_path).run(counted, tasks)
+        again = Parallel(checkpoint=tmp_path).run(counted, tasks)
         assert COUNTED == [2]
         assert [int(each["x"][0]) for each in again] == [int(each["x"][0]) for each in whole] == [0, 1, 2, 3]
 
 
 def test_parts_of_other_work_are_not_taken_where_the_note_is_broken(tmp_path: Path) -> None:
-    Jobs(checkpoint=tmp_path).run(counted, [(k,) for k in range(4)])
+    Parallel(checkpoint=tmp_path).run(counted, [(k,) for k in range(4)])
     (tmp_path / "parts.json").write_text("")
     COUNTED.clear()
-    Jobs(checkpoint=tmp_path).run(counted, [(k + 1,) for k in range(4)])
+    Parallel(checkpoint=tmp_path).run(counted, [(k + 1,) for k in range(4)])
     assert COUNTED == [1, 2, 3, 4]
 
 
@@ -203,23 +203,23 @@ def test_one_lost_part_leaves_the_others_to_their_workers(tmp_path: Path) -> Non
 
     COUNTED.clear()
     with Losing(1) as executor, pytest.warns(RuntimeWarning, match=r"workers were lost \(gone\); 1 of 4 parts are computed here"):
-        made = Jobs(executor).run(counted, [(k,) for k in range(4)])
+        made = Parallel(executor).run(counted, [(k,) for k in range(4)])
     assert COUNTED == [0, 2, 3, 1]
     assert [int(each["x"][0]) for each in made] == [0, 1, 2, 3]
 
 
 def test_what_is_no_executor_or_no_part_is_refused() -> None:
     with pytest.raises(nsmaps.NsmapsError, match=r"the executor is a int; expected: a concurrent\.futures\.Executor"):
-        Jobs(2)
+        Parallel(2)
     with pytest.raises(nsmaps.NsmapsError, match="a part has 0 items; expected: at least 1"):
-        Jobs(part=0)
+        Parallel(part=0)
 
 
 def test_the_items_of_parts_and_a_portion_with_a_folder_of_its_own(tmp_path: Path) -> None:
     assert SERIAL.cuts(5, 2) == [slice(0, 2), slice(2, 4), slice(4, 5)]
-    assert Jobs(part=3).cuts(5, 2) == [slice(0, 3), slice(3, 5)]
+    assert Parallel(part=3).cuts(5, 2) == [slice(0, 3), slice(3, 5)]
     shares: list[float] = []
-    portion = Jobs(checkpoint=tmp_path, progress=shares.append).share(0.5, 1.0, "second")
+    portion = Parallel(checkpoint=tmp_path, progress=shares.append).share(0.5, 1.0, "second")
     portion.run(square, [(1.0,), (2.0,)])
     assert shares == [0.75, 1.0]
     assert len(list((tmp_path / "second").glob("part-*.npz"))) == 2
@@ -233,5 +233,5 @@ def long_part(x: float) -> Arrays:
 
 def test_calls_within_a_part_do_not_report_as_the_whole() -> None:
     shares: list[float] = []
-    Jobs(progress=shares.append).run(long_part, [(1.0,), (2.0,)])
+    Parallel(progress=shares.append).run(long_part, [(1.0,), (2.0,)])
     assert shares == [0.5, 1.0]

@@ -118,9 +118,9 @@ def test_a_fixed_point_doubles_and_turns_into_a_circle_where_its_multipliers_say
     assert orbit.states[0] == pytest.approx([1 / 2.6, -0.4 / 2.6], abs=1e-14)
     assert sorted(abs(orbit.multipliers)) == pytest.approx(sorted(abs(np.roots([1, 1.2, 0.4]))), abs=1e-14)
     doubled = nsmaps.continue_branch(start, "tau_R", orbit, -1.2, (-1.6, -1.0), "down")
-    assert [(event.kind, pytest.approx(event.parameter, abs=1e-12)) for event in doubled.events] == [("period doubling", -1.4)]
+    assert [(event.kind, pytest.approx(event.value, abs=1e-12)) for event in doubled.events] == [("period doubling", -1.4)]
     turned = nsmaps.continue_branch(start, "delta_R", orbit, 0.4, (0.3, 1.2))
-    assert [(event.kind, pytest.approx(event.parameter, abs=1e-10)) for event in turned.events] == [("Neimark-Sacker", 1.0)]
+    assert [(event.kind, pytest.approx(event.value, abs=1e-10)) for event in turned.events] == [("Neimark-Sacker", 1.0)]
 
 
 def test_a_cycle_ends_at_its_gap():
@@ -128,7 +128,7 @@ def test_a_cycle_ends_at_its_gap():
     assert sorted(orbit.words) == ["L", "R"]
     for direction, end in (("down", 1 / 3), ("up", 2 / 3)):
         (event,) = nsmaps.continue_branch(Gap(), "mu", orbit, 0.5, (0.2, 0.8), direction).events
-        assert (event.kind, abs(event.parameter - end) <= event.precision < 1e-8) == ("border collision", True)
+        assert (event.kind, abs(event.value - end) <= event.precision < 1e-8) == ("border collision", True)
 
 
 def test_angles_are_on_the_circle():

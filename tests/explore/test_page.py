@@ -289,7 +289,7 @@ def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
     from nsmaps.explore.page.write import write_page
 
     (tmp_path / "ball.yaml").write_text(OTHER)
-    page.goto(write_page(nsmaps.run(tmp_path / "ball.yaml"), tmp_path).as_uri())
+    page.goto(write_page(nsmaps.run_study(tmp_path / "ball.yaml"), tmp_path).as_uri())
     page.locator("#motion-name[data-period]").wait_for()
     assert not page.locator("#control").is_visible()
     assert not page.locator("#diagram-part").is_visible()
@@ -306,7 +306,7 @@ def test_a_run_without_a_map_is_refused(tmp_path):
     with pytest.raises(
         NsmapsError, match="the page shows a composite map of two coordinates; expected: a study with 'composite'"
     ):
-        data_of(nsmaps.run(tmp_path / "bare.yaml"))
+        data_of(nsmaps.run_study(tmp_path / "bare.yaml"))
 
 
 MAP = """
@@ -371,7 +371,7 @@ def test_the_map_of_a_page_without_a_composite_map_is_that_of_the_formulas(tmp_p
     (tmp_path / "form.py").write_text(MAP)
     head = STUDY[: STUDY.index("composite:")]
     (tmp_path / "study.yaml").write_text(f"{head}orbits: [{{start: {{x: 0.1, y: 0.1}}, returns: 5}}]\n")
-    data = data_of(nsmaps.run(tmp_path / "study.yaml"))
+    data = data_of(nsmaps.run_study(tmp_path / "study.yaml"))
     assert [piece["name"] for piece in data["pieces"]] == ["L", "R"]
     assert len(set(data["colours"])) == 2
     assert data["parameter"] is None

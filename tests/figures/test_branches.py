@@ -28,7 +28,7 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     assert np.array_equal(dashed[2][~stable], one.points[~stable, 0, 1])
     assert np.isfinite(dashed[2]).sum() == (~stable).sum() + 1  # on to where it becomes stable
     marks = [(x.tolist(), y.tolist()) for style, x, y in drawn if style == "None"]
-    assert marks == [([event.parameter], event.orbit.states[:, 1].tolist())]
+    assert marks == [([event.value], event.orbit.states[:, 1].tolist())]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
     assert texts == ["stable", "unstable", "period doubling"]
     names = {text.get_text(): text for text in ax.texts}

@@ -214,7 +214,7 @@ basins: {returns: 60}
 
 def test_a_plane_through_four_coordinates_is_drawn(tmp_path):
     (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "0.04"))
-    made = nsmaps.run(nsmaps.load_study(tmp_path / "plane.yaml"))
+    made = nsmaps.run_study(nsmaps.load_study(tmp_path / "plane.yaml"))
     (words,), (surfaces,), (own,) = (draw(made, [name], tmp_path, dpi=40) for name in ("words", "surfaces", "basins"))
     assert all(path.stat().st_size > 1000 for path in (words, surfaces, own))
     assert made.surfaces["II"].start.shape[1] == 4
@@ -224,7 +224,7 @@ def test_a_plane_through_four_coordinates_is_drawn(tmp_path):
 
 def test_a_grid_of_three_directions_is_no_plane(tmp_path):
     (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "{from: 0, to: 0.1, points: 2}"))
-    made = nsmaps.run(nsmaps.load_study(tmp_path / "plane.yaml"))
+    made = nsmaps.run_study(nsmaps.load_study(tmp_path / "plane.yaml"))
     with pytest.raises(NsmapsError, match=r"the grid varies along v, v2, phi; expected: two coordinates, with the others held"):
         draw(made, ["words"], tmp_path)
 

@@ -28,7 +28,7 @@ def slip(tmp_path_factory):
     """The result of the study as read back from its folder."""
     folder = tmp_path_factory.mktemp("run")
     (folder / "slip.yaml").write_text(STUDY)
-    nsmaps.run(str(folder / "slip.yaml"), folder / "out")
+    nsmaps.run_study(str(folder / "slip.yaml"), folder / "out")
     return read_result(folder / "out")
 
 

@@ -102,7 +102,7 @@ def result(tmp_path_factory):
     part["noise"] = whole["noise"] | {"sigma": [0.005], "returns": 400, "realisations": 16}
     study = tmp_path_factory.mktemp("augmented") / "part.yaml"
     study.write_text(json.dumps(part))
-    return nsmaps.run(study)
+    return nsmaps.run_study(study)
 
 
 def test_2_1_motion_is_a_fixed_point_of_the_piece_of_two_returns(result):
@@ -153,7 +153,7 @@ def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
     system, start = pair(D, r=R, beta=np.pi / 6), np.array(two_to_one()[:2], float)
     exact = nsmaps.continue_branch(system, "d", nsmaps.periodic_orbit(system, start, 2), D, (D, 0.23), "up")
     (event,) = (event for event in exact.events if event.kind == "fold")
-    assert event.parameter == pytest.approx(fold(), abs=1e-9)
+    assert event.value == pytest.approx(fold(), abs=1e-9)
     assert fold() == pytest.approx(0.227713761, abs=1e-9)
     where = next(
         p["where"]
@@ -176,4 +176,4 @@ def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
     assert (orbit.period, orbit.label) == (2, "2:1, period 2")
     branch = nsmaps.continue_branch(along, "p", orbit, D, (D, 0.23), "up")
     (event,) = (event for event in branch.events if event.kind == "fold")
-    assert event.parameter == pytest.approx(fold(), abs=3e-5)
+    assert event.value == pytest.approx(fold(), abs=3e-5)

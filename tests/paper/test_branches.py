@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
-from nsmaps import run
+from nsmaps import run_study
 from nsmaps.plugins import study_files
 
 FIRST = 0.3241885434273126  #: by Newton's method on the implicit equations in 40 digits: tests/dynamics/test_branch.py
@@ -22,11 +22,11 @@ def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restituti
     study["stability"]["sweep"]["points"] = 41
     study["stability"]["across"] |= {"from": 0.45, "to": 0.55, "points": 3}
     Path("part.yaml").write_text(json.dumps(study))
-    made = run("part.yaml")
+    made = run_study("part.yaml")
     up, down, *doubled = made.branches["1:1"]
     assert (up.values[-1], down.values[-1]) == (0.4, 0.2)
     assert [branch.period for branch in doubled] == [2, 4, 8, 16]
-    at = np.array([branch.of_kind("period doubling")[0].parameter for branch in (down, *doubled)])
+    at = np.array([branch.of_kind("period doubling")[0].value for branch in (down, *doubled)])
     assert abs(at[0] - FIRST) < 1e-12
     ratios = np.diff(at)[:-1] / np.diff(at)[1:]
     assert abs(ratios[-1] - 4.669201609) < 0.1

@@ -32,7 +32,7 @@ def counted(name):
     with pytest.MonkeyPatch.context() as patch:
         for owner, asked in ((nsmaps.ImpactSystem, "image_boxes"), (Polynomials, "hulls")):
             patch.setattr(owner, asked, counting(getattr(owner, asked), counts))
-        return nsmaps.run(nsmaps.load_study(f"vi_pair/{name}")), counts
+        return nsmaps.run_study(nsmaps.load_study(f"vi_pair/{name}")), counts
 
 
 def counting(function, counts):
@@ -236,7 +236,7 @@ def test_a_required_box_of_a_piece_fails_where_another_piece_decides(tmp_path):
     (tmp_path / "s.yaml").write_text(
         "\n".join(line for line in text.splitlines() if "exact" not in line and "composite, map" not in line)
     )
-    result = nsmaps.run(tmp_path / "s.yaml")
+    result = nsmaps.run_study(tmp_path / "s.yaml")
     assert result.domains["fitted"].forward_invariant
     (failed,) = [each for each in result.verdicts if each.required and not each.holds]
     assert failed.text.startswith("no: the composite map carries 100 % of 100,000 states of the box of R1+, sampled, out of it")
@@ -355,14 +355,14 @@ def test_the_full_auxiliary_map_is_kept_with_a_run(tmp_path):
         "auxiliary_map: {domain: composite, update: 2, box: {v: [0.5, 1], phi: [0, 1]}, depth: 1, start: {v: 0.7, phi: 0.3}}\n"
     )
     (tmp_path / "s.yaml").write_text(f"{text}{domain}{section}")
-    made = nsmaps.run(tmp_path / "s.yaml", tmp_path / "out")
+    made = nsmaps.run_study(tmp_path / "s.yaml", tmp_path / "out")
     back = nsmaps.read_result(tmp_path / "out")
     assert np.array_equal(back.auxiliary_map.states, made.auxiliary_map.states)
     assert back.auxiliary_map.regions[0].box == pytest.approx(made.domains["composite"].boxes[1])
     assert back.auxiliary_exits.table() == made.auxiliary_exits.table()
     (tmp_path / "s.yaml").write_text(f"{text}{domain}{section}".replace("update: 2, box", "update: 3, box"))
     with pytest.raises(StudyError, match="update is 3, and domain 'composite' has 2; expected: one of these"):
-        nsmaps.run(tmp_path / "s.yaml")
+        nsmaps.run_study(tmp_path / "s.yaml")
 
 
 def test_the_generic_orbit_of_the_full_auxiliary_map_ends_between_p_and_q(case):

@@ -16,7 +16,7 @@ TERMS = {
 
 @pytest.fixture(scope="module")
 def fits():
-    return nsmaps.run("vi_pair/fits")
+    return nsmaps.run_study("vi_pair/fits")
 
 
 def near(fits, delta):

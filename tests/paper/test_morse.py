@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nsmaps import load_study, read_result, run
+from nsmaps import load_study, read_result, run_study
 from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.orbit import orbit
@@ -85,7 +85,7 @@ def test_the_fixed_points_of_case_fp(pair):
 
 
 def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
-    result = run(load_study("vi_pair/morse"), tmp_path / "run")
+    result = run_study(load_study("vi_pair/morse"), tmp_path / "run")
     assert result.holds
     (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: forward invariant"]
     assert verdict.required

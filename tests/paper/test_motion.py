@@ -14,7 +14,7 @@ from nsmaps.reduced.fit.filter import near_diagonal, own_slopes
 def motion(tmp_path_factory):
     """The study of the motion as it was run, and as it reads back."""
     folder = tmp_path_factory.mktemp("run")
-    return nsmaps.run("vi_pair/motion", folder), nsmaps.read_result(folder)
+    return nsmaps.run_study("vi_pair/motion", folder), nsmaps.read_result(folder)
 
 
 def test_what_is_kept_of_the_motion_reads_back(motion):
@@ -48,7 +48,7 @@ def test_a_run_draws_them(motion, tmp_path):
 
 def test_bttb_is_fast_and_beside_phase_zero():
     """Fig. ICPP02pi: at v <= 1 and phi <= pi there is BB and BTB alone, and above pi mostly BB at first."""
-    returns = nsmaps.run("vi_pair/window").returns
+    returns = nsmaps.run_study("vi_pair/window").returns
     v, phi = returns.start.T
     words = returns.words
     assert set(words[(v <= 1) & (phi <= np.pi)]) == {"BB", "BTB"}
@@ -59,7 +59,7 @@ def test_bttb_is_fast_and_beside_phase_zero():
 
 def test_stars_are_where_the_paper_has_them():
     """Fig. 2Dpi-2pi: BTB is near both gently for phi < pi/2, steeply beyond, never from pi on; fig. 2D0-2pi: BB is steep."""
-    result = nsmaps.run("vi_pair/projections")
+    result = nsmaps.run_study("vi_pair/projections")
     assert result.diagonal.slope == 2
     found = {}
     for name, surface in result.surfaces.items():

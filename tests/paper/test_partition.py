@@ -19,7 +19,7 @@ DEGREES = {"R2": (5, 5), "R4": (8, 4), "R5": (4, 3)}  # eqs. r2map, R4eqn, R5eqn
 
 @lru_cache
 def ran(name):
-    return nsmaps.run(nsmaps.load_study(f"vi_pair/{name}"))
+    return nsmaps.run_study(nsmaps.load_study(f"vi_pair/{name}"))
 
 
 def test_the_pseudocode_as_printed_says_where_it_fails():
@@ -66,7 +66,7 @@ def in_d():
     study = nsmaps.load_study("vi_pair/parametric")
     compare = study.parametric.compare.model_copy(update={"points": 46})
     changed = {"parametric": study.parametric.model_copy(update={"compare": compare}), "bifurcation": None, "figures": ()}
-    return nsmaps.run(study.model_copy(update=changed))
+    return nsmaps.run_study(study.model_copy(update=changed))
 
 
 def test_the_parametric_map_has_the_attractors_of_the_exact_map():
@@ -111,7 +111,7 @@ def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
         orbit = periodic_orbit(parametric(high), near, period)
         branch = continue_branch(parametric, "p", orbit, high, (low, high), "down", 0.1, kinds=("period doubling",))
         (event,) = branch.of_kind("period doubling")
-        assert event.parameter == pytest.approx(value, abs=1e-8)
+        assert event.value == pytest.approx(value, abs=1e-8)
 
 
 @pytest.mark.parametrize(("d", "near"), [(0.35, 0.005), (0.33, 0.005), (0.30, 0.03), (0.29, 0.03)])

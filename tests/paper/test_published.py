@@ -84,7 +84,7 @@ def test_the_data_are_complete():
 
 
 def test_study_published():
-    result = nsmaps.run(nsmaps.load_study("vi_pair/published"))
+    result = nsmaps.run_study(nsmaps.load_study("vi_pair/published"))
     for name in REGIONS:
         states = result.composite.piece(name).map.domain.mean(axis=1)[None]
         np.testing.assert_array_equal(result.composite.piece(name).map(states), published_map(name, 0.35)(states))

@@ -90,8 +90,8 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
     branch = nsmaps.continue_branch(system, parameter, orbit, getattr(system, parameter), bounds, "down" if way > 0 else "up")
     (event,) = branch.events
     assert event.kind == EVENTS.get(border["kind"], "border collision")
-    assert event.parameter == pytest.approx(value, rel=1e-14)
-    assert abs(event.parameter - value) <= 2 * event.precision
+    assert event.value == pytest.approx(value, rel=1e-14)
+    assert abs(event.value - value) <= 2 * event.precision
     assert event.precision < 1e-12
 
 
@@ -132,7 +132,7 @@ def test_the_events_of_a_cycle_of_tents(row):
     kinds = ["period doubling", "border collision"] if row["window"] else ["border collision"]
     values = [stable, exists] if row["window"] else [exists]
     assert [event.kind for event in branch.events] == kinds
-    assert [event.parameter for event in branch.events] == pytest.approx(values, rel=1e-13)
+    assert [event.value for event in branch.events] == pytest.approx(values, rel=1e-13)
 
 
 def beside(*values):

@@ -86,7 +86,7 @@ def test_it_ends_in_a_fold():
     start = nsmaps.periodic_orbit(BouncingBall(Gamma=value), one_period(value))
     branch = continue_branch(lambda gamma: BouncingBall(Gamma=gamma), "gamma", start, value, (EXISTS - 0.1, value), "down")
     (fold,) = branch.of_kind("fold")
-    assert fold.parameter == pytest.approx(EXISTS, abs=1e-12)
+    assert fold.value == pytest.approx(EXISTS, abs=1e-12)
     assert fold.multipliers[0] == pytest.approx(1, abs=1e-6)
     assert branch.values.min() > EXISTS - 1e-12
 
@@ -97,7 +97,7 @@ def test_it_doubles_its_period_where_the_closed_form_says():
     (found,) = continue_branch(lambda gamma: BouncingBall(Gamma=gamma), "gamma", start, 1.5, (1.5, 1.55)).of_kind(
         "period doubling"
     )
-    assert found.parameter == pytest.approx(DOUBLES, abs=1e-9)
+    assert found.value == pytest.approx(DOUBLES, abs=1e-9)
     assert sorted(found.orbit.multipliers.real) == pytest.approx([-1, -0.25], abs=1e-8)
 
 

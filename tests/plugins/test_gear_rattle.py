@@ -89,7 +89,7 @@ def test_one_impact_in_n_periods(n, delta, r):
     events = []
     for direction in ("up", "down"):
         branch = continue_branch(lambda e: GearRattle(delta=delta, eps=e, r=r), "e", start, eps, bounds, direction)
-        events += [(event.kind, event.parameter) for event in branch.events]
+        events += [(event.kind, event.value) for event in branch.events]
     assert min(abs(at - doubling) for kind, at in events if kind == "period doubling") < 1e-8
     assert min(abs(at - onset) for kind, at in events if kind == "fold") < 1e-8
 
@@ -130,7 +130,7 @@ def test_three_motions_coexist():
 
 @pytest.mark.thorough
 def test_the_diagram_begins_and_doubles_where_the_closed_form_says():
-    made = nsmaps.run("gear_rattle/diagram").bifurcation["exact"]
+    made = nsmaps.run_study("gear_rattle/diagram").bifurcation["exact"]
     _, onset, doubling = one_impact(1, **FORMS)
     labels = made.labels
     single, double = (made.values[(labels == label).any(axis=1)] for label in ("1:0/T", "1:0/2T"))

@@ -49,7 +49,7 @@ def test_a_window_begins_at_its_doubling(a, window):
     orbit = nsmaps.periodic_orbit(system, [float(sample["point_R"])], window["period"])
     branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (value / 2, 2 * system.mu), "down", step=0.5)
     assert branch.events[0].kind == "period doubling"
-    assert branch.events[0].parameter == pytest.approx(value, rel=1e-12)
+    assert branch.events[0].value == pytest.approx(value, rel=1e-12)
 
 
 def root(a, n, mu):
@@ -78,7 +78,7 @@ def test_windows_at_other_parameters(a, n):
     assert orbit.multipliers[0].real == pytest.approx(float(-(mp.mpf(a) ** (n - 1)) / (2 * s)), rel=1e-12)
     bounds = float(doubles) / 2, 2 * system.mu
     branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, "down", step=0.5)
-    assert branch.events[0].parameter == pytest.approx(float(doubles), rel=1e-12)
+    assert branch.events[0].value == pytest.approx(float(doubles), rel=1e-12)
 
 
 @pytest.mark.parametrize(("a", "window"), WINDOWS, ids=named)
@@ -93,8 +93,8 @@ def test_a_window_ends_where_its_last_point_meets_the_border(a, window):
     assert (letters(orbit.words), orbit.stable) == ("R" + window["word"][:-1], window["stable_window"])
     bounds = 0.9 * value, 1.1 * value
     (event,) = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, "up", step=0.5).events
-    assert (event.kind, event.parameter) == ("border collision", pytest.approx(value, rel=1e-12))
-    assert abs(event.parameter - value) <= event.precision
+    assert (event.kind, event.value) == ("border collision", pytest.approx(value, rel=1e-12))
+    assert abs(event.value - value) <= event.precision
     assert f"state {n} (L) at x = 0, beyond which is R" in event.detail
 
 
@@ -117,7 +117,7 @@ def test_the_fixed_point_with_an_impact_doubles():
     orbit = nsmaps.periodic_orbit(system, [1.1])
     assert orbit.states[0, 0] == pytest.approx(1.0, rel=1e-13)
     (event,) = nsmaps.continue_branch(system, "mu", orbit, 2.0, (0.5, 2.5), "down", until=["period doubling"]).events
-    assert event.parameter == pytest.approx(0.75, rel=1e-12)
+    assert event.value == pytest.approx(0.75, rel=1e-12)
 
 
 @pytest.mark.parametrize("case", PLANE["cases"], ids=named)
@@ -135,7 +135,7 @@ def test_a_cycle_in_the_plane(case):
     value = float(case["rho_period_doubling"])
     branch = nsmaps.continue_branch(system, "rho", orbit, system.rho, (value / 2, 1), "down", step=0.5)
     doubling = branch.events[0]
-    assert (doubling.kind, doubling.parameter) == ("period doubling", pytest.approx(value, rel=1e-12))
+    assert (doubling.kind, doubling.value) == ("period doubling", pytest.approx(value, rel=1e-12))
     assert sorted(doubling.multipliers.real) == pytest.approx(
         [complex(each.replace(" ", "")).real for each in case["rho_period_doubling_multipliers"]], rel=1e-9
     )
@@ -148,7 +148,7 @@ def test_a_cycle_in_the_plane_ends_at_its_border(case):
     bounds = system.rho / 2, 1.2 * value
     (event,) = nsmaps.continue_branch(system, "rho", orbit, system.rho, bounds, "up", step=0.5).events
     assert (event.kind, event.border) == ("border collision", "non-smooth fold")
-    assert event.parameter == pytest.approx(value, rel=1e-13)
+    assert event.value == pytest.approx(value, rel=1e-13)
     there = [complex(each.replace(" ", "")).real for each in case["rho_border_collision_multipliers"]]
     assert event.multipliers.real == pytest.approx(there, rel=1e-9)
 

@@ -186,7 +186,7 @@ def test_known_numbers_of_the_pages(system, start, multiplier, events):
             until=(kind,),
         )
         assert [event.kind for event in branch.events][:1] == [kind]
-        assert branch.events[0].parameter == pytest.approx(value, abs=1e-7)
+        assert branch.events[0].value == pytest.approx(value, abs=1e-7)
 
 
 def test_chatter_ends_in_the_release_that_single_impacts_approach():
@@ -253,7 +253,7 @@ def test_a_study_runs_to_its_end(name, tmp_path):
     system = SYSTEMS[name]
     file = f"{sys.modules[type(system).__module__].__file__}:{type(system).__name__}"
     (tmp_path / "quick.yaml").write_text(STUDY.format(file=file, parameters=json.dumps(system.parameters)))
-    result = nsmaps.run(tmp_path / "quick.yaml", out=tmp_path / "run")
+    result = nsmaps.run_study(tmp_path / "quick.yaml", out=tmp_path / "run")
     paths = draw(result, ["bifurcation", "basins", "motion", "impacts", "surfaces"], tmp_path / "figures", dpi=40)
     assert all(path.stat().st_size > 1000 for path in paths)
     assert (result.orbits[0].exact.words == "BB").all()

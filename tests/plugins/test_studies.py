@@ -25,7 +25,7 @@ def test_the_balls_diagram_doubles_where_the_closed_form_says(shipped):
 
 def test_an_attractor_beside_the_ends_of_the_circle_is_in_one_box():
     """The box lies across phase zero, and orbits of the composite map end where those of the exact one do."""
-    result = nsmaps.run("impact_oscillator/seam")
+    result = nsmaps.run_study("impact_oscillator/seam")
     assert result.holds
     exact = nsmaps.periodic_orbit(result.system, [0.98, 6.26]).states[0]
     assert exact[1] > 6.2
@@ -46,7 +46,7 @@ def test_the_oscillators_diagram_is_chaotic_at_the_graze(shipped):
 @pytest.fixture(scope="module", params=["bouncing_ball", pytest.param("impact_oscillator", marks=pytest.mark.thorough)])
 def by_itself(request):
     """What the general algorithm makes of a system."""
-    return nsmaps.run(f"{request.param}/auto")
+    return nsmaps.run_study(f"{request.param}/auto")
 
 
 def test_the_algorithm_by_itself(by_itself):

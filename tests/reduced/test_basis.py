@@ -243,7 +243,7 @@ def test_domains_and_morse_sets_of_series():
         assert domain.forward_invariant
         assert domain.status == bounds
         assert domain.boxes[-1][0, 0] <= rest <= domain.boxes[-1][0, 1]
-    cover = nsmaps.cells.morse(whole(polymap), [[0, TWO_PI]], depth=6)
+    cover = nsmaps.cells.morse_sets(whole(polymap), [[0, TWO_PI]], depth=6)
     for x in (rest, saddle):
         assert ((cover.hulls[:, 0, 0] <= x) & (x <= cover.hulls[:, 0, 1])).any()
     assert (np.abs(cover.hulls.mean(axis=2) - [rest, saddle]).min(axis=1) < 0.1).all()
@@ -294,7 +294,7 @@ def test_a_study_with_a_series(tmp_path):
 
     (tmp_path / "mine.py").write_text(SYSTEM)
     (tmp_path / "study.yaml").write_text(STUDY)
-    result = nsmaps.run(tmp_path / "study.yaml", out=tmp_path / "run")
+    result = nsmaps.run_study(tmp_path / "study.yaml", out=tmp_path / "run")
     again = nsmaps.read_result(tmp_path / "run")
     polymap, stored = (each.composite.piece("whole").map for each in (result, again))
     x = np.random.default_rng(0).uniform([-1, 0], [1, 6], (50, 2))
@@ -319,7 +319,7 @@ def test_what_needs_polynomials_says_so(fitted):
     for call in (
         lambda: nsmaps.symbolic.symbolic_iterate(fitted, 2),
         lambda: nsmaps.symbolic.second_iterate(fitted, 0, 1),
-        lambda: nsmaps.symbolic.cycles(fitted),
+        lambda: nsmaps.symbolic.two_cycles(fitted),
     ):
         with pytest.raises(NsmapsError, match=wanted):
             call()

@@ -9,7 +9,7 @@ from ball import BALL
 from typer import testing
 from typer.testing import CliRunner
 
-from nsmaps import StudyResult, run
+from nsmaps import StudyResult, run_study
 from nsmaps.cli.cli import app
 
 testing._get_command = cache(testing._get_command)  # which builds a command line anew for each call
@@ -103,6 +103,6 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., tuple[St
     def result(text: str, name: str = "s") -> tuple[StudyResult, Path]:
         folder = tmp_path_factory.mktemp("computed")
         Path(folder, f"{name}.yaml").write_text(text)
-        return run(folder / f"{name}.yaml", out=folder / "out"), folder / "out"
+        return run_study(folder / f"{name}.yaml", out=folder / "out"), folder / "out"
 
     return result

@@ -38,7 +38,7 @@ def by_hand(return_map: nsmaps.exact.ReturnMap, start: list[float], returns: int
 
 
 def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
-    result = nsmaps.run(pd, out="out")
+    result = nsmaps.run_study(pd, out="out")
     verdict = same(result)
     assert (verdict.of, verdict.holds, verdict.required) == ("composite map", True, False)
     exact, ours = (by_hand(formulas, [0.2, 0.1], 400) for formulas in (result.system, result.composite))
@@ -60,7 +60,7 @@ def test_the_paper_s_two_cycle_is_that_of_both_maps(pd: str) -> None:
 
 def test_an_orbit_that_ends_elsewhere_is_not_said_to_be_right(pd: str) -> None:
     """At r = 0.45 the composite map's orbit completes all returns, and goes to rest beside the wall; the exact one does not."""
-    result = nsmaps.run(nsmaps.load_study(pd, parameters={"r": 0.45}))
+    result = nsmaps.run_study(nsmaps.load_study(pd, parameters={"r": 0.45}))
     returning = [v for v in result.verdicts if v.name.endswith(": completes all returns")]
     assert [v.holds for v in returning] == [True, True]
     exact, ours = (by_hand(formulas, [0.2, 0.1], 4000) for formulas in (result.system, result.composite))
@@ -111,7 +111,7 @@ def test_which_attractor_is_also_the_other_map_s(pd: str, pair, d, starts, told)
 
 def test_the_unit_of_speed_does_not_count_between_attractors(pd: str) -> None:
     """Two cycles 2 % of the phases' extent apart, whatever the unit of the speeds."""
-    result = nsmaps.run(pd)
+    result = nsmaps.run_study(pd)
     (orbits,) = result.orbits
     told = []
     for unit in (1e-4, 1, 1e4):
@@ -128,7 +128,7 @@ def test_the_unit_of_speed_does_not_count_between_attractors(pd: str) -> None:
 
 def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
     Path("s.yaml").write_text(good.replace("where: v > 0.2,", "where: v > 0.31,").replace("require: [covered]\n", ""))
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     keeps = [v for v in result.verdicts if v.name.endswith(": completes all returns") and v.of == "composite map"]
     assert [v.holds for v in keeps] == [False]
     assert keeps[0].text == "no: after 0 of 5 returns at (v = 0.3, phi = 1). That state lies in no piece."
@@ -139,7 +139,7 @@ def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
 def test_chaos_is_told_by_its_exponent() -> None:
     text = "system: vi_pair\nparameters: {d: 0.26, g_bar: 0.2113275}\norbits: [{start: {v: 0.7, phi: 0.3}, returns: 300}]\n"
     Path("s.yaml").write_text(text)
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     found = result.orbits[0].ends
     assert found.period == 0
     resting = replace(found, exponent=-np.inf, exponent_error=np.nan, words=("BTB", "B~"))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from nsmaps import load_study, run
+from nsmaps import load_study, run_study
 from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
 from nsmaps.files.expressions import FUNCTIONS
@@ -654,7 +654,7 @@ def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
     text = good.replace('"v <= 0.2"', '"v <= 0.001"')
     Path("bad.yaml").write_text(text)
     with pytest.raises(StudyError, match=f"^bad.yaml:{place(text, 'name: slow')}: "):
-        run("bad.yaml")
+        run_study("bad.yaml")
 
 
 @pytest.mark.parametrize(
@@ -694,4 +694,4 @@ def test_a_study_made_in_python_names_the_section() -> None:
     from nsmaps import Study
 
     with pytest.raises(StudyError, match=r"^mine: orbits\.0\.start: the coordinate 'phi' is missing"):
-        run(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "returns": 2},)))
+        run_study(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "returns": 2},)))

@@ -29,7 +29,7 @@ bifurcation:
 
 def test_a_run_keeps_its_borders(tmp_path):
     (tmp_path / "two.yaml").write_text(STUDY)
-    result = nsmaps.run(tmp_path / "two.yaml", tmp_path / "out")
+    result = nsmaps.run_study(tmp_path / "two.yaml", tmp_path / "out")
     again = nsmaps.read_result(tmp_path / "out").bifurcation
     assert {of: each.windows for of, each in again.items()} == {of: each.windows for of, each in result.bifurcation.items()}
     record = json.loads((tmp_path / "out" / "result.json").read_text())["numbers"]["bifurcation"]

@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
-from nsmaps import Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run, stability_diagram
+from nsmaps import Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run_study, stability_diagram
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
@@ -61,7 +61,7 @@ def doubling(e: float) -> float:
 def ran(text: str, **how: Any) -> StudyResult:
     """The result of a study's text."""
     Path("s.yaml").write_text(text)
-    return run("s.yaml", **how)
+    return run_study("s.yaml", **how)
 
 
 @pytest.fixture(scope="module")
@@ -71,15 +71,15 @@ def swept(tmp_path_factory: pytest.TempPathFactory, site: Path) -> "Swept":
     Path(folder, "s.yaml").write_text(BALL + STABILITY)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(site))
-        made = run(folder / "s.yaml", out=folder / "out", progress=lambda share: seen.append((outermost().step, share)))
+        made = run_study(folder / "s.yaml", out=folder / "out", progress=lambda share: seen.append((outermost().step, share)))
     return made, folder / "out", seen
 
 
 def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was(computed: Computed) -> None:
     made, folder = computed(BALL)
     up, down, two, *rest = made.branches["one"]
-    assert abs(up.of_kind("period doubling")[0].parameter - doubling(0.5)) < 1e-8
-    assert abs(down.of_kind("fold")[0].parameter - fold(0.5)) < 1e-8
+    assert abs(up.of_kind("period doubling")[0].value - doubling(0.5)) < 1e-8
+    assert abs(down.of_kind("fold")[0].value - fold(0.5)) < 1e-8
     assert np.allclose(down.points[:, 0, 0], 2 * pi / 1.5, atol=1e-10)
     assert (up.ended, two.period, rest) == ("the range ends at 1.8", 2, [])
     assert np.allclose(two.points[0], up.of_kind("period doubling")[0].orbit.states)
@@ -92,9 +92,9 @@ def test_a_branch_is_that_of_the_closed_form_and_read_back_as_it_was(computed: C
         assert np.array_equal(one.returns.derivative, other.returns.derivative)
         assert len(one.orbits) == len(other.orbits) == len(one.values)
         for event, kept in zip(one.events, other.events, strict=True):
-            assert (event.kind, event.parameter, event.precision, event.detail) == (
+            assert (event.kind, event.value, event.precision, event.detail) == (
                 kept.kind,
-                kept.parameter,
+                kept.value,
                 kept.precision,
                 kept.detail,
             )
@@ -132,8 +132,8 @@ def test_numbers_verdicts_and_table_say_what_happens(computed: Computed) -> None
     assert float(found[6]) == pytest.approx(doubling(0.5), abs=1e-8)
     assert float(found[7]) < 1e-8
     numbers = json.loads((folder / "result.json").read_text())["numbers"]["branches"]["one"]
-    events = [(row["kind"], row["label"], pytest.approx(row["parameter"])) for row in numbers["events"]]
-    assert numbers["events"][0]["value"] == found[6]
+    events = [(row["kind"], row["label"], pytest.approx(row["value"])) for row in numbers["events"]]
+    assert numbers["events"][0]["digits"] == found[6]
     assert ("period doubling", "1:0/T", doubling(0.5)) in events
     assert ("fold", "1:0/T", fold(0.5)) in events
     assert numbers["parts"][0] | {"orbits": 0} == {
@@ -147,7 +147,7 @@ def test_numbers_verdicts_and_table_say_what_happens(computed: Computed) -> None
     told = "yes: up: the range ends at 1.8; down: the range ends at 1.8"
     assert texts["branch one: followed to the end of its range"] == (True, False, told)
     two = read_result(folder).branches["one"][2].of_kind("period doubling")[0]
-    assert texts["branch one: doublings"] == (True, False, f"yes: at {doubling(0.5):.8g}, {two.parameter:.8g}")
+    assert texts["branch one: doublings"] == (True, False, f"yes: at {doubling(0.5):.8g}, {two.value:.8g}")
 
 
 def test_check_says_what_would_be_followed() -> None:
@@ -193,8 +193,8 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     made = ran(text)
     (branch,) = made.branches["up"]
     assert [event.kind for event in branch.events] == ["period doubling", "end of the valid domain"]
-    assert abs(branch.events[0].parameter - brentq(lambda e: doubling(e) - 1.2, 0.5, 0.9)) < 1e-8
-    assert abs(branch.events[1].parameter - 1) < 1e-8
+    assert abs(branch.events[0].value - brentq(lambda e: doubling(e) - 1.2, 0.5, 0.9)) < 1e-8
+    assert abs(branch.events[1].value - 1) < 1e-8
     (told,) = made.verdicts
     assert told.text.startswith("no: up: end of the valid domain at ")
     assert re.search(r", Ball: r is 1\.0\d*; expected: less than or equal to 1$", told.text)
@@ -283,13 +283,13 @@ def test_a_branch_with_complete_chatter_ends_at_its_border() -> None:
     result = ran(LOCKED, out="out")
     (branch,) = result.branches["locked"]
     assert branch.ended == "end of complete chatter"
-    assert branch.events[0].parameter == pytest.approx(sqrt(1 + pi**2), abs=1e-11)
+    assert branch.events[0].value == pytest.approx(sqrt(1 + pi**2), abs=1e-11)
     assert set(branch.words.ravel().tolist()) == {"B_B"}
     (means,) = result.branch_observables["locked"]
     landing = np.array([orbit.states[0, :1] for orbit in branch.orbits])
     assert np.abs(means.per_return.value / (landing**2 / 2) - 1).max() < 1e-12
     (again,) = read_result("out").branches["locked"]
-    assert again.events[0].parameter == branch.events[0].parameter
+    assert again.events[0].value == branch.events[0].value
     made = json.loads(Path("out/result.json").read_text())
     (verdict,) = [each for each in made["verdicts"] if each["name"].startswith("branch locked")]
     assert "end of complete chatter at 3.2969" in verdict["text"]

@@ -98,7 +98,9 @@ def test_what_fails_says_that_pieces_were_given_for_other_parameters(good: str) 
     )
     hint += "these parameters"
     for parameters, told in (({}, False), ({"r": 0.45}, True)):
-        verdicts = {verdict.name: verdict for verdict in nsmaps.run(nsmaps.load_study("s.yaml", parameters=parameters)).verdicts}
+        verdicts = {
+            verdict.name: verdict for verdict in nsmaps.run_study(nsmaps.load_study("s.yaml", parameters=parameters)).verdicts
+        }
         for name in ("covered", "domain exact: forward invariant"):
             assert not verdicts[name].holds
             assert (hint in verdicts[name].text) is told

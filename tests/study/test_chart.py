@@ -19,7 +19,7 @@ OBSERVABLES = ["loss", {"name": "fastest", "formula": "v", "largest": True}]
 
 @pytest.fixture(scope="module")
 def result():
-    return nsmaps.run(nsmaps.load_study(STORED))
+    return nsmaps.run_study(nsmaps.load_study(STORED))
 
 
 def test_it_is_the_chart_of_the_function(result):
@@ -63,9 +63,9 @@ def test_a_study_that_stopped_goes_on_with_the_same_numbers(result, tmp_path, mo
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        nsmaps.run(study, out=tmp_path, progress=stop)
+        nsmaps.run_study(study, out=tmp_path, progress=stop)
     assert len(list((tmp_path / "parts" / "chart").rglob("part-*.npz"))) == 2
-    again = nsmaps.run(study, out=tmp_path, resume=True)
+    again = nsmaps.run_study(study, out=tmp_path, resume=True)
     for name in ARRAYS:
         assert getattr(again.chart, name).tobytes() == getattr(result.chart, name).tobytes()
 
@@ -82,4 +82,4 @@ def test_a_plane_outside_of_the_class_is_an_error_of_the_study():
         },
     }
     with pytest.raises(StudyError, match=r"d is -2.*greater than 0"):
-        nsmaps.run(Study.model_validate(study))
+        nsmaps.run_study(Study.model_validate(study))

@@ -119,7 +119,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_study_of_classes_is_run(folder: Path) -> None:
-    result = nsmaps.run(folder / "own.yaml")
+    result = nsmaps.run_study(folder / "own.yaml")
     surface = result.surfaces["slow"]
     assert len(surface.start)
     assert (surface.start[:, 0] <= 0.3).all()
@@ -134,7 +134,7 @@ def test_a_study_of_classes_is_run(folder: Path) -> None:
 
 def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
     study, out = nsmaps.load_study(folder / "own.yaml"), folder / "run"
-    result = nsmaps.run(study, out=out)
+    result = nsmaps.run_study(study, out=out)
     read = nsmaps.read_result(out)
     assert read.study == study
     assert read.family("slow") == result.family("slow")
@@ -142,11 +142,11 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
     assert (read.composite.piece_of(states) == result.composite.piece_of(states)).all()
     assert np.unique(read.composite.piece_of(states)).tolist() == [0, 1]
     assert type(read.composite.pieces[0].region) is nsmaps.ConditionRegion  # the condition, for which nothing is executed
-    again = nsmaps.run(study, out=out, resume=True)
+    again = nsmaps.run_study(study, out=out, resume=True)
     assert again.timings == result.timings
     (folder / "own.yaml").write_text(STUDY.replace("speed: 3/10", "speed: 0.29"))
     with pytest.raises(NsmapsError, match="another study"):
-        nsmaps.run(folder / "own.yaml", out=out, resume=True)
+        nsmaps.run_study(folder / "own.yaml", out=out, resume=True)
     with pytest.raises(StudyError, match=r"own.yaml:7:17: the class is the file '.*mine.py:Slow', which would be executed"):
         nsmaps.load_study(folder / "own.yaml", installed_only=True)
 
@@ -200,7 +200,7 @@ def test_an_error_of_a_family_is_at_its_place(folder: Path) -> None:
     (folder / "own.yaml").write_text(STUDY.replace('"mine.py:Slow", speed: 3/10', '"mine.py:Lost"'))
     where = r"own.yaml:7:9: Lost.contains \(.*mine.py:\d+\) of 1681 returns: IndexError: index 5 is out of bounds"
     with pytest.raises(StudyError, match=where):
-        nsmaps.run(folder / "own.yaml")
+        nsmaps.run_study(folder / "own.yaml")
 
 
 LOZI = """
@@ -242,7 +242,7 @@ def test_a_partition_of_a_study_takes_classes(folder: Path) -> None:
     """The pieces are affine, each on one side of the given region and of the family's edge."""
     (folder / "lozi.py").write_text(LOZI)
     (folder / "own.yaml").write_text(PARTITION)
-    result = nsmaps.run(folder / "own.yaml", out=folder / "run")
+    result = nsmaps.run_study(folder / "own.yaml", out=folder / "run")
     assert result.partition.met
     assert {row.order for row in result.partition.table()} <= {"zero", "one", "constant"}
     states = np.random.default_rng(1).uniform([-1, -0.5], [1.5, 0.5], (20_000, 2))
@@ -276,7 +276,7 @@ def test_installed_classes_and_classes_of_modules(tmp_path: Path, monkeypatch: p
     assert class_of(FIT, "even").__name__ == "Even"
     text = STUDY.replace("mine.py:Disc", "disc").replace("mine.py:Even", "even")
     (tmp_path / "own.yaml").write_text(text.replace("mine.py:Slow", "slow"))
-    result = nsmaps.run(nsmaps.load_study(tmp_path / "own.yaml", installed_only=True))
+    result = nsmaps.run_study(nsmaps.load_study(tmp_path / "own.yaml", installed_only=True))
     assert {result.versions[name] for name in ("disc", "even", "slow")} == {"own_classes 1.0"}
     assert type(result.family("slow")) is class_of(FAMILY, "own_classes:Slow")
     (tmp_path / "own.yaml").write_text(

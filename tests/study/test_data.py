@@ -67,7 +67,7 @@ def test_a_whole_result_comes_back_from_netcdf(good: str) -> None:
     pytest.importorskip("h5netcdf")
     pytest.importorskip("h5py")
     Path("s.yaml").write_text(good.replace("low: [BB]", '"low/all": [BB]').replace("family: low", "family: low/all"))
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     tree = result.to_xarray()
     assert {"/returns", "/surfaces/low|all", "/orbits/0/exact", "/orbits/0/composite", "/domains/exact"} <= set(tree.groups)
     assert tree.attrs == {"study": "s", "title": "The ball", "system": "ball", "a": 0.2, "r": 0.5}

@@ -21,7 +21,7 @@ expected_failures:
 
 def made(expected: str, require: str = "", **settings: float) -> nsmaps.StudyResult:
     Path("s.yaml").write_text(STUDY.replace("REQUIRE", require) + expected)
-    return nsmaps.run(nsmaps.load_study("s.yaml", parameters=settings), "other" if settings else "out")
+    return nsmaps.run_study(nsmaps.load_study("s.yaml", parameters=settings), "other" if settings else "out")
 
 
 def text(result: nsmaps.StudyResult, name: str) -> str:

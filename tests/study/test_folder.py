@@ -102,7 +102,7 @@ def test_a_record_that_no_run_wrote_is_not_replaced(record: str) -> None:
     Path("out").mkdir()
     Path("out/result.json").write_text(record)
     with pytest.raises(NsmapsError, match=r"result\.json exists, and no run wrote it"):
-        nsmaps.run("s.yaml", out="out")
+        nsmaps.run_study("s.yaml", out="out")
     assert Path("out/result.json").read_text() == record
 
 

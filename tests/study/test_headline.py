@@ -20,7 +20,7 @@ BOX = "domains: [{name: exact, map: exact, box: {v: [0.8214, 0.8454], phi: [0.33
 
 def told(text: str) -> str:
     Path("s.yaml").write_text(text)
-    return headline(nsmaps.run("s.yaml"))
+    return headline(nsmaps.run_study("s.yaml"))
 
 
 def boxes(text: str) -> np.ndarray:
@@ -60,7 +60,7 @@ def test_motions_beside_each_other_are_told_apart() -> None:
     starts = [(0.67, 0.48), (0.2, 1.0), (0.25, 1.1)]
     orbits = ", ".join(f"{{start: {{v: {v}, phi: {phi}}}, returns: 300}}" for v, phi in starts)
     Path("s.yaml").write_text(f"{pair}orbits: [{orbits}]\n")
-    made = nsmaps.run("s.yaml")
+    made = nsmaps.run_study("s.yaml")
     periods = [each.ends.period for each in made.orbits]
     assert sorted(set(periods)) == [0, 2]
     said = headline(made)

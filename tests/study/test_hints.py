@@ -94,7 +94,7 @@ def test_other_words_in_the_start_box_are_counted(result: nsmaps.StudyResult) ->
 
 def test_the_same_across_phase_zero() -> None:
     Path("s.yaml").write_text(BASE.replace("box: {v: [0.05, 0.9], phi: [0.2, 3]}", "box: {v: [0.05, 0.9], phi: [5, 7]}"))
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     v, phi = result.returns.start.T
     inside = (v >= 0.05) & (v <= 0.9) & ((phi >= 5) | (phi <= 7 - 2 * np.pi)) & result.returns.valid
     words = result.returns.words[inside].tolist()
@@ -116,7 +116,7 @@ orbits: [{start: {v: 0.1, phi: 1}, returns: 30}]
 def stray(seam: float) -> tuple[nsmaps.StudyResult, str]:
     """An orbit that a constant leads to v of about 0.8, where a piece begins or not, and what is said of it."""
     Path("s.yaml").write_text(STRAY.replace("SEAM", str(seam)))
-    made = nsmaps.run("s.yaml")
+    made = nsmaps.run_study("s.yaml")
     (verdict,) = (v for v in made.verdicts if v.name.endswith(": completes all returns") and v.of == "composite map")
     return made, verdict.text
 
@@ -164,7 +164,7 @@ def test_an_attractor_outside_the_grid_is_said_to_be(to: float, said: bool) -> N
     grid = f"grid: {{v: {{from: 0.02, to: {to}, points: 9}}, phi: {{from: 0, to: pi, points: 9}}}}\n"
     orbits = "orbits: [{start: {v: 0.35, phi: 1.5}, returns: 200}]\n"
     Path("s.yaml").write_text("system: vi_pair\nparameters: {d: 0.5, g_bar: 0.2113275}\n" + grid + orbits)
-    made = nsmaps.run("s.yaml")
+    made = nsmaps.run_study("s.yaml")
     assert made.orbits[0].ends.states[0] == pytest.approx([1.0017, 0.6313], abs=1e-4)
     (verdict,) = made.verdicts
     assert verdict.text.endswith("; outside the study's grid") is said

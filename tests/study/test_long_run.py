@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run
+from nsmaps import Axis, Grid, Noise, basins, lyapunov, noisy_orbits, read_result, run_study
 from nsmaps.dynamics.attractors.basins import basin_boundary
 from nsmaps.dynamics.noise.residence import residence
 
@@ -32,7 +32,7 @@ figures: [lyapunov, basins, noise]
 @pytest.mark.thorough
 def test_a_study_gives_what_the_functions_give() -> None:
     Path("long.yaml").write_text(LONG_RUN)
-    result = run("long.yaml", out="long")
+    result = run_study("long.yaml", out="long")
     again = read_result("long")
     system, start = result.system, [1.0, 1.0]
     grid = Grid(axes={"v": Axis(low=0.01, high=2, points=12), "phi": Axis(low=0, high=2 * np.pi * 11 / 12, points=12)})
@@ -63,7 +63,7 @@ def test_a_study_gives_what_the_functions_give() -> None:
 def test_basins_have_a_grid_of_their_own() -> None:
     grid = "{v: {from: 0.1, to: 1, points: 3}, phi: {from: 0, to: 1, points: 2}}"
     Path("own.yaml").write_text(f"system: ball\nparameters: {{a: 0.2}}\nbasins: {{returns: 20, grid: {grid}}}\n")
-    result = run("own.yaml", out="own")
+    result = run_study("own.yaml", out="own")
     assert result.returns is None
     assert read_result("own").basins.label.shape == (6,)
     assert result.basins.grid.states().tolist()[-1] == [1, 1]
@@ -71,5 +71,5 @@ def test_basins_have_a_grid_of_their_own() -> None:
 
 def test_sections_that_are_not_named_are_not_computed() -> None:
     Path("none.yaml").write_text("system: ball\nparameters: {a: 0.2}\n")
-    result = run("none.yaml")
+    result = run_study("none.yaml")
     assert (result.lyapunov, result.basins, result.boundary, result.noise) == (None, None, None, None)

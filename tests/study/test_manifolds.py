@@ -99,7 +99,7 @@ def test_errors_name_the_entry(old, new, message, tmp_path):
     assert old in text
     (tmp_path / "bad.yaml").write_text(text.replace(old, new))
     with pytest.raises(StudyError, match=message):
-        nsmaps.run(nsmaps.load_study(tmp_path / "bad.yaml"))
+        nsmaps.run_study(nsmaps.load_study(tmp_path / "bad.yaml"))
 
 
 def test_a_figure_of_no_manifold_says_why(result):

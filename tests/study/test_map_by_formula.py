@@ -57,7 +57,7 @@ def test_a_study_of_a_map(study, kind):
         f"{{name: {n}, family: {n}, box: {{x: {x}, y: [-0.5, 0.5]}}, fit: {{full: {{x: 1, y: 1}}}}}}"
         for n, x in (("left", "[-1, 0]"), ("right", "[0, 1.5]"))
     ]
-    found = nsmaps.run(
+    found = nsmaps.run_study(
         study(
             kind,
             f"""
@@ -71,7 +71,7 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
     states = np.random.default_rng(0).uniform([-1, -0.5], [1.5, 0.5], (50, 2))
     assert np.abs(found.composite.first_return(states).image - found.system.first_return(states).image).max() < 1e-12
     (event,) = found.branches["fixed"][0].events
-    assert (event.kind, event.parameter) == ("period doubling", pytest.approx(0.7, abs=1e-12))
+    assert (event.kind, event.value) == ("period doubling", pytest.approx(0.7, abs=1e-12))
     cycle = found.orbits[0].exact.states[-2:]
     assert sorted(found.orbits[0].exact.words[-2:]) == ["L", "R"]
     assert np.abs(found.system.first_return(cycle).image - cycle[::-1]).max() < 1e-9
@@ -82,7 +82,7 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
 
 def test_cells_in_a_study_of_a_map(study):
     """The fixed point attracts at a = 0.5, within cells that are forward invariant."""
-    found = nsmaps.run(study("Formula", "parameters: {a: 0.5}\nmorse: {box: {x: [-1, 1.5], y: [-0.5, 0.5]}, depth: 4}"))
+    found = nsmaps.run_study(study("Formula", "parameters: {a: 0.5}\nmorse: {box: {x: [-1, 1.5], y: [-0.5, 0.5]}, depth: 4}"))
     assert (found.morse.of, found.trap.of, found.trap.forward_invariant) == ("map Formula", "map Formula", True)
     assert found.morse.contains(np.array([[1 / 1.2, 0.3 / 1.2]])).all()
 
@@ -132,7 +132,7 @@ noise:
   min_returns: 4
   map: [exact, composite]
 """
-    found = nsmaps.run(study("Formula", text)).noise
+    found = nsmaps.run_study(study("Formula", text)).noise
     assert found.stays[0].share.tolist() == [1.0, 0.0]
     exact, reduced = found.counted[1], found.reduced[1]
     assert np.array_equal(exact.switches, found.stays[1].switches)
@@ -158,7 +158,7 @@ optimum:
   noisy: {sigma: [0.01], scale: {x: 1}, returns: 200, realisations: 8}
 figures: [observables, bifurcation]
 """
-    found = nsmaps.run(study("Formula", text))
+    found = nsmaps.run_study(study("Formula", text))
     a = found.bifurcation["exact"].values
     assert found.observables["bifurcation"].per_return.value[:, 0, 0] == pytest.approx(1 / (0.7 + a), abs=1e-10)
     for means, branch in zip(found.branch_observables["fixed"], found.branches["fixed"], strict=True):
@@ -187,5 +187,5 @@ class Turn(nsmaps.PiecewiseMap):
 """)
     axes = "{w: {from: -1, to: 1, points: 5}, phi: {from: 0, to: 2*pi, points: 21}}"
     (tmp_path / "study.yaml").write_text(f"system: turn.py:Turn\ngrid: {axes}\nfamilies: {{late: [F], early: [S]}}\n")
-    found = CATALOGUE["projections"].sheets(nsmaps.run(nsmaps.load_study(tmp_path / "study.yaml")))
+    found = CATALOGUE["projections"].sheets(nsmaps.run_study(nsmaps.load_study(tmp_path / "study.yaml")))
     assert [(sheet.name, len(sheet.panels)) for sheet in found] == [("projections-late", 2), ("projections-early", 4)]

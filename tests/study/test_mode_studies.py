@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 from nsmaps_recoil_pair import RecoilPair
 
-from nsmaps import Noise, load_study, noisy_orbits, read_result, run
+from nsmaps import Noise, load_study, noisy_orbits, read_result, run_study
 from nsmaps.dynamics.noise.residence import residence
 from nsmaps.errors import StudyError
 from nsmaps.figures.longrun.noise import sheets
@@ -47,7 +47,7 @@ class Release(Belt):
 
 def test_noise_in_a_study_is_that_of_the_function():
     Path("noise.yaml").write_text(NOISE)
-    result = run("noise.yaml", out="noise")
+    result = run_study("noise.yaml", out="noise")
     system = RecoilPair(eta=0.03, kappa=0.04, Lambda=0.2, d=0.228, r=0.25, g_bar=0.122)
     for sigma, stay in zip((0, 0.02), result.noise.stays, strict=True):
         made = noisy_orbits(system, [0.6736, -0.176, 0.161, 0.414], 60, Noise(sigma=sigma, tau=0.5), 3, 5)
@@ -66,7 +66,7 @@ def test_families_hold_words_of_every_letter_of_the_section():
     Path("release.py").write_text(RELEASE)
     free = FAMILIES.replace("belt", "release.py:Release").replace("x: {from: 0.3, to: 0.9, points: 5}, ", "").replace("40", "400")
     Path("families.yaml").write_text(free)
-    result = run("families.yaml", out="families")
+    result = run_study("families.yaml", out="families")
     system, words = result.system, result.returns.words
     assert system.letters[0] == "K"  # the first of the class, with which no return begins
     assert system.section_letters == ("M",)
@@ -81,4 +81,4 @@ def test_families_hold_words_of_every_letter_of_the_section():
 def test_words_that_are_no_returns_are_refused(word):
     Path("wrong.yaml").write_text(FAMILIES.replace("[MKMKM]", f"[{word}]"))
     with pytest.raises(StudyError, match=rf"'{word}' is not a return; .* begin with a letter of the section, 'M' or 'P'"):
-        run(load_study("wrong.yaml"), out="wrong")
+        run_study(load_study("wrong.yaml"), out="wrong")

@@ -60,7 +60,7 @@ system: {systems.__file__}:GearRattle
 parameters: {{eps: 0.3}}
 bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, direction: both}}
 """)
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     alike = "1:1/T beside 2:1/2T at eps = 0.44; 1:1/T beside 2:1/4T at eps = 0.45; 1:1/T beside C at eps = 0.46"
     assert f"Attractors of the exact map coexist: {alike} (C: chaos)" in conclusion(result)
     starts = np.random.default_rng(0).uniform([0.1, 0], [14, 6.28], (60, 2))
@@ -82,7 +82,7 @@ def test_motions_beside_each_other_again_and_again_are_told_once(both: Path) -> 
 
 def test_one_orbit_tells_of_no_coexistence() -> None:
     Path("s.yaml").write_text(PAIR.replace("direction: both", "direction: up"))
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     assert conclusion(result) == "The study requires no verdict."
     assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions", "windows"}
 

@@ -26,7 +26,7 @@ CHOSEN = [
 
 @pytest.fixture(scope="module")
 def result() -> StudyResult:
-    return nsmaps.run(nsmaps.load_study(STORED))
+    return nsmaps.run_study(nsmaps.load_study(STORED))
 
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
@@ -93,7 +93,7 @@ def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, ent
     text = "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\norbits: [{start: {v: 0.8, phi: 0.3}, returns: 5}]\n"
     (tmp_path / "study.yaml").write_text(text + line)
     with pytest.raises(StudyError, match=r"study\.yaml:4:") as error:
-        nsmaps.run(tmp_path / "study.yaml")
+        nsmaps.run_study(tmp_path / "study.yaml")
     assert message in str(error.value)
     assert f"study.yaml:4:{line.index(place) + 1}: " in str(error.value)
 
@@ -103,4 +103,4 @@ def test_a_study_with_nothing_to_observe_is_refused(tmp_path: Path) -> None:
         "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\nobservables: {quantities: [loss]}\n"
     )
     with pytest.raises(StudyError, match="nothing to observe; expected: one of the sections orbits, bifurcation, b"):
-        nsmaps.run(tmp_path / "study.yaml")
+        nsmaps.run_study(tmp_path / "study.yaml")

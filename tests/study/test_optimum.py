@@ -20,7 +20,7 @@ HEAD = "system: vi_pair\nparameters: {d: 0.7, g_bar: 0.1}\n"
 
 @pytest.fixture(scope="module")
 def result() -> StudyResult:
-    return nsmaps.run(nsmaps.load_study(STORED / "study.yaml"))
+    return nsmaps.run_study(nsmaps.load_study(STORED / "study.yaml"))
 
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
@@ -105,6 +105,6 @@ def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, ent
     line = f"optimum: {{{entry}, start: {{v: 1.08, phi: 1.0}}}}"
     (tmp_path / "study.yaml").write_text(HEAD + line)
     with pytest.raises(StudyError, match=r"study\.yaml:3:") as error:
-        nsmaps.run(tmp_path / "study.yaml")
+        nsmaps.run_study(tmp_path / "study.yaml")
     assert message in str(error.value)
     assert f"study.yaml:3:{line.index(place) + 1}: " in str(error.value)

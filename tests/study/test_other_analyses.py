@@ -47,7 +47,7 @@ class Fastest(nsmaps.Analysis):
         return names.index(binding.study.source.known((self.key, "coordinate"), self.coordinate, names, "coordinate"))
 
     def compute(self, plan, result):
-        plan.jobs.progress and plan.jobs.progress(0.5)
+        plan.parallel.progress and plan.parallel.progress(0.5)
         return Largest(result.system.coordinates, np.nanmax(result.returns.image, axis=0))
 
     def describe(self, study):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nsmaps import load_study, load_system, read_result, run
+from nsmaps import load_study, load_system, read_result, run_study
 from nsmaps.errors import NsmapsError
 
 # Gamma^2 is (pi (1 - r) / (1 + r))^2 + (2 (1 + r^2) / (1 + r)^2)^2 at the doubling of one impact a period
@@ -81,7 +81,7 @@ def test_period_doublings_of_both_maps_are_located(made):
 def test_a_map_of_too_low_an_order_does_not_follow():
     """Of order 0 it has one motion at every value, which the exact map has not."""
     text = STUDY.replace("order: 3", "order: 0").replace("orders: {R1: {v: 2}}", "orders: {R1: 0}").split("bifurcation")[0]
-    result = run(write(text))
+    result = run_study(write(text))
     (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
     first, last = result.agreement.disagreements()
     assert not verdict.holds
@@ -89,15 +89,15 @@ def test_a_map_of_too_low_an_order_does_not_follow():
         f"no: at {first.count + last.count} of 21 values of Gamma from 1.35 to 1.6 orbits from (v = 4.2, phi = 0.7) end on "
     )
     stated = text.replace("tolerance: 0.05", f"tolerance: 0.05, except: [[1.3, {first.high}], [{last.low}, 1.6]]")
-    (verdict,) = (v for v in run(write(stated)).verdicts if v.name == "parametric: follows")
+    (verdict,) = (v for v in run_study(write(stated)).verdicts if v.name == "parametric: follows")
     assert verdict.text.startswith(f"yes: at {21 - first.count - last.count} values of Gamma from 1.35 to 1.6 outside [1.3, ")
 
 
 def test_a_piece_is_a_map_of_all_states_that_is_fitted_at_every_value():
     section = "parameter: Gamma, from: 1.4, to: 1.5, points: 2, start: {v: 4.2, phi: 0.7}, discard: 30, returns: 4, map: [R1]"
-    result = run(write(f"{STUDY.split('parametric:')[0]}bifurcation: {{{section}}}"))
+    result = run_study(write(f"{STUDY.split('parametric:')[0]}bifurcation: {{{section}}}"))
     assert result.map_title("R1") == "fitted map R1"
-    fitted = run(write(STUDY.split("parametric:")[0].replace("1.4, r", "1.5, r"))).composite.piece("R1").map
+    fitted = run_study(write(STUDY.split("parametric:")[0].replace("1.4, r", "1.5, r"))).composite.piece("R1").map
     state = np.array([4.2, 0.7])
     for _ in range(34):
         state = fitted([state])[0]
@@ -130,7 +130,7 @@ parametric:
 def test_a_map_whose_coefficients_are_linear_in_its_parameter_is_the_exact_one():
     """Of the Henon map periods double at a = 3 (1 - b)^2 / 4 = 0.3675 and (1 - b)^2 + (1 + b)^2 / 4 = 0.9125."""
     Path("henon.py").write_text(HENON)
-    result = run(write(OF_HENON))
+    result = run_study(write(OF_HENON))
     (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
     assert verdict.holds, verdict.text
     found = result.agreement
@@ -158,7 +158,7 @@ parametric:
 
 def test_pieces_of_several_returns_are_compared_with_as_many_of_the_exact_map():
     """2:1 is a cycle of two returns to B, one image of the piece BTBB, at (0.072199, 1.828844) for d = 0.2265."""
-    result = run(write(SEVERAL))
+    result = run_study(write(SEVERAL))
     found = result.agreement
     assert found.holds.all()
     assert found.distance.max() < 1e-3
@@ -193,14 +193,14 @@ def test_what_is_refused(said, says, message):
     text = STUDY.replace("from: 1.5, to: 1.56", "from: 0.4, to: 0.5") if "parameter: r" in says else STUDY
     assert text.count(said) == 1
     with pytest.raises(NsmapsError) as caught:
-        run(write(text.replace(said, says)))
+        run_study(write(text.replace(said, says)))
     assert message in str(caught.value)
 
 
 def test_data_move_with_the_parameter():
     """The fit at a value is the least squares of NumPy over the states that the condition has there."""
     for gamma in (1.35, 1.55):
-        result = run(write(STUDY.split("parametric:")[0].replace("1.4, r", f"{gamma}, r")))
+        result = run_study(write(STUDY.split("parametric:")[0].replace("1.4, r", f"{gamma}, r")))
         system = load_system("bouncing_ball", Gamma=gamma, r=0.5)
         v, phi = (axis.ravel() for axis in np.meshgrid(np.linspace(3.6, 4.8, 25), np.linspace(0, 1.6, 25), indexing="ij"))
         inside = (v >= 3.7) & (v <= 4.7) & ((phi - 0.7 - (gamma - 1.4)) ** 2 <= 0.2)

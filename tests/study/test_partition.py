@@ -13,7 +13,7 @@ from nsmaps.errors import StudyError
 from nsmaps.report.page import write_report
 from nsmaps.study.reading.reader import load_study
 from nsmaps.study.result import StudyResult
-from nsmaps.study.run import run
+from nsmaps.study.run import run_study
 from nsmaps.study.store.archive import read_result
 
 AUTO = """\
@@ -99,19 +99,19 @@ def test_check_and_run_print_it() -> None:
 def test_what_a_partition_cannot_be(old: str, new: str, message: str) -> None:
     Path("bad.yaml").write_text(AUTO.replace(old, new, 1))
     with pytest.raises(StudyError, match=message):
-        run("bad.yaml")
+        run_study("bad.yaml")
 
 
 def test_a_partition_needs_a_grid() -> None:
     Path("bad.yaml").write_text("system: vi_pair\nparameters: {d: 0.3, g_bar: 0.2}\npartition: {tolerance: 1}\n")
     with pytest.raises(StudyError, match="'partition' needs the section 'grid'"):
-        run("bad.yaml")
+        run_study("bad.yaml")
 
 
 def test_the_shipped_study_meets_its_tolerance() -> None:
     study = load_study("vi_pair/auto")
     assert study.partition is not None
-    assert run(study).holds
+    assert run_study(study).holds
 
 
 def test_the_accurate_kind_is_kept_and_read_back(tmp_path: Path) -> None:
@@ -128,7 +128,7 @@ domains: [{name: strips, map: composite, box: {v: [0.7, 0.83], phi: [0.17, 0.58]
 figures: [words, strips, orbits]
 """
     )
-    result = run("strips.yaml", tmp_path / "out")
+    result = run_study("strips.yaml", tmp_path / "out")
     held = {verdict.name: verdict for verdict in result.verdicts}
     assert held["partition: tolerance met everywhere (held out)"].holds
     assert "uniform" in write_report(result, tmp_path / "out").read_text(encoding="utf-8")

@@ -50,7 +50,7 @@ def folder(tmp_path: Path) -> Path:
 
 def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
     study = nsmaps.load_study(folder / "s.yaml")
-    nsmaps.run(study, folder / "out")
+    nsmaps.run_study(study, folder / "out")
     numbers = json.loads((folder / "out" / "result.json").read_text())["numbers"]
     assert numbers["basins"]["attractors"][0]["quantifiers"]["mean"] == pytest.approx(4.2 / 6.4)
     assert numbers["chart"]["quantifiers"]["mean"] == pytest.approx([4.4 / 6.8, 2 * 4.2 / 6.4])
@@ -61,7 +61,7 @@ def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
     assert "mine.py:mean" in (folder / "out" / "study.yaml").read_text()
     (folder / "mine.py").write_text(CODE.replace("mean()", "max()"))
     with pytest.raises(nsmaps.NsmapsError, match="versions"):
-        nsmaps.run(study, folder / "out", resume=True)
+        nsmaps.run_study(study, folder / "out", resume=True)
 
 
 @pytest.mark.parametrize(

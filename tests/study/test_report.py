@@ -179,7 +179,7 @@ def test_an_unfinished_run_is_said_to_be_one(good: str) -> None:
 
     Path("s.yaml").write_text(good)
     with pytest.raises(Interrupted):
-        nsmaps.run("s.yaml", out="out", progress=stop)
+        nsmaps.run_study("s.yaml", out="out", progress=stop)
     assert CliRunner().invoke(app, ["report", "out"]).exit_code == 0
     text = page_of(Path("out")).text
     assert "Unfinished: the run was stopped, and this is what it had computed. The one required verdict holds." in text

@@ -46,7 +46,7 @@ def page() -> str:
 @pytest.mark.parametrize(("system", "spoken"), [("duffing", "integrated map"), ("impact_oscillator", "exact map")])
 def test_the_map_has_the_name_of_what_was_computed(good: str, monkeypatch: pytest.MonkeyPatch, system: str, spoken: str) -> None:
     Path("s.yaml").write_text(good)
-    result = nsmaps.run("s.yaml")
+    result = nsmaps.run_study("s.yaml")
     monkeypatch.setattr(type(result.system), "map_name", system_class(system).map_name)
     texts = [caption(result, "orbits"), *(f"{each.name} {each.of} {each.text}" for each in verdicts(result)), headline(result)]
     said = {name for name in ("integrated map", "exact map") if name in " ".join(texts).lower()}

@@ -13,7 +13,7 @@ from ball import BALL
 from ruamel.yaml import YAML
 
 from nsmaps import parallel as parts
-from nsmaps import read_result, run
+from nsmaps import read_result, run_study
 from nsmaps.dynamics.diagrams import bifurcation
 from nsmaps.dynamics.diagrams import parts as diagrams
 from nsmaps.dynamics.noise import orbits as noise
@@ -30,7 +30,7 @@ from nsmaps.study.store import run_folder as folders
 def test_progress_never_goes_back_and_tells_of_shares(good: str) -> None:
     Path("s.yaml").write_text(good)
     seen: list[tuple[str, float]] = []
-    run("s.yaml", progress=lambda share: seen.append((outermost().step, share)))
+    run_study("s.yaml", progress=lambda share: seen.append((outermost().step, share)))
     done = [share for _, share in seen]
     assert done == sorted(done)
     assert seen[0] == ("system", 0)
@@ -49,19 +49,19 @@ def stopped(study: str, at: str) -> Path:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
-        run(study, out="out", progress=stop)
+        run_study(study, out="out", progress=stop)
     return Path("out")
 
 
 def test_a_stopped_run_goes_on_without_computing_anything_twice(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(good)
-    whole = run("s.yaml")
+    whole = run_study("s.yaml")
     folder = stopped("s.yaml", "orbits")
     assert not read_result(folder).finished
     made: list[str] = []
     step = steps.compute_step
     monkeypatch.setattr("nsmaps.study.run.compute_step", lambda name, *given: (made.append(name), step(name, *given))[1])
-    again = run("s.yaml", out=folder, resume=True)
+    again = run_study("s.yaml", out=folder, resume=True)
     assert made == ["orbits", "domains"]
     assert again.finished
     assert read_result(folder).finished
@@ -77,7 +77,7 @@ def test_the_study_is_written_once_however_many_steps_are_kept(good: str, monkey
     written: list[object] = []
     plain = YAML.dump
     monkeypatch.setattr(YAML, "dump", lambda self, *given: (written.append(given), plain(self, *given))[1])
-    run("s.yaml", out="out")
+    run_study("s.yaml", out="out")
     assert len(written) == 1
 
 
@@ -86,14 +86,14 @@ def test_only_the_same_study_goes_on(good: str) -> None:
     folder = stopped("s.yaml", "orbits")
     Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
     with pytest.raises(NsmapsError, match="holds a run of 's' with another study than 's' now; expected: the same study"):
-        run("s.yaml", out=folder, resume=True)
+        run_study("s.yaml", out=folder, resume=True)
     assert not read_result(folder).finished, "what is there stays"
-    assert run("s.yaml", out=folder).finished, "from the beginning it may"
+    assert run_study("s.yaml", out=folder).finished, "from the beginning it may"
 
 
 def test_a_folder_that_is_not_there_begins() -> None:
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
-    assert run("s.yaml", out="new", resume=True).finished
+    assert run_study("s.yaml", out="new", resume=True).finished
 
 
 LONG = """\
@@ -110,7 +110,7 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     text = LONG if follow is None else LONG.replace("discard: 16", f"discard: 16, direction: {follow}")
     Path("s.yaml").write_text(text)
     monkeypatch.setattr(diagrams, "PART", 40)  # two values
-    whole = run("s.yaml")
+    whole = run_study("s.yaml")
     assert not Path("parts").exists(), "without a folder nothing is kept"
 
     def stop(share: float) -> None:
@@ -118,14 +118,14 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
-        run("s.yaml", out="out", progress=stop)
+        run_study("s.yaml", out="out", progress=stop)
     assert len(list(Path("out/parts/bifurcation").rglob("part-*.npz"))) == 2
     made: list[float] = []
     attractor = diagrams.settled
     monkeypatch.setattr(
         diagrams, "settled", lambda return_map, *given: (made.append(return_map.a), attractor(return_map, *given))[1]
     )
-    again = run("s.yaml", out="out", resume=True)
+    again = run_study("s.yaml", out="out", resume=True)
     assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
     assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
     assert not Path("out/parts").exists()
@@ -147,7 +147,7 @@ bifurcation:
 def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
     text = COMPOSITE if follow is None else COMPOSITE.replace("discard: 16", "discard: 16, direction: both")
     Path("s.yaml").write_text(text)
-    whole = run("s.yaml")
+    whole = run_study("s.yaml")
     refit, values = refits.refit, []
 
     def stop(plan: object, system: ImpactSystem) -> object:
@@ -158,7 +158,7 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
 
     monkeypatch.setattr(refits, "refit", stop)
     with pytest.raises(Interrupted):
-        run("s.yaml", out="out")
+        run_study("s.yaml", out="out")
     assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
     before = [*values]
     monkeypatch.setattr(refits, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
@@ -167,7 +167,7 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     monkeypatch.setattr(
         diagrams, "settled", lambda return_map, *given: (of.append(type(return_map)), exact(return_map, *given))[1]
     )
-    again = run("s.yaml", out="out", resume=True)
+    again = run_study("s.yaml", out="out", resume=True)
     assert np.allclose(sorted(set(np.round(values, 9))), np.linspace(0.2, 0.4, 7))
     assert values[:3] == before
     assert set(of) == {CompositeMap}, "the exact map's are read"
@@ -180,7 +180,7 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
 def test_a_diagram_is_counted_once(follow: str) -> None:
     Path("s.yaml").write_text(COMPOSITE.replace("discard: 16", f"discard: 16{follow}"))
     seen: list[float] = []
-    run("s.yaml", progress=lambda share: seen.append(4 * share - 3) if outermost().step == "bifurcation" else None)
+    run_study("s.yaml", progress=lambda share: seen.append(4 * share - 3) if outermost().step == "bifurcation" else None)
     count = 7 * 2 * (2 if "both" in follow else 1)  # values, maps, ways
     assert len(seen) > count
     assert np.allclose((seen[0], seen[-1]), (0, 1))
@@ -189,7 +189,7 @@ def test_a_diagram_is_counted_once(follow: str) -> None:
 
 def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(LONG)
-    whole = run("s.yaml")
+    whole = run_study("s.yaml")
     made: list[range] = []
     realised, written = noise._realised, parts._Folder.write
 
@@ -206,18 +206,18 @@ def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatc
     monkeypatch.setattr(noise, "_realised", noted)
     monkeypatch.setattr(parts._Folder, "write", stop)
     with pytest.raises(Interrupted):
-        run("s.yaml", out="out")
+        run_study("s.yaml", out="out")
     assert "bifurcation" in read_result("out").timings
     assert not Path("out/parts/bifurcation").exists(), "it is in the result"
     shutil.copytree("out", "other")
     made.clear()
     monkeypatch.setattr(parts._Folder, "write", written)
-    again = run("s.yaml", out="out", resume=True)
+    again = run_study("s.yaml", out="out", resume=True)
     assert len(made) == 2, "of six"
     assert again.noise.stays[1].time.tolist() == whole.noise.stays[1].time.tolist()
     assert not Path("out/parts").exists()
     made.clear()
-    run("s.yaml", out="other")
+    run_study("s.yaml", out="other")
     assert len(made) == 6, "from the beginning"
 
 
@@ -236,7 +236,7 @@ def killed(study: str, at: str, monkeypatch: pytest.MonkeyPatch) -> Path:
     with monkeypatch.context() as patch:
         patch.setattr("nsmaps.study.run.compute_step", compute)
         with pytest.raises(Killed):
-            run(study, out="out")
+            run_study(study, out="out")
     return Path("out")
 
 
@@ -250,13 +250,13 @@ def made_by(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_a_killed_run_goes_on_after_its_last_step(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(good)
-    whole = run("s.yaml")
+    whole = run_study("s.yaml")
     folder = killed("s.yaml", "domains", monkeypatch)
     assert not (folder / "result.json").exists()
     (folder / "parts" / "surfaces.npz").write_bytes(b"cut off")
     (folder / "parts" / ".unfinished-1").write_bytes(b"of a program that was killed")
     made = made_by(monkeypatch)
-    again = run("s.yaml", out=folder, resume=True)
+    again = run_study("s.yaml", out=folder, resume=True)
     assert made == ["surfaces", "domains"]
     assert list(again.timings) == list(whole.timings)
     assert again.verdicts == whole.verdicts
@@ -269,27 +269,27 @@ def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.Monke
     folder = killed("s.yaml", "domains", monkeypatch)
     Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
     with pytest.raises(NsmapsError, match="out contains steps of a run of another study, or of other versions, than 's' now"):
-        run("s.yaml", out=folder, resume=True)
+        run_study("s.yaml", out=folder, resume=True)
 
 
 @pytest.mark.parametrize("file", ["result.json", "study.yaml", "arrays.npz"])
 def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None:
     Path("s.yaml").write_text(good)
-    whole = run("s.yaml", out="out")
+    whole = run_study("s.yaml", out="out")
     a_study = [b"system: ball\n"] if file == "study.yaml" else []
     for content in (b"", Path("out", file).read_bytes()[:100], *a_study):
         Path("out", file).write_bytes(content)
         with pytest.raises(NsmapsError, match=f"^out/{file} cannot be read"):
             read_result("out")
         with pytest.warns(RuntimeWarning, match=f"^out/{file} cannot be read .*; all steps are computed again$"):
-            assert run("s.yaml", out="out", resume=True).verdicts == whole.verdicts
+            assert run_study("s.yaml", out="out", resume=True).verdicts == whole.verdicts
         assert read_result("out").finished
 
 
 def test_a_warning_of_the_command_is_a_line() -> None:
     Path("mine.py").write_text(BALL)
     Path("s.yaml").write_text("system: mine.py:Ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
-    run("s.yaml", out="out")
+    run_study("s.yaml", out="out")
     Path("out/study.yaml").write_text("system: ball\n")
     command = [sys.executable, "-m", "nsmaps", "run", "s.yaml", "--out", "out", "--resume", "-q", "--no-figures", "--no-report"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -301,7 +301,7 @@ def test_a_warning_of_the_command_is_a_line() -> None:
 @pytest.mark.parametrize("moved", [0, 1, 2])
 def test_a_result_that_was_ready_when_the_program_was_killed_is_there(good: str, moved: int) -> None:
     Path("s.yaml").write_text(good)
-    run("s.yaml", out="out")
+    run_study("s.yaml", out="out")
     ready = Path("out/.ready")
     ready.mkdir()
     for name in ("study.yaml", "arrays.npz", "result.json")[moved:]:
@@ -312,7 +312,7 @@ def test_a_result_that_was_ready_when_the_program_was_killed_is_there(good: str,
 
 def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(good)
-    run("s.yaml", out="out")
+    run_study("s.yaml", out="out")
     before = {path.name: path.read_bytes() for path in Path("out").iterdir()}
 
     def full(path: Path, content: bytes) -> None:
@@ -321,7 +321,7 @@ def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good
     with monkeypatch.context() as patch:
         patch.setattr(folders, "replace_file", full)
         with pytest.raises(NsmapsError, match=r"^out cannot be written to \(No space left on device\); .* resume with --resume$"):
-            run("s.yaml", out="out")
+            run_study("s.yaml", out="out")
     assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
     assert {path.stem for path in Path("out/parts").iterdir()} == {"system", "surfaces", "composite", "orbits", "domains"}
 
@@ -331,5 +331,5 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_computed(mon
     Path("file").write_text("")
     made = made_by(monkeypatch)
     with pytest.raises(NsmapsError, match=r"^file is not a writable folder"):
-        run("s.yaml", out="file/out")
+        run_study("s.yaml", out="file/out")
     assert made == []

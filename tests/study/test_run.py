@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
-from nsmaps import StudyResult, load_study, read_result, run
+from nsmaps import StudyResult, load_study, read_result, run_study
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.errors import NsmapsError
@@ -59,7 +59,7 @@ def whole(computed: Callable[..., tuple[StudyResult, Path]]) -> StudyResult:
 def test_only_what_is_named_is_computed() -> None:
     Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
     steps: list[str] = []
-    result = run("small.yaml", progress=lambda share: steps.append(outermost().step))
+    result = run_study("small.yaml", progress=lambda share: steps.append(outermost().step))
     assert list(dict.fromkeys(steps)) == ["system", "orbits"]
     assert list(result.timings) == ["system", "orbits"]
     assert (result.surfaces, result.composite, result.domain, result.diagonal) == ({}, None, None, None)
@@ -101,7 +101,7 @@ def test_orders_are_compared_on_the_states_near_the_diagonals(whole: StudyResult
 
 def test_orders_at_several_deltas_are_kept_with_their_maps(whole: StudyResult) -> None:
     Path("deltas.yaml").write_text(WHOLE.replace("  delta: 1.5\n", "  delta: 1.5\n  deltas: [1.3, 1.5, 1.7]\n"))
-    result = run("deltas.yaml", out="kept")
+    result = run_study("deltas.yaml", out="kept")
     states = [len(near.surface.start) for near in result.near]
     assert [near.delta for near in result.near] == [1.5, 1.3, 1.7]
     assert states[1] < states[0] == len(whole.near[0].surface.start) < states[2]
@@ -126,7 +126,7 @@ def test_a_piece_may_be_fitted_to_other_data_than_its_region(
     data: str, kept: Callable[..., np.ndarray] | None, whole: StudyResult
 ) -> None:
     Path("data.yaml").write_text(WHOLE.replace("family: low, fit", f"family: low, data: {data}, fit"))
-    result = run("data.yaml")
+    result = run_study("data.yaml")
     assert result.diagonal is not None
     own = next(states for value, states in result.diagonal.values if value == 0.2)
     count = len(own) if kept is None else np.sum(kept(*result.surfaces["low"].start.T))
@@ -167,7 +167,7 @@ domains:
   - {name: on a grid, map: exact, bounds: sampled, box: diagonal, updates: 1}
 """
     Path("bounds.yaml").write_text(WHOLE.split("domains:")[0] + more)
-    result = run("bounds.yaml", out="out")
+    result = run_study("bounds.yaml", out="out")
     own, moved, grid = result.domains.values()
     assert [(d.of, d.status) for d in (own, moved, grid)] == [
         ("fitted map all", "outer"),
@@ -194,7 +194,7 @@ domains:
 def test_what_no_piece_covers_is_said() -> None:
     text = WHOLE.replace("phi: [0, 2*pi]", "phi: [0, 3]").split("domains:")[0] + "require: [covered]\n"
     Path("part.yaml").write_text(text)
-    result = run("part.yaml")
+    result = run_study("part.yaml")
     covered = result.verdicts[0]
     assert (covered.name, covered.holds, covered.required, result.holds) == ("covered", False, True, False)
     phi = result.returns.start[:, 1]
@@ -252,7 +252,7 @@ PARAMETRIC = WHOLE.split("orbits:")[0] + "parametric: {parameter: a, from: 0.2, 
 
 def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
     Path("swept.yaml").write_text(PARAMETRIC)
-    result = run("swept.yaml", out="out")
+    result = run_study("swept.yaml", out="out")
     made = result.parametric
     assert made is not None
     assert len(made.nodes) == 7
@@ -263,7 +263,7 @@ def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
     assert verdict.text == "no: the exact map has no attractor from the start at any value compared"  # the ball comes to rest
     states = result.returns.start[:50]
     Path("own.yaml").write_text(PARAMETRIC.replace("a: 0.2}", "a: 0.3}").split("parametric:")[0])
-    fitted = run("own.yaml").composite  # the truth: the same pieces, fitted at the value itself
+    fitted = run_study("own.yaml").composite  # the truth: the same pieces, fitted at the value itself
     apart = np.abs(made.at(0.3).piece("all").map(states) - fitted.piece("all").map(states)).max()
     assert apart <= made.report.refit.max()
     kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["parametric"]
@@ -279,7 +279,7 @@ def test_a_value_at_which_a_piece_has_no_data_is_named() -> None:
         text.replace("family: low, fit", "family: low, data: diagonal, fit").replace("to: 0.4, o", "to: 9, o")
     )
     with pytest.raises(NsmapsError, match=r"swept.yaml:\d+:\d+: at a = [\d.]+: swept.yaml:\d+:\d+: piece 'all': "):
-        run("swept.yaml")
+        run_study("swept.yaml")
 
 
 PRINTED = """\
@@ -301,7 +301,7 @@ def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
     Path("maps").mkdir()
     Path("maps/printed.json").write_text(NEAR)
     Path("printed.yaml").write_text(PRINTED)
-    result = run("printed.yaml", out="out")
+    result = run_study("printed.yaml", out="out")
     image = result.composite.first_return([[0.3, 1.0], [0.8, 2.0]]).image
     np.testing.assert_allclose(image, [[0.2 * 2.5 * 0.3 + 0.1 + 0.2, 1 + 0.2 * 0.3], [1 - 0.4, 1]], rtol=1e-14)
     assert result.domains["printed"].of == "printed map near"
@@ -318,7 +318,7 @@ def test_printed_coefficients_are_parametric_too() -> None:
     Path("maps").mkdir()
     Path("maps/printed.json").write_text(NEAR)
     Path("printed.yaml").write_text(PRINTED + "parametric: {parameter: a, from: 0.1, to: 0.3, order: 1}\n")
-    result = run("printed.yaml")
+    result = run_study("printed.yaml")
     assert result.parametric.report is None
     assert not any(verdict.name.startswith("parametric") for verdict in result.verdicts)
     image = result.parametric.at(0.25).first_return([[0.3, 1.0], [0.8, 2.0]]).image
@@ -349,7 +349,7 @@ def test_ctrl_c_keeps_what_is_finished() -> None:
 
     Path("whole.yaml").write_text(WHOLE)
     with pytest.raises(Interrupted) as stopped:
-        run("whole.yaml", out="out", progress=stop)
+        run_study("whole.yaml", out="out", progress=stop)
     kept = read_result("out")
     assert (kept.finished, kept.domains, kept.second_iterate) == (False, {}, None)
     assert list(kept.timings) == ["system", "surfaces", "diagonal", "composite", "orbits"]
@@ -371,7 +371,7 @@ def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: py
     Path("s.yaml").write_text(good)
     try:
         with pytest.raises(Interrupted):
-            run("s.yaml", out="out")
+            run_study("s.yaml", out="out")
         assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
     finally:
         signal.signal(signal.SIGINT, handler)
@@ -379,7 +379,7 @@ def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: py
     assert not kept.finished
     assert list(kept.timings) == ["system", "surfaces", "composite"]
     monkeypatch.setattr(Orbits, "compute", work)
-    assert run("s.yaml", out="out", resume=True).finished
+    assert run_study("s.yaml", out="out", resume=True).finished
 
 
 def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -397,11 +397,11 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
     with monkeypatch.context() as patched:
         patched.setattr(cover, "_next", stopped)
         with pytest.raises(Interrupted):
-            run("s.yaml", out="out")
+            run_study("s.yaml", out="out")
     assert levels == [0, 1]
     assert "morse" not in read_result("out").timings
     shares: list[float] = []
-    result = run("s.yaml", out="out", progress=shares.append, resume=True)
+    result = run_study("s.yaml", out="out", progress=shares.append, resume=True)
     assert result.morse is not None
     assert result.morse.finished
     assert shares == pytest.approx([0, 1 / 2, 5 / 8, 3 / 4, 1])
@@ -409,7 +409,7 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:
     Path("whole.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
-    run("whole.yaml", out="out")
+    run_study("whole.yaml", out="out")
     again = read_result("out")
     assert (again.study.title, again.composite, again.surfaces) == ("", None, {})
     assert {path.name for path in Path("out").iterdir()} == {"study.yaml", "result.json", "arrays.npz"}
@@ -444,13 +444,13 @@ figures: [bifurcation]
 
 def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
     Path("long.yaml").write_text(LONG_RUN)
-    result = run("long.yaml", out="long")
+    result = run_study("long.yaml", out="long")
     again = read_result("long")
     for k, a in enumerate((0.2, 0.3, 0.4)):
         Path("one.yaml").write_text(
             LONG_RUN.replace("parameters: {a: 0.2}", f"parameters: {{a: {a}}}").partition("bifurcation:")[0]
         )
-        alone = run("one.yaml")
+        alone = run_study("one.yaml")
         assert alone.composite is not None
         for of, return_map in (("exact", alone.system), ("composite", alone.composite)):
             state = np.array([[0.3, 1.0]])
@@ -470,7 +470,7 @@ def test_a_bifurcation_does_not_make_partitions() -> None:
     text = "".join(line for line in LONG_RUN.splitlines(keepends=True) if "composite:" not in line and "name: all" not in line)
     Path("parts.yaml").write_text(text + "partition: {tolerance: 1e-2}\n")
     with pytest.raises(NsmapsError, match="a partition is of one value"):
-        run("parts.yaml")
+        run_study("parts.yaml")
 
 
 def test_both_ways_tell_what_coexists() -> None:
@@ -479,7 +479,7 @@ def test_both_ways_tell_what_coexists() -> None:
     part = {key: whole[key] for key in ("system", "parameters", "bifurcation")}
     part["bifurcation"] |= {"from": 0.22, "to": 0.23, "points": 201}  # of its own values
     Path("part.yaml").write_text(json.dumps(part))
-    result = run("part.yaml", out="both")
+    result = run_study("part.yaml", out="both")
     assert result.bifurcation["exact"].held.all()
     record = json.loads(Path("both/result.json").read_text())["numbers"]["bifurcation"]["exact"]["attractors"]
     low, chaos = (next(row for row in record if row["label"] == label) for label in ("2:1/T", "C"))
@@ -496,11 +496,11 @@ def test_a_step_that_fails_keeps_those_before_it(good: str, monkeypatch: pytest.
     with monkeypatch.context() as patched:
         patched.setattr(Orbits, "compute", failing)
         with pytest.raises(ZeroDivisionError, match="in a step"):
-            run("s.yaml", out="out")
+            run_study("s.yaml", out="out")
     kept = read_result("out")
     assert not kept.finished
     assert list(kept.timings) == ["system", "surfaces", "composite"]
-    assert run("s.yaml", out="out", resume=True).finished
+    assert run_study("s.yaml", out="out", resume=True).finished
 
 
 @pytest.mark.parametrize("name", ["result.json", "study.yaml", "arrays.npz"])
@@ -538,7 +538,7 @@ def test_a_grid_with_coordinates_held_is_judged_in_those_that_vary_and_in_any_or
     texts = []
     for sides in (SIDES, SIDES[::-1]):
         Path("plane.yaml").write_text(PLANE.replace("{GRID}", "{" + ", ".join(sides) + "}"))
-        result = run("plane.yaml")
+        result = run_study("plane.yaml")
         texts.append([verdict.text for verdict in result.verdicts])
         exact, other = (ends.states for ends in (result.orbits[0].ends, result.orbits[0].composite_ends))
         scale = [0.4, *extents(result.orbits[0].exact.states, result.system.coordinates)[1:3], 0.4]

@@ -64,13 +64,13 @@ def test_a_file_is_not_run_with_installed_only(stranger: None) -> None:
     line = f"s.yaml:2:9: the system is the file '{path}:Ball', which would be executed; expected: an installed system, "
     for command in ("check", "run"):
         assert refused(command, "s.yaml", "--installed-only").startswith(line)
-    for call in (nsmaps.load_study, nsmaps.run):
+    for call in (nsmaps.load_study, nsmaps.run_study):
         with pytest.raises(StudyError, match="which would be executed"):
             call("s.yaml", installed_only=True)
     assert not Path("mark").exists()
     study = nsmaps.load_study("s.yaml")
     with pytest.raises(StudyError, match="which would be executed"):
-        nsmaps.run(study, installed_only=True)
+        nsmaps.run_study(study, installed_only=True)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_a_run_that_goes_on_runs_no_file_that_its_study_does_not_name(stranger: 
     text = Path("out/study.yaml").read_text()
     write_study("out", text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
     with pytest.raises(NsmapsError, match="which would be executed"):
-        nsmaps.run("mine.yaml", out="out", resume=True)
+        nsmaps.run_study("mine.yaml", out="out", resume=True)
     assert not Path("mark").exists()
 
 
@@ -283,7 +283,7 @@ def test_what_is_beyond_memory_or_time_is_refused_before_anything_is_computed(se
             rf"s\.yaml:{line}:1: a run is estimated to need \S+ (GB|hours) of {what}, most of it for '{section}'; ", told
         ), told
     with pytest.raises(StudyError, match=f"of {what}, most of it for '{section}'"):
-        nsmaps.run("s.yaml", max_memory=16)
+        nsmaps.run_study("s.yaml", max_memory=16)
 
 
 def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -299,7 +299,7 @@ def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch:
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "much")
     assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; expected: a positive number, or inf"
     with pytest.raises(NsmapsError, match="NSMAPS_MAX_MEMORY is -1; expected"):
-        nsmaps.run("s.yaml", max_memory=-1)
+        nsmaps.run_study("s.yaml", max_memory=-1)
 
 
 def test_check_says_what_a_run_will_need() -> None:
@@ -321,9 +321,9 @@ def test_the_memory_is_estimated_to_a_factor_of_ten(section: str) -> None:
     Path("s.yaml").write_text(SMALL + texts[section])
     study = nsmaps.load_study("s.yaml")
     estimated = total(sizes(study, study.system_object())).memory
-    nsmaps.run(study, out="first")  # what is made once, such as the kernel, is no part of it
+    nsmaps.run_study(study, out="first")  # what is made once, such as the kernel, is no part of it
     tracemalloc.start()
-    nsmaps.run(study, out="second")
+    nsmaps.run_study(study, out="second")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak / 10 < estimated < peak * 10

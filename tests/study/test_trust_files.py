@@ -239,7 +239,7 @@ def test_a_folder_whose_record_is_none_is_not_written_to(text: str) -> None:
     Path("out").mkdir()
     Path("out/result.json").write_bytes(text.encode("latin-1"))
     with pytest.raises(NsmapsError, match="exists, and no run wrote it"):
-        nsmaps.run("ball/drop", out="out")
+        nsmaps.run_study("ball/drop", out="out")
 
 
 @pytest.mark.parametrize("out", ["nowhere\0", "z" * 300, "taken"])
@@ -247,7 +247,7 @@ def test_an_out_folder_that_cannot_be_is_told_before_anything_is_computed(out: s
     Path("taken").write_text("a file")
     monkeypatch.setattr("nsmaps.study.run.compute_step", None)
     with pytest.raises((NsmapsError, OSError)):
-        nsmaps.run("ball/drop", out=out)
+        nsmaps.run_study("ball/drop", out=out)
 
 
 LOGISTIC = nsmaps.reduced.PolyMap.of_monomials(("x",), {"x": {(1,): 4, (2,): -4}}, [[0, 1]])

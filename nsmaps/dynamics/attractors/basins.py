@@ -19,7 +19,7 @@ from nsmaps.exact.outcome import OUTCOMES
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.interrupts import Interrupted
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.progress import shows
 from nsmaps.results import NONE, RETURNS, Result, array, array_property, units_of
 
@@ -131,7 +131,7 @@ def basins(
     max_period: int = 32,
     *,
     quantifiers: Mapping[str, Function] | None = None,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> Basins:
     """Which attractor each start comes to, and after how many returns.
 
@@ -148,7 +148,7 @@ def basins(
         max_period: longest period tested, in returns.
         quantifiers: functions by name, each of the states of an attractor, shape (K, n), one period or a sample of a motion
             without a period, and of the map; each returns a number, or an array of one shape for all attractors.
-        jobs: see `nsmaps.Jobs`; a part is 5000 starts of a round. Attractors are searched for in this process.
+        parallel: see `nsmaps.Parallel`; a part is 5000 starts of a round. Attractors are searched for in this process.
 
     Raises:
         StateError, NsmapsError: the starts do not have the map's coordinates, another argument is not valid, or a quantifier
@@ -176,16 +176,16 @@ def basins(
 
     try:
         if attractors:
-            _arrive(return_map, start, np.arange(len(start)), known, max_returns, jobs.share(0.0, 1.0, "given"), ends)
+            _arrive(return_map, start, np.arange(len(start)), known, max_returns, parallel.share(0.0, 1.0, "given"), ends)
         else:
-            _search(return_map, start, known, (max_returns, tolerance, max_period), jobs, ends)
+            _search(return_map, start, known, (max_returns, tolerance, max_period), parallel, ends)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, result() if known else None) from None
     return result()
 
 
 def _search(
-    return_map: ReturnMap, start: Floats, known: list[Attractor], how: tuple[int, float, int], jobs: Jobs, ends: Ends
+    return_map: ReturnMap, start: Floats, known: list[Attractor], how: tuple[int, float, int], parallel: Parallel, ends: Ends
 ) -> None:
     """Add attractors to those known, from samples of the starts that reached none, and write which starts reach them."""
     for number in range(ROUNDS):
@@ -195,20 +195,26 @@ def _search(
         if not found and known:
             break
         known += found
-        round_jobs = jobs.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
-        _arrive(return_map, start, open_, known, how[0], round_jobs, ends)
+        portion = parallel.share(1 - ROUND**number, 1 - ROUND ** (number + 1), f"round-{number}")
+        _arrive(return_map, start, open_, known, how[0], portion, ends)
         if not found:
             break
 
 
 def _arrive(
-    return_map: ReturnMap, start: Floats, which: Ints, attractors: Sequence[Attractor], returns: int, jobs: Jobs, ends: Ends
+    return_map: ReturnMap,
+    start: Floats,
+    which: Ints,
+    attractors: Sequence[Attractor],
+    returns: int,
+    parallel: Parallel,
+    ends: Ends,
 ) -> None:
     """Write the ends of some starts: at once, or in parts that are computed by an executor or stored in a folder.
 
     After Ctrl-C those that are known then are written.
     """
-    cuts = jobs.cuts(len(which), CHUNK)
+    cuts = parallel.cuts(len(which), CHUNK)
 
     def gathered(parts: Mapping[int, Arrays]) -> Ends:
         some = ends.of(which)
@@ -217,11 +223,11 @@ def _arrive(
         return some
 
     try:
-        if jobs.divided and attractors and cuts:
+        if parallel.divided and attractors and cuts:
             parts = [(return_map, start[which[cut]], tuple(attractors), returns) for cut in cuts]
-            found = gathered(dict(enumerate(jobs.run(_followed, parts, gathered))))
+            found = gathered(dict(enumerate(parallel.run(_followed, parts, gathered))))
         else:
-            found = follow(return_map, start[which], attractors, returns, jobs.progress)
+            found = follow(return_map, start[which], attractors, returns, parallel.progress)
     except Interrupted as stopped:
         ends.write(which, stopped.result or ())
         raise

@@ -22,7 +22,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
 from nsmaps.interrupts import Interrupted
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, divides, names_among, names_as_arrays
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
 from nsmaps.results import units_of
 
 MEASURES = "distance", "return_time", "return_error", "returned"  #: fields of `Stability`
@@ -49,7 +49,7 @@ def global_continuation(
     n_states: int = 8,
     seed: int = 0,
     quantifiers: Mapping[str, Function] | None = None,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> GlobalContinuation:
     """The attractors along a parameter with the shares of their basins, their distances to the boundary and return times.
 
@@ -71,7 +71,7 @@ def global_continuation(
         n_directions, n_states: of directions, and of states of an attractor, in which the boundary is searched for.
         seed: of the starts, directions and kicks.
         quantifiers: as for `basins`.
-        jobs: see `nsmaps.Jobs`; every value is a part, of the search and of the stability.
+        parallel: see `nsmaps.Parallel`; every value is a part, of the search and of the stability.
 
     Raises:
         StateError, NsmapsError: there is no such parameter, the box does not have the map's coordinates, another argument is not
@@ -90,9 +90,9 @@ def global_continuation(
     work = _Work(map_of, along, start, how, Kicks(kick, n_kicks, n_directions, n_states, seed), unit)
     about = coordinates, parameter, units, region, step, quantifiers_of(quantifiers, GlobalContinuation, parameter)
     try:
-        work.find(jobs.share(0.0, FOUND, "attractors"))
+        work.find(parallel.share(0.0, FOUND, "attractors"))
         work.follow()
-        work.measure(jobs.share(FOUND, 1.0, "stability"))
+        work.measure(parallel.share(FOUND, 1.0, "stability"))
     except KeyboardInterrupt as error:
         raise Interrupted.of(error, work.result(*about) if work.found else None) from error
     return work.result(*about)
@@ -128,10 +128,10 @@ class _Work:
     attractors: dict[int, list[Attractor]] = field(default_factory=dict)  #: where there is a map
     stability: dict[int, Arrays] = field(default_factory=dict)  #: of `_stability`, where there is a map
 
-    def find(self, jobs: Jobs) -> None:
+    def find(self, parallel: Parallel) -> None:
         """The attractors that the starts reach at each value."""
         try:
-            parts = jobs.run(_found, [(self.map_of, value, self.start, *self.how) for value in self.values.tolist()])
+            parts = parallel.run(_found, [(self.map_of, value, self.start, *self.how) for value in self.values.tolist()])
             self.found.update(enumerate(parts))
         except Interrupted as stopped:
             self.found.update(sorted(stopped.result.items()))
@@ -149,13 +149,13 @@ class _Work:
                     known, return_map = self.attractors[here], self.map_of(self.values[here])
                     known += find_attractors(return_map, seeds, *self.how, known)
 
-    def measure(self, jobs: Jobs) -> None:
+    def measure(self, parallel: Parallel) -> None:
         """The basins and the stability at each value with a map."""
         places = list(self.attractors)
         about = [(self.values[v], tuple(self.attractors[v]), self.found[v]["label"]) for v in places]
         parts = [(self.map_of, *each, self.start, self.kicks, self.scale, self.how[0]) for each in about]
         try:
-            self.stability.update(zip(places, jobs.run(_stability, parts), strict=True))
+            self.stability.update(zip(places, parallel.run(_stability, parts), strict=True))
         except Interrupted as stopped:
             self.stability.update((places[k], part) for k, part in sorted(stopped.result.items()))
             raise

@@ -21,7 +21,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.exact.systems.parameters import System
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.results import units_of
 
 PART = 2_000_000  #: returns of a part by default: about a second
@@ -44,7 +44,7 @@ def parameter_plane(
     refine: int | None = None,
     observables: Sequence[ObservableLike] = (),
     quantifiers: Mapping[str, Function] | None = None,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> ParameterPlane:
     """The attractors over the plane of two parameters: at each pixel those that the orbits of some starts reach.
 
@@ -72,7 +72,7 @@ def parameter_plane(
             `n_returns` returns from the last state on.
         quantifiers: as for `basins`, of the states of a cycle, or of `n_returns` returns from the last state on. Functions of
             modules, if there are other processes.
-        jobs: see `nsmaps.Jobs`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
+        parallel: see `nsmaps.Parallel`. Parts are pixels, with a direction rows, that make 2,000,000 returns together.
 
     Raises:
         StateError: the starts do not have the system's coordinates.
@@ -93,10 +93,10 @@ def parameter_plane(
     known = np.zeros(rows.size * columns.size, bool)
     work = _Work(Along(system, first, second), columns, rows, how, known)
     if refine is None or 1 in work.shape:
-        work.compute(np.arange(work.known.size), jobs)
+        work.compute(np.arange(work.known.size), parallel)
         refinement = None
     else:
-        levels = _Levels(work, jobs, 2 * refine.bit_length())
+        levels = _Levels(work, parallel, 2 * refine.bit_length())
         refinement = refined(work.shape, refine, levels.kinds, levels.continued)
     if work.tables["refused"][work.known].all():
         raise NsmapsError(f"there is no map at any of {work.known.sum()} pixels: {work.reason}")
@@ -123,13 +123,13 @@ class _Work:
         """Rows and columns."""
         return len(self.across), len(self.along)
 
-    def compute(self, numbers: Ints, jobs: Jobs) -> None:
+    def compute(self, numbers: Ints, parallel: Parallel) -> None:
         """Compute some pixels, by their numbers; with a direction all of them."""
         starts, length, _, direction = self.how[:4]
         places = self._places(numbers)
         each = places.reshape(*self.shape, 2) if direction else places[:, None]
         size = -(-PART // ((length.discard + length.returns) * len(starts) * each.shape[1] * len(WAYS[direction])))
-        cuts = jobs.cuts(len(each), size)
+        cuts = parallel.cuts(len(each), size)
         rows = [each[cut] if direction else each[cut].reshape(1, -1, 2) for cut in cuts]
         ends = np.cumsum([0, *(row.shape[0] * row.shape[1] for row in rows)])
 
@@ -143,15 +143,15 @@ class _Work:
             write(parts)
             return self.plane()
 
-        write(dict(enumerate(jobs.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
+        write(dict(enumerate(parallel.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
 
-    def continue_from(self, numbers: Ints, sources: Ints, jobs: Jobs) -> None:
+    def continue_from(self, numbers: Ints, sources: Ints, parallel: Parallel) -> None:
         """The attractors at some pixels of orbits that start on those of others; the numbers of both, of as many."""
         window = self.how[1].window
         starts, length = self.tables["state"][sources], Length(window, window, window)
-        cuts = jobs.cuts(len(numbers), -(-PART // (2 * window * starts.shape[1])))
+        cuts = parallel.cuts(len(numbers), -(-PART // (2 * window * starts.shape[1])))
         parts = [(self.map_of, self._places(numbers[cut])[None], starts[cut], length, *self.how[2:]) for cut in cuts]
-        found = jobs.run(pixels, parts, lambda parts: self.plane())
+        found = parallel.run(pixels, parts, lambda parts: self.plane())
         for cut, part in zip(cuts, found, strict=True):
             self._write(part, numbers[cut])
 
@@ -196,7 +196,7 @@ class _Levels:
     """The kinds of pixels for refinement, each round of pixels computed in parts of its own."""
 
     work: _Work
-    jobs: Jobs
+    parallel: Parallel
     rounds: int  #: number of rounds that is expected, for the progress
     done: int = 0
     kinds_known: dict[tuple[tuple[str, int], ...], int] = field(default_factory=dict)
@@ -213,10 +213,10 @@ class _Levels:
         self.work.forget(numbers[~same])
         return np.asarray(same)
 
-    def _jobs(self) -> Jobs:
+    def _jobs(self) -> Parallel:
         """Of the next round."""
         self.done += 1
-        return self.jobs.share(self._share(self.done - 1), self._share(self.done), f"round-{self.done - 1:04d}")
+        return self.parallel.share(self._share(self.done - 1), self._share(self.done), f"round-{self.done - 1:04d}")
 
     def _known(self, numbers: Ints) -> Ints:
         """The kinds of pixels that have numbers."""

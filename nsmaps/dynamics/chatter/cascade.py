@@ -94,7 +94,7 @@ def chatter_cascade(
     check_class(event, BifurcationPoint, "a cascade begins at the end of a branch")
     if event.kind != CHATTER_ENDS or n_orbits < 1:
         raise NsmapsError(f"{n_orbits} orbits at a {event.kind}; expected: one or more at an {CHATTER_ENDS}")
-    border, found = event.parameter, dict[int, IncompleteChatter]()
+    border, found = event.value, dict[int, IncompleteChatter]()
     single = lambda value: map_of(value).system  # noqa: E731
     for value, orbit in _attractors(single, event, _way(map_of, event, bounds)):
         number = len(orbit.states)
@@ -111,12 +111,12 @@ def chatter_cascade(
 def _way(map_of: Callable[[float], CompleteChatter], event: BifurcationPoint, bounds: tuple[float, float]) -> float:
     """The end of the range, less the border, on whose side chatter is not complete."""
     low, high = bounds
-    return_map, _ = map_or_reason(map_of, event.parameter + 1e-6 * (high - low))
+    return_map, _ = map_or_reason(map_of, event.value + 1e-6 * (high - low))
     if return_map is not None:
         times = [float(each.time[0]) for each in single_returns(return_map, event.orbit.states[:1], 2 * len(event.orbit.states))]
         if np.allclose(sum(times[len(times) // 2 :]), event.orbit.returns.time.sum(), rtol=0.1):
-            return low - event.parameter
-    return high - event.parameter
+            return low - event.value
+    return high - event.value
 
 
 def _attractors(
@@ -125,7 +125,7 @@ def _attractors(
     """The attracting orbits of single impacts that take the border orbit's time, at distances that shrink."""
     whole, share, count = float(event.orbit.returns.time.sum()), 1.0, 64
     while share > LEAST:
-        value = event.parameter + share * way
+        value = event.value + share * way
         share /= SHRINK
         system, _ = map_or_reason(system_of, value)
         if not isinstance(system, FlowSystem):

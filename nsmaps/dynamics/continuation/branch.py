@@ -1,7 +1,7 @@
 """A branch of periodic orbits in one parameter: as a result, and while it is followed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -37,7 +37,7 @@ class Branch(Result):
         """The motion, the range and the events, on one line."""
         if not len(self.values):
             return f"Branch without orbits: {self.ended}"
-        events = "; ".join(f"{event.kind} at {event.parameter:.9g}" for event in self.events) or "no events"
+        events = "; ".join(f"{event.kind} at {event.value:.9g}" for event in self.events) or "no events"
         ends = f"{self.parameter} from {self.values[0]:.6g} to {self.values[-1]:.6g}"
         return f"Branch of {self.labels[-1]}, {len(self.values)} orbits, {ends}: {events}"
 
@@ -116,5 +116,6 @@ class GrowingBranch:
         points, curve = [self.points[k] for k in kept], self.curve
         values, arclength = np.array([point.value for point in points]), np.array([self.arclength[k] for k in kept])
         returns = Returns.concatenate([point.orbit.returns for point in points])
-        found = values, arclength, tuple(self.events), ended, curve.scale, curve.units
+        events = tuple(replace(event, parameter=curve.parameter) for event in self.events)
+        found = values, arclength, events, ended, curve.scale, curve.units
         return Branch(returns, curve.period, curve.tolerance, curve.parameter, *found)

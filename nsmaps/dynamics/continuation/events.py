@@ -44,8 +44,8 @@ class BifurcationPoint(Result):
     """
 
     kind: str
-    parameter: float  #: its value
-    precision: float  #: precision of the parameter, as estimated from the last steps towards it
+    value: float  #: of the parameter
+    precision: float  #: of the value, as estimated from the last steps towards it
     orbit: PeriodicOrbit  #: the orbit there; for a grazing, a border or the end of the domain, the last one before it
     detail: str = ""  #: the margin that falls to zero, the reason why there is no map, or that an event was not located
     border: str = ""  #: `persistence` or `non-smooth fold`, perhaps `with doubling`, or `end at a gap`; "" where unknown
@@ -53,10 +53,11 @@ class BifurcationPoint(Result):
         default=None, metadata=array("unknown", "at a branch point, how states and parameter change along the branch", NONE)
     )
     at: AtBorder | None = None  #: at a border of pieces given by formulas, which states are there, and the pieces beyond it
+    parameter: str = ""  #: its name
 
     def __str__(self) -> str:
         """The kind and the value with its precision."""
-        return f"{self.kind} at {self.parameter:.12g} +- {self.precision:.1g}"
+        return f"{self.kind} at {self.parameter and f'{self.parameter} = '}{self.value:.12g} +- {self.precision:.1g}"
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:

@@ -130,8 +130,8 @@ def switch_branch(
         NsmapsError: no other branch is known to begin at the point, none is found there, or other arguments are invalid.
     """
     check_class(point, BifurcationPoint, "another branch begins at an event of a branch")
-    extent = _extent(bounds, point.parameter, step, max_points, until, kinds)
-    curve = curve_from(map_along(system, parameter), point.orbit, point.parameter, bounds, tolerance, parameter)
+    extent = _extent(bounds, point.value, step, max_points, until, kinds)
+    curve = curve_from(map_along(system, parameter), point.orbit, point.value, bounds, tolerance, parameter)
     if doubled and not point.doubles:
         raise NsmapsError(f"the event is a {point.kind}; expected: a {DOUBLING}, or a border collision of formulas with doubling")
     if point.kind == DOUBLING:
@@ -141,10 +141,10 @@ def switch_branch(
     if point.kind != BRANCH_POINT or point.towards is None:
         text = f"a {DOUBLING}, a {BRANCH_POINT}, or a {BORDER} of pieces given by formulas"
         raise NsmapsError(f"the event is a {point.kind}; expected: {text}")
-    start, own = curve.evaluate(curve.y(point.orbit.states, point.parameter)), curve.scaled(point.towards)
+    start, own = curve.evaluate(curve.y(point.orbit.states, point.value)), curve.scaled(point.towards)
     along = None if start is None else other_tangent(curve, start, own / np.linalg.norm(own))
     if start is None or along is None:
-        raise NsmapsError(f"no second branch is found at {point.parameter:.9g}; expected: a {BRANCH_POINT} that was located")
+        raise NsmapsError(f"no second branch is found at {point.value:.9g}; expected: a {BRANCH_POINT} that was located")
     return _follow(curve, start, side * along, extent, fresh=True)
 
 
@@ -159,7 +159,7 @@ def _doubled(curve: OrbitCurve, point: BifurcationPoint, extent: _Extent) -> Bra
     curve = replace(curve, period=2 * len(orbit.states))
     along = np.append(np.ravel(u / curve.scale), 0.0)
     along /= np.linalg.norm(along)
-    start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), point.parameter))
+    start = curve.evaluate(curve.y(np.tile(orbit.states, (2, 1)), point.value))
     assert start is not None
     return _follow(curve, start, along, extent, fresh=True)
 
@@ -168,12 +168,12 @@ def _beyond(curve: OrbitCurve, point: BifurcationPoint, extent: _Extent, *sides:
     """The branch that begins at a border, with the pieces of its sides one after the other."""
     assert point.at is not None
     curve = replace(curve, period=len(sides) * curve.period)
-    start = point.at.beyond(curve, point.parameter, point.orbit.states, *sides) if point.border != GAP else None
+    start = point.at.beyond(curve, point.value, point.orbit.states, *sides) if point.border != GAP else None
     if start is None:
         raise NsmapsError(
-            f"no branch begins at {point.parameter:.9g} ({point.detail}); expected: a border at which the map is continuous"
+            f"no branch begins at {point.value:.9g} ({point.detail}); expected: a border at which the map is continuous"
         )
-    border = curve.y(np.tile(point.orbit.states, (len(sides), 1)), point.parameter)
+    border = curve.y(np.tile(point.orbit.states, (len(sides), 1)), point.value)
     return _follow(curve, start, tangent(start, curve.difference(start.y, border)), extent, fresh=False)
 
 

@@ -51,7 +51,7 @@ def becomes_equilibrium(grown: GrowingBranch, _: float) -> BifurcationPoint | No
     if not (precision <= WORST * unit and shares.min() > ALIKE * shares.max()):
         return None
     small = float(np.abs(values[~large] - value).max())
-    grown.events[:] = [event for event in grown.events if abs(event.parameter - value) > small]
+    grown.events[:] = [event for event in grown.events if abs(event.value - value) > small]
     return BifurcationPoint(HOPF, value, precision + SMALLEST * unit, last.orbit, "the orbit shrinks to an equilibrium")
 
 

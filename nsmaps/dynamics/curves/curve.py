@@ -101,10 +101,10 @@ def bifurcation_curve(
     curve = _curve(map_of, event, second, bounds, tolerance)
     if curve.kind == DETACHMENT:
         return _detachments(curve, event, second, step, max_points)
-    y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.parameter)
+    y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.value)
     start = None if y is None else correct(curve, curve.unknowns(y, second), _upward(curve.unknowns(y, second)))
     if start is None or not curve.along.low <= start.values[0] <= curve.along.high:
-        place = f"{event.parameter:.9g}, {second:.9g}"
+        place = f"{event.value:.9g}, {second:.9g}"
         raise NsmapsError(f"no {event.kind} near {place}; expected: an orbit at the event, and these parameters")
     sense = tangent(start, _upward(start.y))
     control = Control(step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
@@ -114,7 +114,7 @@ def bifurcation_curve(
 
 def _detachments(curve: CriticalCurve, event: BifurcationPoint, second: float, step: float, max_points: int) -> BifurcationCurve:
     """The curve of a detachment, with the orbits beside it that are released, NaN where none is found."""
-    boundary, start = ContactCurve(curve, event.orbit, step, max_points), np.array([event.parameter, second])
+    boundary, start = ContactCurve(curve, event.orbit, step, max_points), np.array([event.value, second])
     (before, begun), (after, ended) = (boundary.way(start, sense) for sense in (-1.0, 1.0))
     parameters = np.concatenate([before[::-1] if ended != CLOSED else before[:0], [start], after])
     q, n = event.orbit.states.shape
@@ -137,7 +137,7 @@ def _beside(curve: CriticalCurve, event: BifurcationPoint, second: float) -> Flo
     for side in (1.0, -1.0):
         share = ASIDE[0]
         while share < ASIDE[1]:
-            value = event.parameter + side * share * branch.unit
+            value = event.value + side * share * branch.unit
             return_map, _ = map_or_reason(branch.map_of, value)
             if return_map is not None:
                 states = event.orbit.states
@@ -236,11 +236,11 @@ def _curve(
         raise NsmapsError(f"the event is a {event.kind}; expected: {', '.join(get_args(Kind))}")
     orbit, kind, at = event.orbit, next(kind for kind in get_args(Kind) if kind == event.kind), event.at
     if at is not None:
-        along = curve_from(at.along(lambda first: map_of(first, second)), orbit, event.parameter, bounds[0], tolerance)
+        along = curve_from(at.along(lambda first: map_of(first, second)), orbit, event.value, bounds[0], tolerance)
         return CriticalCurve(at.along(map_of), along, *bounds[1], kind, side=at)
-    along, side = curve_from(lambda first: map_of(first, second), orbit, event.parameter, bounds[0], tolerance), None
+    along, side = curve_from(lambda first: map_of(first, second), orbit, event.value, bounds[0], tolerance), None
     if kind == "border collision":
-        side = _side(map_of(event.parameter, second), orbit.states, along.scale)
+        side = _side(map_of(event.value, second), orbit.states, along.scale)
     curve_class = CrossingCurve if kind == "branch point" else CriticalCurve
     return curve_class(map_of, along, *bounds[1], kind, LEAST if kind in NEARER else 0.0, side)
 
@@ -275,7 +275,7 @@ def _sides(return_map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...
 
 
 def _check(event: BifurcationPoint, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
-    for value, (low, high) in zip((event.parameter, second), bounds, strict=True):
+    for value, (low, high) in zip((event.value, second), bounds, strict=True):
         if not (low <= value <= high and low < high):
             raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")
     if not 10 * SMALLEST < step <= 1 or max_points < 1:

@@ -16,7 +16,7 @@ from nsmaps.dynamics.returnmap import map_along, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
-from nsmaps.parallel import SERIAL, Jobs, divides
+from nsmaps.parallel import SERIAL, Parallel, divides
 from nsmaps.results import units_of
 
 STATES = 0.7  #: share of the work that the states are assumed to take, for `progress`; the rest is that of these orbits
@@ -34,7 +34,7 @@ def bifurcation_diagram(
     direction: Literal["up", "down", "both"] | None = None,
     tolerance: float = 1e-6,
     borders: bool = False,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> BifurcationDiagram:
     """The attractors over the values of a parameter, as in remark num_bif.
 
@@ -57,7 +57,7 @@ def bifurcation_diagram(
         tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the extent
             of the motion, between events too, and at least to the median of the extents in the diagram.
         borders: whether the borders of the widest windows are located, too; see `nsmaps.dynamics.diagrams.windows.windows`.
-        jobs: see `nsmaps.Jobs`. Parts are values, as many as make
+        parallel: see `nsmaps.Parallel`. Parts are values, as many as make
             100,000 returns; with `direction` every start is followed through the values of a part separately.
 
     Raises:
@@ -70,10 +70,10 @@ def bifurcation_diagram(
     if direction == "both":
         how: Any = {"n_returns": n_returns, "transient": transient, "tolerance": tolerance}
         one_way = partial(bifurcation_diagram, map_of, parameter, along, now, **how)
-        up = one_way(direction="up", jobs=jobs.share(0.0, 0.5, "up"))
-        found = _beside(up, one_way(direction="down", jobs=jobs.share(0.5, 1.0, "down")))
+        up = one_way(direction="up", parallel=parallel.share(0.0, 0.5, "up"))
+        found = _beside(up, one_way(direction="down", parallel=parallel.share(0.5, 1.0, "down")))
     else:
-        found = _diagram(map_of, parameter, along, now, n_returns, transient, tolerance, direction, jobs)
+        found = _diagram(map_of, parameter, along, now, n_returns, transient, tolerance, direction, parallel)
     wide = windows(found, map_of, now, transient, direction) if borders else ()
     return replace(found, windows=wide, units=units_of(system))
 
@@ -87,19 +87,19 @@ def _diagram(
     transient: int,
     tolerance: float,
     direction: Literal["up", "down"] | None,
-    jobs: Jobs,
+    parallel: Parallel,
 ) -> BifurcationDiagram:
     """The diagram of starts (S, n) in one direction."""
     order = np.argsort(-along if direction == "down" else along, kind="stable")
-    if not jobs.divided or not len(starts):
+    if not parallel.divided or not len(starts):
         first = starts if direction else None
         blocks = [(order, slice(None), attractors_at(map_of, along[order], starts, n_returns, transient, first))]
     else:
         so_far = partial(diagram_so_far, parameter, along, starts, tolerance)
-        sweep = Sweep(map_of, along, order, n_returns, transient, jobs.share(0.0, STATES, "states"), so_far)
+        sweep = Sweep(map_of, along, order, n_returns, transient, parallel.share(0.0, STATES, "states"), so_far)
         blocks = sweep.followed(starts) if direction else sweep.independent(starts)
     found = unnamed(parameter, along, starts, blocks, tolerance)
-    return found.named(map_of, tolerance, jobs.share(STATES, 1.0, "limits"))
+    return found.named(map_of, tolerance, parallel.share(STATES, 1.0, "limits"))
 
 
 def _beside(one: BifurcationDiagram, other: BifurcationDiagram) -> BifurcationDiagram:

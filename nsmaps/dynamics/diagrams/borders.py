@@ -150,15 +150,15 @@ class CycleSearch:
             found = self._walk(last, limit, spacing)
             if isinstance(found, Located):
                 return None
-            known = next((event for event in branch.events if abs(event.parameter - found.value) <= found.precision), None)
+            known = next((event for event in branch.events if abs(event.value - found.value) <= found.precision), None)
             sharp = known is not None and found.kind != LOST and known.precision <= found.precision
             return End(self._border(known) if known and sharp else found)
         return None
 
     def _border(self, event: BifurcationPoint) -> Border:
         """An event as a border, to no less than rounding."""
-        rounding = ROUNDING * (self.unit + abs(event.parameter))
-        return Border(event.parameter, max(event.precision, rounding), event.kind)
+        rounding = ROUNDING * (self.unit + abs(event.value))
+        return Border(event.value, max(event.precision, rounding), event.kind)
 
     def _halved(self, at: Located, branch: Branch, spacing: float) -> End | None:
         """Where a cycle takes half its period, if a step of its branch leads to this: at the doubling of the cycle of half."""
@@ -236,7 +236,7 @@ class CycleSearch:
             far: a value at which there is no cycle any more.
             before: values of the doublings before this one, where they are known.
         """
-        values, given = [*before, event.parameter], len(before) + 1
+        values, given = [*before, event.value], len(before) + 1
         while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
             branch = switch_branch(self.map_of, "", event, _bounds(values[-1], far), 1, STEP, LONGEST, tuple(TESTS), doubled=True)
             if len(branch.values) < 2 or not any(branch.stable[1:]):
@@ -245,7 +245,7 @@ class CycleSearch:
             if end is None or end.kind != DOUBLING:
                 return self._border(end) if end else None
             event = end
-            values.append(event.parameter)
+            values.append(event.value)
             if len(values) > given + 1:
                 far = values[-1] + (values[-1] - values[-2])
         return _accumulation(values) if len(values) > 1 else None

@@ -17,7 +17,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, names_among
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, names_among
 from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property
 
 FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
@@ -137,14 +137,14 @@ class Unnamed:
         about: Any = {"outcome": outcome, "ends": settled if far else None}
         return replace(plain, length=length, period=period, labels=labels.astype(str), states=states, **about)
 
-    def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, jobs: Jobs) -> BifurcationDiagram:
+    def named(self, map_of: Callable[[float], ReturnMap], tolerance: float, parallel: Parallel) -> BifurcationDiagram:
         """The diagram whose open orbits are followed on."""
         if not self.open_.any():
-            if jobs.progress is not None:
-                jobs.progress(1.0)
+            if parallel.progress is not None:
+                parallel.progress(1.0)
             return self.diagram()
         about = self.diagram_so_far.values, self.diagram_so_far.states[:, :, -1], self.open_, self.scale, tolerance
-        return self.diagram(open_ends(map_of, *about, jobs, self.diagram))
+        return self.diagram(open_ends(map_of, *about, parallel, self.diagram))
 
 
 def diagram_so_far(parameter: str, values: Floats, starts: Floats, tolerance: float, blocks: list[Block]) -> BifurcationDiagram:

@@ -13,7 +13,7 @@ from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import label
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import Alphabet, words_of
-from nsmaps.parallel import Arrays, Jobs, begun
+from nsmaps.parallel import Arrays, Parallel, begun
 
 OPEN = 20  #: orbits without a period in a part, which are followed for longer
 
@@ -66,7 +66,7 @@ def open_ends(
     open_: Bools,
     scale: Floats,
     tolerance: float,
-    jobs: Jobs,
+    parallel: Parallel,
     unfinished: Callable[[list[ResolvedMotion]], Any],
 ) -> list[ResolvedMotion]:
     """Length, period and name of the motions of open orbits, from their last states (V, S, n) on, in the order of the orbits.
@@ -75,15 +75,15 @@ def open_ends(
     """
     rows = np.flatnonzero(open_.any(axis=1))
     last = np.where(open_[:, :, None], states, np.nan)
-    cuts = [rows[cut] for cut in jobs.cuts(len(rows), -(-OPEN // max(states.shape[1], 1)))] if jobs.divided else [rows]
+    cuts = [rows[cut] for cut in parallel.cuts(len(rows), -(-OPEN // max(states.shape[1], 1)))] if parallel.divided else [rows]
     parts = [(map_of, values[cut], last[cut], scale, tolerance) for cut in cuts]
-    if not jobs.divided:
+    if not parallel.divided:
         return _motions([_limits(*part) for part in parts])
 
     def first(found: Mapping[int, Arrays]) -> Any:
         return unfinished(_motions(begun(found)))
 
-    return _motions(jobs.run(_limits, parts, first))
+    return _motions(parallel.run(_limits, parts, first))
 
 
 def _motions(parts: Iterable[Arrays]) -> list[ResolvedMotion]:

@@ -13,7 +13,7 @@ from nsmaps.dynamics.diagrams.names import alphabet_as_arrays
 from nsmaps.dynamics.limits.settled import Settled, settled
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.parallel import Arrays, Jobs, names_as_arrays
+from nsmaps.parallel import Arrays, Parallel, names_as_arrays
 
 PART = 100_000  #: fewest returns of a part of a diagram by default, many times the cost of its overhead
 D = TypeVar("D")  #: a diagram over all values
@@ -29,7 +29,7 @@ class Sweep(Generic[D]):
     order: NDArray[np.int64]  #: indices of the values in the order in which they are taken
     returns: int
     discard: int
-    jobs: Jobs
+    parallel: Parallel
     diagram: Callable[[list[Block]], D]  #: from the results at some of them
 
     def independent(self, starts: Floats) -> list[Block]:
@@ -40,7 +40,7 @@ class Sweep(Generic[D]):
         def blocks(found: Mapping[int, Arrays]) -> list[Block]:
             return [(cuts[k], slice(None), part) for k, part in found.items()]
 
-        return blocks(dict(enumerate(self.jobs.run(attractors_at, parts, lambda found: self.diagram(blocks(found))))))
+        return blocks(dict(enumerate(self.parallel.run(attractors_at, parts, lambda found: self.diagram(blocks(found))))))
 
     def followed(self, starts: Floats) -> list[Block]:
         """Each start followed through the values; parts are starts, for successive ranges of values."""
@@ -49,8 +49,8 @@ class Sweep(Generic[D]):
         for cut in self._cuts(1):
             pairs = zip(starts[:, None], first[:, None], strict=True)
             parts = [(self.map_of, self.values[cut], start, self.returns, self.discard, own) for start, own in pairs]
-            jobs = self.jobs.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
-            found = jobs.run(attractors_at, parts, partial(self._diagram_until, blocks, cut))
+            parallel = self.parallel.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
+            found = parallel.run(attractors_at, parts, partial(self._diagram_until, blocks, cut))
             blocks += _of_starts(cut, dict(enumerate(found)))
             starts, done = np.concatenate([part["last"] for part in found]), done + len(cut)
         return blocks
@@ -62,7 +62,7 @@ class Sweep(Generic[D]):
     def _cuts(self, starts: int) -> list[NDArray[np.int64]]:
         """The indices of the values of each part, in their order."""
         size = -(-PART // ((self.returns + self.discard) * starts))
-        return [self.order[cut] for cut in self.jobs.cuts(len(self.order), size)]
+        return [self.order[cut] for cut in self.parallel.cuts(len(self.order), size)]
 
 
 def _of_starts(cut: NDArray[np.int64], found: Mapping[int, Arrays]) -> list[Block]:

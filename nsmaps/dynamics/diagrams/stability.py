@@ -15,7 +15,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Jobs, concatenated, divides
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, concatenated, divides
 from nsmaps.results import NONE, RETURNS, Result, array, units_of
 
 
@@ -59,7 +59,7 @@ def stability_diagram(
     transient: int = 1000,
     direction: Literal["up", "down"] | None = "down",
     tolerance: float = 1e-6,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> StabilityDiagram:
     """The motions that attract over two parameters: a bifurcation diagram along one for each value of the other.
 
@@ -71,7 +71,7 @@ def stability_diagram(
         start: one state, shape (n,), of every row.
         max_period: longest period tested, in returns.
         transient, direction, tolerance: as in `bifurcation_diagram`.
-        jobs: see `nsmaps.Jobs`; each row is a part.
+        parallel: see `nsmaps.Parallel`; each row is a part.
 
     Raises:
         NsmapsError, StateError: as for `bifurcation_diagram`, there are not two parameters, or no row has a map.
@@ -85,7 +85,7 @@ def stability_diagram(
         raise NsmapsError(f"the values across have shape {rows.shape}; expected: one or more numbers, shape (W,)")
     pairs = np.array([(x, y) for y in rows for x in columns]).reshape(-1, 2)
     now, how = starts_under(map_of, pairs, start), (2 * max_period, transient, direction, tolerance)
-    cuts = jobs.cuts(len(rows))
+    cuts = parallel.cuts(len(rows))
     parts = [(map_of, columns, rows[cut], now, *how) for cut in cuts]
 
     def diagram(tables: Arrays) -> StabilityDiagram:
@@ -98,7 +98,7 @@ def stability_diagram(
 
     if not parts:
         raise NsmapsError("none of 0 rows has a map: no value across")
-    found = diagram(concatenated(jobs.run(_rows, parts, unfinished)))
+    found = diagram(concatenated(parallel.run(_rows, parts, unfinished)))
     if all(found.reasons) and (found.outcome == Outcome.invalid).all():
         raise NsmapsError(f"none of {len(rows)} rows has a map: {found.reasons[0]}")
     return found

@@ -12,7 +12,7 @@ from nsmaps.dynamics.noise.law import Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.dynamics.returnmap import map_along, nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.results import NONE, Result, array, units_of
 
 if TYPE_CHECKING:
@@ -52,13 +52,13 @@ def impact_diagram(
     seed: int = 0,
     step: float | None = None,
     *,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> ImpactDiagram:
     """The impacts of one orbit that is followed through ascending ("up") or descending ("down") values of a parameter.
 
     At each value the impacts of `n_returns` returns after the transient are stored, at most three per return. The noise starts
     from its stationary law at each value. An orbit that ended starts again from `start`. Without noise (sigma = 0) these are the
-    deterministic impacts. The whole orbit is one part of `jobs`, see `nsmaps.Jobs`.
+    deterministic impacts. The whole orbit is one part of `parallel`, see `nsmaps.Parallel`.
 
     Args:
         model: a system with this parameter, or a function of its value that gives the system.
@@ -71,7 +71,7 @@ def impact_diagram(
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
     system_of = map_along(model, parameter)
     parts = [(system_of, along, starts_under(system_of, along, start), noise, n_returns, transient, seed, step)]
-    (tables,) = jobs.run(_impacts, parts)
+    (tables,) = parallel.run(_impacts, parts)
     about = tuple(tables["walls"].tolist()), noise, direction, parameter, along
     return ImpactDiagram(*about, tables["wall"], tables["speed"], units_of(model))
 

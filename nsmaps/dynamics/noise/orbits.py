@@ -19,7 +19,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.words import words_of
 from nsmaps.interrupts import threads
-from nsmaps.parallel import SERIAL, Arrays, Jobs, begun, concatenated, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, begun, concatenated, divides
 from nsmaps.results import NONE, TIME, TURNS, Result, array, array_property
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def noisy_orbits(
     chatter: float = 1e-6,
     impacts: int = 0,
     *,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> NoisyOrbits:
     """The first n returns of a map under noise, for R realisations.
 
@@ -102,8 +102,8 @@ def noisy_orbits(
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
         chatter: as in `first_return`; the noise is neglected within the time of the sum.
         impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
-        jobs: see `nsmaps.Jobs`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in threads on
-            all cores if there is no executor.
+        parallel: see `nsmaps.Parallel`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in
+            threads on all cores if there is no executor.
 
     Raises:
         StateError: the start has another shape.
@@ -128,7 +128,7 @@ def noisy_orbits(
     else:
         work, part, h, how = _realised, CHUNK, *_forced(return_map, n, noise, noise.tau, step, chatter, impacts)
     starts, letters = np.broadcast_to(starts, (realisations, dim)), letters_of(return_map)
-    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in jobs.cuts(realisations, part)]
+    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
         tables = concatenated(parts or [work((*how, seed), starts[:0], ())])
@@ -138,17 +138,20 @@ def noisy_orbits(
     def first(found: Mapping[int, Arrays]) -> NoisyOrbits | None:
         return joined(begun(found)) if 0 in found else None
 
-    return joined(_run(work, tasks, jobs, first))
+    return joined(_run(work, tasks, parallel, first))
 
 
 def _run(
-    work: Callable[..., Arrays], tasks: Sequence[tuple[Any, ...]], jobs: Jobs, unfinished: Callable[..., Any] | None = None
+    work: Callable[..., Arrays],
+    tasks: Sequence[tuple[Any, ...]],
+    parallel: Parallel,
+    unfinished: Callable[..., Any] | None = None,
 ) -> list[Arrays]:
-    """As `Jobs.run`, in threads on all cores if there is no executor."""
-    if jobs.executor is None and len(tasks) > 1:
+    """As `Parallel.run`, in threads on all cores if there is no executor."""
+    if parallel.executor is None and len(tasks) > 1:
         with threads(os.cpu_count() or 1) as pool:
-            return replace(jobs, executor=pool).run(work, tasks, unfinished)
-    return jobs.run(work, tasks, unfinished)
+            return replace(parallel, executor=pool).run(work, tasks, unfinished)
+    return parallel.run(work, tasks, unfinished)
 
 
 def forced_totals(system: FlowSystem, orbits: NoisyOrbits, observables: "tuple[Observable, ...]") -> Floats:
@@ -159,7 +162,7 @@ def forced_totals(system: FlowSystem, orbits: NoisyOrbits, observables: "tuple[O
     (n, r), noise = orbits.codes.shape, orbits.noise
     assert noise.tau is not None
     _, how = _forced(system, n, noise, noise.tau, orbits.step, orbits.chatter, 0, observables)
-    parts = [((*how, orbits.seed), orbits.states[0, cut], range(cut.start, cut.stop)) for cut in Jobs(part=CHUNK).cuts(r)]
+    parts = [((*how, orbits.seed), orbits.states[0, cut], range(cut.start, cut.stop)) for cut in Parallel(part=CHUNK).cuts(r)]
     return np.asarray(concatenated(_run(_realised, parts, SERIAL))["totals"])
 
 

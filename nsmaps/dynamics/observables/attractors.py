@@ -20,11 +20,11 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.progress import beat
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.observables.observe import Observed
+    from nsmaps.dynamics.observables.observe import ObservableMeans
 
 MEANS = ("per_return", "per_time", "per_period")
 RETURNS = 1000  #: of an orbit, unless given
@@ -46,7 +46,7 @@ def observe_diagram(
     observables: Sequence[ObservableLike],
     returns: int = RETURNS,
     *,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> AttractorMeans:
     """Means of observables at every value of a bifurcation diagram, from the last state of each of its orbits on.
 
@@ -57,14 +57,14 @@ def observe_diagram(
         map_of: the exact system at a value, with which the diagram was computed.
         observables: as of `observe`.
         returns: at least as many of each orbit.
-        jobs: see `nsmaps.Jobs`; a part is a value.
+        parallel: see `nsmaps.Parallel`; a part is a value.
 
     Raises:
         NsmapsError: as of `observe`.
         Interrupted: Ctrl-C; in `result` the means of values that are not finished are NaN.
     """
     found = _observables(map_of, diagram.values, observables)
-    cuts, last = jobs.cuts(len(diagram.values)), diagram.states[:, :, -1]
+    cuts, last = parallel.cuts(len(diagram.values)), diagram.states[:, :, -1]
     parts = [(map_of, diagram.values[cut], last[cut], diagram.period[cut], found, returns) for cut in cuts]
 
     def means(parts: Mapping[int, Arrays]) -> AttractorMeans:
@@ -73,7 +73,7 @@ def observe_diagram(
             table[:, :, cuts[k]] = part["means"]
         return _means(found, table, parameter=diagram.parameter, values=diagram.values, units=diagram.units)
 
-    return means(dict(enumerate(jobs.run(_along, parts, means))))
+    return means(dict(enumerate(parallel.run(_along, parts, means))))
 
 
 def _observables(
@@ -109,14 +109,14 @@ def _along(
     return {"means": table}
 
 
-def _followed(system: System, state: Floats, period: int, observables: tuple[Observable, ...], returns: int) -> "Observed":
+def _followed(system: System, state: Floats, period: int, observables: tuple[Observable, ...], returns: int) -> "ObservableMeans":
     """The observables of an orbit, over batches of whole periods if it has one."""
     unit = max(period, 1)
     batches = max(1, min(BATCHES, returns // unit))
     return observe(system, state, batches * unit * -(-returns // (batches * unit)), observables, batches=batches)
 
 
-def _rows(observed: "Observed") -> Floats:
+def _rows(observed: "ObservableMeans") -> Floats:
     """Means and errors of one orbit, shape (3, 2, K)."""
     nothing = np.full(len(observed.observables), np.nan)
     found = [getattr(observed, name) if name != "per_period" or observed.period is not None else None for name in MEANS]

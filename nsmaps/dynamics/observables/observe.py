@@ -28,7 +28,7 @@ BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class Observed(WithCoordinates, Result):
+class ObservableMeans(WithCoordinates, Result):
     """Totals of K observables over B batches of returns of one or more orbits; `...` is the shape of the starts."""
 
     coordinates: Coordinates
@@ -85,7 +85,7 @@ def observe(
     chatter: float = SUMMED_SPEED,
     *,
     progress: Progress | None = None,
-) -> Observed:
+) -> ObservableMeans:
     """Means of observables over n returns of one state, shape (dim,) or by name, or of many, shape (..., dim).
 
     They are summed impact by impact as the returns are computed, of maps return by return; nothing is stored. The returns are
@@ -146,7 +146,7 @@ def _observed(
     totals: Floats,
     time: Floats,
     last: Any,
-) -> Observed:
+) -> ObservableMeans:
     """Totals in the shape of the starts, a column for each observable."""
     shape, each = (len(totals), *start.shape[:-1]), np.full((2, *totals.shape[:2], len(found)), np.nan)
     for column, (k, part) in enumerate(columns):
@@ -155,4 +155,4 @@ def _observed(
     period = system.period()
     end = last.final.reshape(start.shape), last.outcome.reshape(start.shape[:-1])
     rows = parts[0], parts[1], time.reshape(shape), *end
-    return Observed(system.coordinates, found, None if period is None else float(period), length, *rows)
+    return ObservableMeans(system.coordinates, found, None if period is None else float(period), length, *rows)

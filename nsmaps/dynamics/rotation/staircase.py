@@ -187,9 +187,7 @@ def _edge(
     branch = continue_branch(map_of, "", cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
     if branch.events:
         event = branch.events[-1]
-        return Border(
-            event.parameter, max(event.precision, ROUNDING * (abs(event.parameter) + bounds[1] - bounds[0])), event.kind
-        )
+        return Border(event.value, max(event.precision, ROUNDING * (abs(event.value) + bounds[1] - bounds[0])), event.kind)
     if branch.ended.startswith(REACHED):
         return Border(bounds[int(way == "up")], 0.0, RANGE)
     return NOT_LOCATED

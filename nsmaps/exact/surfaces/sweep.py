@@ -11,7 +11,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import ReturnFamily, members
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
 from nsmaps.exact.systems.parameters import System
-from nsmaps.parallel import SERIAL, Arrays, Jobs, divides
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.results import units_of
 
 
@@ -40,16 +40,16 @@ def sweep(
     grid: Grid,
     families: Sequence[ReturnFamily],
     *,
-    jobs: Jobs = SERIAL,
+    parallel: Parallel = SERIAL,
 ) -> list[tuple[float, dict[str, Surface]]]:
     """The return surfaces for each value of one parameter, in the order of the values.
 
-    Each value is a part of `jobs`, see `nsmaps.Jobs`. Errors as `surfaces`; on Ctrl-C Interrupted, whose `result` has the values
-    that are finished.
+    Each value is a part of `parallel`, see `nsmaps.Parallel`. Errors as `surfaces`; on Ctrl-C Interrupted, whose `result` has
+    the values that are finished.
     """
     check_axes(grid, system.coordinates)
     along = [system.at(**{parameter: float(value)}) for value in np.asarray(values, float)]
-    cuts = jobs.cuts(len(along))
+    cuts = parallel.cuts(len(along))
 
     def surfaces_of(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
         places = [(number, k) for number, part in parts.items() for k in range(len(part["codes"]))]
@@ -57,7 +57,7 @@ def sweep(
         rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
         return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
 
-    return surfaces_of(dict(enumerate(jobs.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], surfaces_of))))
+    return surfaces_of(dict(enumerate(parallel.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], surfaces_of))))
 
 
 def _returns_over(systems: Sequence[System], grid: Grid) -> Arrays:

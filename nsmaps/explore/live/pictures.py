@@ -21,7 +21,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.explore.live.scene import Scene
-from nsmaps.parallel import Jobs
+from nsmaps.parallel import Parallel
 from nsmaps.progress import Progress
 
 MOST = 9  #: areas of a plane that have a colour of their own; the last of them is of all others
@@ -58,7 +58,7 @@ def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = N
         scene.start,
         n_returns=RETURNS,
         transient=DISCARDED,
-        jobs=Jobs(progress=progress),
+        parallel=Parallel(progress=progress),
     )
     heights = found.states[:, 0, :, list(scene.coordinates).index(scene.coordinate)]
     place = np.floor((heights - bottom) / (top - bottom) * rows)
@@ -95,7 +95,7 @@ def words(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
 
 def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
     """The plane by the attractor that is reached within some hundred returns."""
-    found = basins(scene.system, scene.grid(points), max_returns=RETURNS, jobs=Jobs(progress=progress))
+    found = basins(scene.system, scene.grid(points), max_returns=RETURNS, parallel=Parallel(progress=progress))
     names = {k: f"{one.label} ({k + 1})" for k, one in enumerate(found.attractors)}
     names |= {UNRESOLVED: "none reached", ENDED: "ended"}
     return _areas("Attractors reached", [names[k] for k in found.label.tolist()], points)

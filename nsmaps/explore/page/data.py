@@ -100,7 +100,7 @@ def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:
 def _events(result: "StudyResult") -> list[dict[str, Any]]:
     """The events of all branches, each once, in ascending order of the parameter."""
     branches = [branch for found in result.branches.values() for branch in found]
-    seen = {(event.kind, float(event.parameter)) for branch in branches for event in branch.events}
+    seen = {(event.kind, float(event.value)) for branch in branches for event in branch.events}
     return [{"kind": kind, "value": value} for kind, value in sorted(seen, key=lambda pair: pair[1])]
 
 

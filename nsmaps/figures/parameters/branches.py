@@ -79,11 +79,11 @@ def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
     for event, places in ((event, event.orbit.states[:, coordinate]) for branch in shown for event in branch.events):
         if event.kind == AT_INFINITY:
-            ax.axvline(event.parameter, **_ASYMPTOTE)  # type: ignore[arg-type]
+            ax.axvline(event.value, **_ASYMPTOTE)  # type: ignore[arg-type]
             continue
         size = _fineness(len(places))
         look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
-        ax.plot(np.full(len(places), event.parameter), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+        ax.plot(np.full(len(places), event.value), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
     ax.margins(0.03, 0.09)
     dress(ax, (shown[0].parameter, ""), (shown[0].coordinates[coordinate], "k"))
     left = _name_lines(ax, shown, coordinate, colours)

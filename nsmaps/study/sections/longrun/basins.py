@@ -59,13 +59,13 @@ class BasinsSection(Quantified):
         with plan.study.source.located(("basins",)):
             how = None, self.returns, self.tolerance, self.max_period
             both, functions = "composite" in self.map, self.functions(plan.study)
-            first = plan.portion(0, 2, "exact") if both else plan.jobs
-            found = basins(plan.system, plan.bound["basins"], *how, quantifiers=functions, jobs=first)
+            first = plan.portion(0, 2, "exact") if both else plan.parallel
+            found = basins(plan.system, plan.bound["basins"], *how, quantifiers=functions, parallel=first)
             line = None if self.boundary is None else basin_boundary(plan.system, found, self.boundary, self.returns)
             if not both or result.composite is None:
                 return {"basins": found, "boundary": line}
             reduced = basins(
-                result.composite, plan.bound["basins"], *how, quantifiers=functions, jobs=plan.portion(1, 2, "composite")
+                result.composite, plan.bound["basins"], *how, quantifiers=functions, parallel=plan.portion(1, 2, "composite")
             )
             there = counterpart(plan.system, result.composite)
             last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
-from nsmaps.parallel import Jobs
+from nsmaps.parallel import Parallel
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.results import units_of
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
@@ -110,7 +110,9 @@ class NoiseSection(NoiseSizes, Analysis):
             for number, sigma in enumerate(self.sigma):
                 noise = self.noise(sigma)
                 how = self.returns, noise, self.realisations, self.seed, self.step
-                orbits = noisy_orbits(plan.system, plan.bound["noise"], *how, jobs=plan.portion(number, count, f"sigma-{number}"))
+                orbits = noisy_orbits(
+                    plan.system, plan.bound["noise"], *how, parallel=plan.portion(number, count, f"sigma-{number}")
+                )
                 stays.append(residence(orbits.words, orbits.time, self.modes, self.min_returns))
                 ended.append(orbits.ended())
                 if "composite" in self.map:
@@ -194,7 +196,7 @@ def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "No
     return residence(words, _each(words), spec.modes, spec.min_returns)
 
 
-def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jobs) -> "tuple[ImpactDiagram, ...]":
+def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", parallel: Parallel) -> "tuple[ImpactDiagram, ...]":
     """The diagrams in descending and ascending order, each without and with noise."""
     from nsmaps.dynamics.noise.impacts import impact_diagram
 
@@ -203,7 +205,7 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", jobs: Jo
     how = section.returns, section.discard, spec.seed, spec.step
     where = plan.system, section.parameter, values, plan.bound["noise"]
     return tuple(
-        impact_diagram(*where, size, way, *how, jobs=jobs.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
+        impact_diagram(*where, size, way, *how, parallel=parallel.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))
         for k, way in enumerate(DOWN_AND_UP)
         for n, size in enumerate(sizes)
     )

@@ -129,7 +129,7 @@ def _swept(spec: DiagonalSection, plan: "Plan", grid: Grid) -> list[tuple[float,
     if spec.sweep is None:
         return [(float("nan"), family.surface(plan.system, grid))]
     values = np.linspace(spec.sweep.low, spec.sweep.high, spec.sweep.points)
-    swept = sweep(plan.system, spec.sweep.parameter, values, grid, [family], jobs=plan.jobs)
+    swept = sweep(plan.system, spec.sweep.parameter, values, grid, [family], parallel=plan.parallel)
     return [(value, found[spec.family]) for value, found in swept]
 
 

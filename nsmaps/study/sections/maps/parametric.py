@@ -199,8 +199,10 @@ def _compared(spec: ParametricSection, plan: "Plan", return_map: ParametricMap) 
     how: Any = {"starts": start, "n_returns": compare.returns, "transient": compare.discard}
     half = (1 + FITTED) / 2
     exact_at = CounterpartAlong(Along(plan.system, spec.parameter), return_map.at)
-    exact = bifurcation_diagram(exact_at, spec.parameter, values, **how, jobs=plan.jobs.share(FITTED, half, "exact"))
-    ours = bifurcation_diagram(return_map.at, spec.parameter, values, **how, jobs=plan.jobs.share(half, 1.0, "parametric"))
+    exact = bifurcation_diagram(exact_at, spec.parameter, values, **how, parallel=plan.parallel.share(FITTED, half, "exact"))
+    ours = bifurcation_diagram(
+        return_map.at, spec.parameter, values, **how, parallel=plan.parallel.share(half, 1.0, "parametric")
+    )
     if not exact.held.any():
         return None
     return replace(agreement(exact, ours, compare.tolerance, _sides(plan, exact)), starts=start)

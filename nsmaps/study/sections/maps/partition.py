@@ -84,7 +84,7 @@ class PartitionSection(PartitionChoices, Analysis):
         grid = plan.bound["grid"]
         with plan.study.source.located(("partition",)):
             box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
-            found = partition(plan.system, grid, plan.bound["partition"], progress=plan.jobs.progress)
+            found = partition(plan.system, grid, plan.bound["partition"], progress=plan.parallel.progress)
         if not isinstance(found, PartitionResult):
             return {"accurate": found, "speed": speeds(plan.system, found.map(plan.system), box)}
         speed = speeds(plan.system, found.composite, box)

@@ -92,8 +92,8 @@ class BifurcationSection(Range, Analysis):
             for k, of in enumerate(self.map):
                 map_of = map_along(plan, result, of, self.parameter)
                 part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
-                jobs = replace(plan.portion(k, len(self.map), of), part=part)
-                found = bifurcation_diagram(map_of, self.parameter, values, start, **how, jobs=jobs)
+                parallel = replace(plan.portion(k, len(self.map), of), part=part)
+                found = bifurcation_diagram(map_of, self.parameter, values, start, **how, parallel=parallel)
                 diagrams[of] = replace(found, units=units_of(plan.system))
             return {"bifurcation": diagrams}
 

@@ -204,8 +204,8 @@ def _entry(entry: "Sequence[Branch]") -> dict[str, Any]:
 
 
 def _event(event: "BifurcationPoint") -> dict[str, Any]:
-    about = {name: getattr(event, name) for name in ("kind", "parameter", "precision", "detail")}
-    return {"label": event.orbit.label, "value": known(event.parameter, event.precision)} | about
+    about = {name: getattr(event, name) for name in ("kind", "parameter", "value", "precision", "detail")}
+    return {"label": event.orbit.label, "digits": known(event.value, event.precision)} | about
 
 
 def _end(branch: "Branch") -> str:
@@ -213,7 +213,7 @@ def _end(branch: "Branch") -> str:
     last = branch.events[-1] if branch.events else None
     if last is None or last.kind != branch.ended:
         return branch.ended
-    return ", ".join(filter(None, (f"{last.kind} at {last.parameter:.9g}", _about(last))))
+    return ", ".join(filter(None, (f"{last.kind} at {last.value:.9g}", _about(last))))
 
 
 def _about(event: "BifurcationPoint") -> str:
@@ -225,12 +225,12 @@ def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[
     """Whether all requested successive doublings were found: confirmed, not required, text."""
     found = {branch: branch.doubling for branch in branches if branch.doubling is not None}
     asked = section.doublings * max(sum(branch.period == section.period for branch in found), 1)
-    at = ", ".join(f"{event.parameter:.8g}" for event in found.values())
+    at = ", ".join(f"{event.value:.8g}" for event in found.values())
     if len(found) == asked:
         return True, False, f"yes: at {at}"
     return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
 
 
 def _row(name: str, parameter: str, event: "BifurcationPoint") -> tuple[str, ...]:
-    value = f"{parameter} = {known(event.parameter, event.precision)}"
+    value = f"{parameter} = {known(event.value, event.precision)}"
     return name, event.orbit.label, event.kind, value, f"{event.precision:.1g}", _about(event)

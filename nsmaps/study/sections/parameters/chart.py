@@ -92,9 +92,9 @@ class ChartSection(Quantified):
         how: Any = self.model_dump(include={"max_period", "direction", "refine"})
         how |= {"n_returns": self.returns, "transient": self.discard, "observables": self.observables}
         how["quantifiers"] = self.functions(plan.study)
-        map_of, jobs = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
+        map_of, parallel = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
         with plan.study.source.located(("chart",)):
-            diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, jobs=jobs)
+            diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, parallel=parallel)
             curves = curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high))
         return {"chart": diagram, "chart_curves": curves}
 

@@ -56,7 +56,13 @@ class GlobalContinuationSection(Range, Quantified):
         counts: Any = {f"n_{name}": getattr(self, name) for name in ("samples", "kicks", "directions", "states")}
         with plan.study.source.located(("global_continuation",)):
             region = plan.bound["global_continuation"]
-            more = {"max_returns": self.returns, "quantifiers": self.functions(plan.study), "jobs": plan.jobs, **how, **counts}
+            more = {
+                "max_returns": self.returns,
+                "quantifiers": self.functions(plan.study),
+                "parallel": plan.parallel,
+                **how,
+                **counts,
+            }
             return {"global_continuation": global_continuation(plan.system, self.parameter, values, region, **more)}
 
     def describe(self, study: "Study") -> str:

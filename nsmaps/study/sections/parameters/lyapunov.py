@@ -49,7 +49,9 @@ class LyapunovSection(Range, Analysis):
         how: dict[str, Any] = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction}
         with plan.study.source.located(("lyapunov",)):
             return {
-                "lyapunov": lyapunov_sweep(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, jobs=plan.jobs)
+                "lyapunov": lyapunov_sweep(
+                    plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel
+                )
             }
 
     def describe(self, study: "Study") -> str:

@@ -95,10 +95,10 @@ class OptimumSection(Analysis):
 
         names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances", "returns", "starts"
         how = {name: getattr(self, name) for name in names}
-        jobs = plan.portion(0, 2 if self.noisy else 1)
+        parallel = plan.portion(0, 2 if self.noisy else 1)
         with plan.study.source.located(("optimum",)):
             found = optimize(
-                plan.system.at, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=jobs.progress
+                plan.system.at, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=parallel.progress
             )
             noisy = _noisy(self.noisy, plan, found) if self.noisy else None
         return {"optimum": found, "noisy_optimum": noisy}
@@ -176,9 +176,9 @@ def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> "NoisyO
     system, rows = plan.system.at(**found.parameters), []
     for number, sigma in enumerate(spec.sigma):
         how = spec.returns, spec.noise(sigma), spec.realisations, spec.seed
-        jobs = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
+        parallel = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
         room = IMPACTS * spec.returns if isinstance(system, FlowSystem) else 0
-        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=room, jobs=jobs)
+        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=room, parallel=parallel)
         mean = getattr(observe_noisy(system, orbits, [found.observable]), f"per_{found.per}")
         rows.append((mean.value[0], mean.error[0]))
     return NoisyOptimum(spec.sigma, *np.array(rows).T)

@@ -63,8 +63,8 @@ class StabilitySection(Analysis):
         how: Any = {"max_period": self.max_period, "transient": self.discard, "direction": self.direction}
         map_of = Along(plan.system, *plane)
         with plan.study.source.located(("stability",)):
-            jobs = plan.portion(0, 1 + len(self.curves))
-            diagram = stability_diagram(plan.system, plane, plan.bound["stability"], **how, jobs=jobs)
+            parallel = plan.portion(0, 1 + len(self.curves))
+            diagram = stability_diagram(plan.system, plane, plan.bound["stability"], **how, parallel=parallel)
             return {
                 "stability": diagram,
                 "curves": curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high)),

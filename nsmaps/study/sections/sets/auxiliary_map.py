@@ -80,7 +80,7 @@ class AuxiliaryMapSection(Analysis):
             full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
             target = forward_invariant_box(full, step.box, self.cells)
             goal = target if target.forward_invariant else None
-            window, progress = bound["window"], plan.jobs.progress
+            window, progress = bound["window"], plan.parallel.progress
             times = exit_times(full, return_map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)
         return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
