@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
+from nsmaps.coordinates import TWO_PI
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.orbit import Orbit
@@ -63,6 +64,24 @@ def cut(values: Floats, height: float) -> Floats:
     with np.errstate(invalid="ignore"):
         parted[:-1][np.abs(np.diff(parted)) > height] = np.nan
     return parted
+
+
+def in_one_piece(angles: Floats) -> Floats:
+    """Angles in the turn that begins in the middle of their largest gap, if one is a tenth of a turn at least.
+
+    >>> in_one_piece(np.array([0.1, 6.2, 0.3])).round(2).tolist()
+    [0.1, -0.08, 0.3]
+    """
+    places = np.unique(np.mod(angles[np.isfinite(angles)], TWO_PI))
+    if not len(places):
+        return angles
+    gaps = np.diff(places, append=places[0] + TWO_PI)
+    widest = int(gaps.argmax())
+    if gaps[widest] < 0.1 * TWO_PI:
+        return angles
+    begin = places[widest] + gaps[widest] / 2
+    begin -= TWO_PI * (begin >= TWO_PI / 2)
+    return np.asarray(np.mod(angles - begin, TWO_PI) + begin)
 
 
 def jumps(values: Floats, least: float) -> NDArray[np.bool_]:

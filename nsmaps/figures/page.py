@@ -27,6 +27,7 @@ from nsmaps.files.storage import file_part
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
 _TALL = 1.5  #: times the height of a panel: what stands around it is then higher than it, such as a legend
 _NARROW = 2.2  #: inches, the least width of a panel on a page that is narrower
+_FLATTER = 0.75  #: of the height of panels that stand one below the other for want of width
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
 _LETTERS = 9  #: letters of a title in an inch of its panel's width, after its own letter
@@ -56,7 +57,8 @@ class Sheet:
         """
         columns = self.columns if width >= COLUMN else max(1, min(self.columns, int(width / _NARROW)))
         rows, each = -(-len(self.panels) // columns), self.share * width / columns
-        figure = kind(figsize=(columns * each, rows * self.ratio * each), dpi=dpi, layout="constrained")
+        high = self.ratio * each * (_FLATTER if columns < self.columns else 1.0)
+        figure = kind(figsize=(columns * each, rows * high), dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
@@ -115,10 +117,11 @@ def _one_legend(figure: Figure) -> None:
     if not entries:
         return
     renderer, (width, height) = cast(Any, figure.canvas).get_renderer(), figure.get_size_inches()
+    names = list(entries)
     for columns in range(len(entries), 0, -1):
-        below = figure.legend(
-            list(entries.values()), list(entries), loc="outside lower center", ncols=columns, frameon=False, columnspacing=1.4
-        )
+        ordered = [name for column in range(columns) for name in names[column::columns]]  # to be read row by row
+        handles = [entries[name] for name in ordered]
+        below = figure.legend(handles, ordered, loc="outside lower center", ncols=columns, frameon=False, columnspacing=1.4)
         box = below.get_window_extent(renderer)
         if box.width <= figure.bbox.width or columns == 1:
             figure.set_size_inches(width, height + box.height / figure.dpi)

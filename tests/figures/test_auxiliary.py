@@ -35,7 +35,7 @@ def test_cobweb_steps_through_the_composite_orbit(result, ax, coordinate, index)
     assert panel(cobweb, result, ax, coordinate=coordinate) is ax
     states = result.orbits[0].composite.states[:, index]
     assert np.array_equal(by_label(ax)["composite orbit"].get_xydata(), np.column_stack(staircase(states)))
-    ends = by_label(ax)["last 10 %"].get_xydata()
+    ends = by_label(ax)["last tenth"].get_xydata()
     assert np.array_equal(ends, np.column_stack([states[-5:-1], states[-4:]]))  # of 40 steps the last four
 
 
@@ -131,7 +131,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     domain = replace(result.domains["fitted"], updates=(wild,))
     envelopes(domain, ax, "v")
     assert "generic" not in by_label(ax)
-    assert "its last 10 %" not in by_label(ax)
+    assert "its last tenth" not in by_label(ax)
 
 
 def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
@@ -260,7 +260,7 @@ def test_the_cobweb_of_an_orbit_that_ends_has_no_last_tenth(result, ax, end, sho
     stopped = replace(pair, composite=replace(pair.composite, states=states))
     panel(cobweb, result.with_parts({"orbits": (stopped,)}), ax)
     named = by_label(ax)
-    assert "last 10 %" not in named
+    assert "last tenth" not in named
     assert ("end" in named) is shown
     assert not shown or named["end"].get_xydata().tolist() == [[end, end]]
 

@@ -56,7 +56,7 @@ def test_a_state_over_time_has_a_curve_a_flight_in_the_colour_of_its_mode(slip, 
         assert np.array_equal(line.get_xydata(), np.column_stack([time, states[:, k]]))
     (stars,) = [line for line in ax.lines if line.get_marker() == "*" and to_rgba(line.get_color()) == to_rgba(GREEN)]
     assert np.array_equal(stars.get_xdata(), track.events.time[track.events.letter == "M"])
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["slower", "stick", "event M", "event K"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["slower", "stick", "event M", "event K from below"]
     assert ax.get_ylabel() == f"${'xu'[k]}$"
 
 
@@ -71,7 +71,7 @@ def test_the_plane_and_the_events(slip, ax):
     (way,) = [line for line in ax.lines if len(line.get_xdata()) == 8]
     assert np.array_equal(way.get_xydata(), np.column_stack([track.events.before[:, 0], track.events.phase]))
     assert ax.get_ylabel() == r"$\phi$ (rad)"
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["event M", "event K"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["event M", "event K from below", "start"]
 
 
 def test_events_without_a_phase_are_shown_by_two_states(ax):

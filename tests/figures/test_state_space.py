@@ -344,8 +344,8 @@ def test_states_of_other_words_are_told(result, ax):
 
 def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):
     drawn(result, ax)
-    assert legend_texts(ax) == ["exact map", "composite map", "exact, last 10 %", "composite, last 10 %", "start"]
-    (line,) = [line for line in ax.lines if line.get_label() == "composite, last 10 %"]
+    assert legend_texts(ax) == ["exact map", "composite map", "exact, last tenth", "composite, last tenth", "start"]
+    (line,) = [line for line in ax.lines if line.get_label() == "composite, last tenth"]
     assert np.array_equal(line.get_xydata(), result.orbits[0].composite.states[-5:])
 
 
@@ -369,7 +369,7 @@ def test_an_orbit_that_ends_has_a_cross_and_no_last_tenth(result, ax):
         stopped = replace(pair, composite=replace(pair.composite, states=states))
         other = ax.figure.add_subplot()
         drawn(result.with_parts({"orbits": (stopped,)}), other)
-        assert legend_texts(other) == ["exact map", "composite map", "exact, last 10 %", text, "start"]
+        assert legend_texts(other) == ["exact map", "composite map", "exact, last tenth", text, "start"]
         (cross,) = [line for line in other.lines if line.get_label() == text]
         assert cross.get_xydata().tolist() == [whole[last - beyond].tolist()]
 

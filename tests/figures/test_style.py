@@ -159,7 +159,7 @@ def test_panels_of_a_narrow_page_stand_one_below_the_other():
         lay_out(figure)
     assert wide.axes[0].get_position().y0 == pytest.approx(wide.axes[1].get_position().y0)
     assert narrow.axes[0].get_position().y0 > narrow.axes[1].get_position().y1
-    assert narrow.get_size_inches().tolist() == pytest.approx([3.4, 2 * 0.8 * 3.4])
+    assert narrow.get_size_inches().tolist() == pytest.approx([3.4, 2 * 0.75 * 0.8 * 3.4])
 
 
 def _drawn(*panels):

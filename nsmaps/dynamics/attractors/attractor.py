@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,8 @@ STAY = 50  #: successive states within the reach of an attractor without period 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Attractor(WithCoordinates, Result):
     """A set of states that orbits approach and stay on."""
+
+    picture: ClassVar[str] = "nsmaps.figures.attractors.poincare"
 
     coordinates: Coordinates
     states: Floats = field(metadata=array("point coordinate", "one period in order, or states visited; angles in [0, 2 pi)"))

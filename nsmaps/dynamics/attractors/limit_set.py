@@ -32,6 +32,8 @@ LONG = 40  #: number of letters from which a sentence omits a label
 class LimitSet(WithCoordinates, Result):
     """The limit set of one orbit in n coordinates."""
 
+    picture: ClassVar[str] = "nsmaps.figures.attractors.poincare"
+
     coordinates: Coordinates
     period: int  #: in returns; 0 where none was found
     looked: int  #: longest period that would have been found

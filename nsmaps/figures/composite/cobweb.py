@@ -80,7 +80,7 @@ def _ends(ax: Axes, values: Floats) -> None:
     """The last tenth of a cobweb."""
     ends = last_tenth(values)
     ax.plot(*staircase(ends), "-", color=MAGENTA, lw=0.8, zorder=5)
-    ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=3.3, zorder=6, label="last 10 %")
+    ax.plot(ends[:-1], ends[1:], "o", mfc=MAGENTA, mec="black", mew=0.5, ms=3.3, zorder=6, label="last tenth")
 
 
 def composite_orbit(pairs: "Sequence[OrbitPair]", number: int = 0) -> "Orbit":

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, is_angle
-from nsmaps.dynamics.attractors.limit_set import OrbitPair
+from nsmaps.dynamics.attractors.limit_set import LimitSet, OrbitPair
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.figures.composite.areas import colours_over, paint_pieces
 from nsmaps.figures.composite.inset import inset
@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 
 Found = Orbit | OrbitPair | Sequence[OrbitPair]
 Over = tuple["Grid", "CompositeMap | None"]  #: the range of a picture, and what divides it into pieces
-Run = tuple[Orbit, str, str, tuple[str, str, str, float], str]  #: an orbit, colour, dashes, marker of its last tenth, name
+Run = tuple[Orbit, "LimitSet | None", str, str, tuple[str, str, str, float], str]
+"""An orbit, what it ends on, colour, dashes, marker of its attractor, name."""
 _NEAR = 0.04  #: of the orbit's extent, within which it has come to the attractor, and its line is thin not to hide it
 
 
@@ -59,6 +60,8 @@ def _of_start(orbit: Orbit, number: int) -> Orbit:
 def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None, title: str = "exact map") -> Axes:
     """The orbits of one start: exact map solid orange, composite map dashed green; markers are their last tenths.
 
+    Where these have no period, dots are what they visit.
+
     Only pieces that an orbit visits have a colour, and an attractor that is small is enlarged. An orbit that ends before has no
     last tenth: a cross marks its last state, or the last one in the picture, if it leaves that.
     A step across the seam of a phase, where it is wrapped, is not a line across the figure: the line leaves at one edge and
@@ -75,27 +78,27 @@ def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None,
     pairs = (pairs,) if isinstance(pairs, OrbitPair) else pairs
     pair = pairs[0 if isinstance(found, Orbit) else number]
     coordinates = pair.coordinates
-    runs: list[Run] = [(pair.exact, ORANGE, "-", ("D", "white", ORANGE, 6.0), title)]
+    runs: list[Run] = [(pair.exact, pair.ends, ORANGE, "-", ("D", "white", ORANGE, 6.0), title)]
     if pair.composite is not None:
-        runs.append((pair.composite, GREEN, "--", ("o", GREEN, "white", 4.0), "composite map"))
+        runs.append((pair.composite, pair.composite_ends, GREEN, "--", ("o", GREEN, "white", 4.0), "composite map"))
     every = [finite_states(orbit) for orbit, *_ in runs]
     if over is not None and over[1] is not None:
         points = np.concatenate([_between(states) for states in every])
         visited = np.unique(over[1].piece_of(np.concatenate(every)))
         paint_pieces(ax, over[1], colours_over(over[1], over[0], pairs), over[0], beside=points, only=visited)
-    for states, (orbit, colour, dashes, _, name) in zip(every, runs, strict=True):
+    for states, (orbit, _, colour, dashes, _, name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
         ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
         ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4, path_effects=HALO)
     _last(ax, runs, every)
     _look(ax, over[0] if over else None, coordinates, np.concatenate(every))
-    for states, (orbit, colour, *_, name) in zip(every, runs, strict=True):
+    for states, (orbit, _, colour, *_, name) in zip(every, runs, strict=True):
         if ended(orbit):
             _end(ax, states, colour, name)
     start = every[0][:1]
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=0.8, ms=4.8, zorder=6, clip_on=False, label="start")
     ax.legend()
-    lasting = [last_tenth(states) for states, (orbit, *_) in zip(every, runs, strict=True) if not ended(orbit)]
+    lasting = [_settled(run, states) for states, run in zip(every, runs, strict=True) if not ended(run[0])]
     inner = inset(ax, np.concatenate(lasting), np.concatenate([_between(states) for states in every])) if lasting else None
     if inner is not None:
         _last(inner, runs, every)
@@ -103,11 +106,21 @@ def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None,
 
 
 def _last(ax: Axes, runs: Sequence[Run], every: Sequence[Floats]) -> None:
-    """The last tenths of the orbits that do not end before."""
-    for states, (orbit, _, _, (marker, fill, edge, size), name) in zip(every, runs, strict=True):
+    """The last tenths of the orbits that do not end before, or as dots what those visit that end on no cycle."""
+    for states, run in zip(every, runs, strict=True):
+        orbit, ends, colour, _, (marker, fill, edge, size), name = run
         if not ended(orbit):
-            look: dict[str, Any] = {"mfc": fill, "mec": edge, "mew": 0.7, "ms": size, "zorder": 5, "clip_on": False}
-            ax.plot(*last_tenth(states).T, marker, label=f"{name.split()[0]}, last 10 %", **look)
+            look: dict[str, Any] = {"marker": marker, "mfc": fill, "mec": edge, "mew": 0.7, "ms": size}
+            if ends is not None and not ends.period:
+                look = {"marker": ".", "mfc": colour, "mew": 0, "ms": 2.5}
+            text = f"{name.removesuffix(' map')}, last tenth"
+            ax.plot(*_settled(run, states).T, ls="", zorder=5, clip_on=False, label=text, **look)
+
+
+def _settled(run: Run, states: Floats) -> Floats:
+    """The last tenth of an orbit's states; of one that ends on no cycle many that it visits later."""
+    ends = run[1]
+    return last_tenth(states) if ends is None or ends.period else ends.states
 
 
 def _end(ax: Axes, states: Floats, colour: str, name: str) -> None:

@@ -58,7 +58,7 @@ def envelopes(domain: AttractingDomain, ax: Axes, coordinate: str = "", update: 
         generic = step.generic[:, i]
         if abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i]):
             ax.plot(*staircase(generic), color="0.4", lw=0.4, zorder=4, label="generic")
-            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="its last 10 %")
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="last tenth of it")
         cycle(ax, worst[-1])
     lower, upper = envelope.lower, envelope.upper
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)

@@ -1,7 +1,7 @@
 """The motion of a system with modes: its states over time, in a plane, and at its events."""
 
 from itertools import cycle
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +13,8 @@ from nsmaps.exact.events import ModeTrack
 from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, angle_ticks, label, with_unit
 
 MODES = (RED, SKY, OLIVE, MAGENTA, BROWN, GREY)  #: colours of flights, by mode
-EVENTS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0), (ORANGE, "s", 5.5), (BLACK, "^", 6.0), (GREY, "D", 5.0))  #: by letter
+EVENTS = ((GREEN, "*", 7.5), (BLUE, "o", 4.0), (ORANGE, "s", 3.8), (BLACK, "^", 4.2), (GREY, "D", 3.6))  #: by letter
+_ONE_PLACE = 1e-9  #: share of the extent of the motion
 
 
 def over_time(track: ModeTrack, ax: Axes, k: int) -> Axes:
@@ -27,12 +28,19 @@ def over_time(track: ModeTrack, ax: Axes, k: int) -> Axes:
     return ax
 
 
-def plane(track: ModeTrack, ax: Axes) -> Axes:
-    """The second state over the first with the start in a ring, coloured by mode; marks at events, dotted lines at jumps."""
+def plane(track: ModeTrack, ax: Axes, start: bool = True) -> Axes:
+    """The second state over the first, coloured by mode, a ring at the start; marks at events, dotted lines at jumps.
+
+    Grey lines are at the first state of events that all have the same, as at a stop.
+    """
     events = track.events
+    for letter in dict.fromkeys(events.letter.tolist()):
+        places = events.before[events.letter == letter, 0]
+        if np.ptp(places) <= _ONE_PLACE * np.ptp(track.states[..., 0]):  # a stop, or a section
+            ax.axvline(places[0], color="0.87", lw=2.4, zorder=0)
     _flights(ax, track, track.states[..., 0], track.states[..., 1])
     _events(ax, track, *((events.before[:, k], events.after[:, k]) for k in (0, 1)))
-    return _from_start(ax, events.before[0, 0], events.before[0, 1], *map(label, track.names[:2]))
+    return _labelled(ax, events.before[0, :2] if start else None, *map(label, track.names[:2]))
 
 
 def at_events(track: ModeTrack, ax: Axes) -> Axes:
@@ -47,7 +55,7 @@ def at_events(track: ModeTrack, ax: Axes) -> Axes:
     if phased:
         angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
     phase = next((name for name, angle in zip(coordinates, coordinates.angles, strict=True) if angle), names[-1])
-    return _from_start(ax, x[0], y[0], label(names[0]), label(phase if phased else names[1]))
+    return _labelled(ax, np.array([x[0], y[0]]), label(names[0]), label(phase if phased else names[1]))
 
 
 def _flights(ax: Axes, track: ModeTrack, x: Floats, y: Floats) -> None:
@@ -65,16 +73,25 @@ def _events(ax: Axes, track: ModeTrack, x: tuple[Floats, Floats], y: tuple[Float
         own = track.events.letter == letter
         look: dict[str, Any] = {"color": colour, "marker": shape, "ls": "", "ms": size, "mec": "white", "mew": 0.5}
         ax.plot(x[0][own], y[0][own], zorder=5, clip_on=False, **look)
-        handles.append(Line2D([], [], label=f"event {letter}", **look))
+        name = track.events.name[own][0]
+        handles.append(Line2D([], [], label=f"event {name}" if name.startswith(letter) else f"{letter}: {name}", **look))
     legend(ax, handles)
 
 
-def _from_start(ax: Axes, x: float, y: float, across: str, up: str) -> Axes:
-    ax.plot([x], [y], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
+def _labelled(ax: Axes, start: Floats | None, across: str, up: str) -> Axes:
+    """Names of both axes, and a ring around the start."""
+    if start is not None:
+        own = cast(Any, ax.get_legend())
+        legend(ax, [*own.legend_handles, ring(ax, *start.tolist())])
     ax.margins(0.06)
     ax.set_xlabel(across)
     ax.set_ylabel(up)
     return ax
+
+
+def ring(ax: Axes, x: float, y: float) -> Line2D:
+    """A ring around the start, which is what a legend has of it."""
+    return ax.plot([x], [y], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8, label="start")[0]
 
 
 def _colours(track: ModeTrack) -> dict[str, str]:

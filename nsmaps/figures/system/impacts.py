@@ -5,12 +5,11 @@ from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import ORANGE, angle_ticks, with_unit
-from nsmaps.figures.system.flights import at_events, legend
+from nsmaps.figures.style import angle_ticks, with_unit
+from nsmaps.figures.system.flights import at_events, legend, ring
 from nsmaps.figures.system.motion import mark_impacts, marks_of, several
 
 
@@ -32,9 +31,8 @@ def impacts(track: Track | ModeTrack, ax: Axes) -> Axes:
     ax.axvline(0, color="0.75", lw=0.5, zorder=0)
     ax.plot(track.rates, phase, color="0.35", ls=":", lw=0.7)
     mark_impacts(ax, track, track.rates, phase)
-    ax.plot(track.rates[:1], phase[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
+    start = ring(ax, track.rates[0], phase[0])
     ax.margins(0.06)
-    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
     legend(ax, [*marks_of(track), start])
     angle_ticks(ax.yaxis, float(np.ptp(ax.get_ylim())))
     ax.set_xlabel(with_unit(r"relative velocity $\dot{Z}_j$", "velocity"))

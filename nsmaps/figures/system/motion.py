@@ -10,10 +10,10 @@ from matplotlib.lines import Line2D
 from nsmaps.arrays import Floats
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.figures.page import Panel, Sheet
-from nsmaps.figures.style import BLUE, GREEN, ORANGE, RED, with_unit
-from nsmaps.figures.system.flights import in_lines, legend, over_time, plane
+from nsmaps.figures.style import BLUE, GREEN, RED, with_unit
+from nsmaps.figures.system.flights import in_lines, legend, over_time, plane, ring
 
-MARKS = ((GREEN, "*", 11.0), (BLUE, "o", 6.0))  #: colour, shape and size of impacts, by wall: a star for the base wall
+MARKS = ((GREEN, "*", 8.0), (BLUE, "o", 4.2))  #: colour, shape and size of impacts, by wall: a star for the base wall
 _ARROWS = 14  #: flights with an arrow of time, at most: the first, before they lie over each other
 
 
@@ -58,13 +58,13 @@ def motion(track: Track | ModeTrack, ax: Axes, state: int = 0) -> Axes:
     return ax
 
 
-def phase_plane(track: Track | ModeTrack, ax: Axes) -> Axes:
+def phase_plane(track: Track | ModeTrack, ax: Axes, start: bool = True) -> Axes:
     """Relative velocity over relative displacement with arrows of time; upright where an impact turns it, grey the walls.
 
-    Of a system with modes it is the second state over the first.
+    Of a system with modes it is the second state over the first. A ring marks the `start`, unless it is any state of a period.
     """
     if isinstance(track, ModeTrack):
-        return plane(track, ax)
+        return plane(track, ax, start)
     for at in track.at:
         ax.axvline(at, color="0.87", lw=3.6, zorder=0)
     for k, (place, rate) in enumerate(zip(track.displacement, track.velocity, strict=True)):
@@ -75,9 +75,10 @@ def phase_plane(track: Track | ModeTrack, ax: Axes) -> Axes:
             tip, tail = ((place[j], rate[j]) for j in (middle + 1, middle))
             ax.annotate("", tip, tail, arrowprops={"arrowstyle": "-|>", "color": RED, "lw": 0, "mutation_scale": 13})
     mark_impacts(ax, track, track.at[track.impacts.wall], track.rates)
-    ax.plot(track.at[track.impacts.wall[:1]], track.rates[:1], "o", mfc="none", mec=ORANGE, mew=1, ms=7.8)
-    start = Line2D([], [], ls="", marker="o", mfc="none", mec=ORANGE, mew=1, ms=6.6, label="start")
-    legend(ax, [Line2D([], [], color="0.87", lw=3.6, label="places of walls"), *marks_of(track), start])
+    handles = [Line2D([], [], color="0.87", lw=3.6, label="places of walls"), *marks_of(track)]
+    if start:
+        handles.append(ring(ax, track.at[track.impacts.wall[0]], track.rates[0]))
+    legend(ax, handles)
     ax.set_xlabel(in_lines(with_unit("relative displacement $Z$", "displacement")))
     ax.set_ylabel(in_lines(with_unit(r"relative velocity $\dot{Z}$", "velocity")))
     return ax

@@ -1,0 +1,1 @@
+"""Motions that are looked at: of attractors over a period, and beside a graze."""

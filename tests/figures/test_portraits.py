@@ -1,0 +1,69 @@
+"""The motion of attractors over a period, and their Poincare sections."""
+
+import numpy as np
+import pytest
+from matplotlib.image import AxesImage
+
+from nsmaps import load_system
+from nsmaps.coordinates import Angle, Coordinates
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.portraits.portrait import phase_portrait
+from nsmaps.errors import NsmapsError
+from nsmaps.figures.attractors.poincare import poincare
+from nsmaps.figures.attractors.portrait import over_time, portrait
+
+NAMES = ("v", Angle("phi"))
+
+
+def attractor(states, period, names=NAMES):
+    return Attractor(Coordinates(names), np.asarray(states, float), period, "C" if not period else "1:0/T", ("BB",), 1e-6)
+
+
+@pytest.fixture(scope="module")
+def bounce():
+    """The ball that bounces once a period: v = 2 pi/(1 + r) at cos phi = pi (1 - r)/(Gamma (1 + r))."""
+    system = load_system("bouncing_ball", Gamma=1.4, r=0.5)
+    state = [2 * np.pi / 1.5, np.arccos(np.pi / 3 / 1.4)]
+    return phase_portrait(system, [attractor([state], 1)]), state
+
+
+def test_a_motion_is_followed_for_one_period(bounce):
+    (track,) = bounce[0].tracks
+    assert track.impacts.time == pytest.approx([0, 2 * np.pi], abs=1e-12)
+    assert track.time.shape == (1, 60)
+    assert track.displacement[0, [0, -1]] == pytest.approx([0, 0], abs=1e-12)
+    assert track.velocity[0, 0] == pytest.approx(0.5 * bounce[1][0], abs=1e-12), "r v after the impact"
+    assert track.ball[0, 0] == pytest.approx(1.4 * np.sin(bounce[1][1]), abs=1e-12)
+
+
+def test_a_portrait_has_the_motion_in_the_plane_and_over_time(bounce, ax):
+    figure = bounce[0].plot()
+    plane, time = figure.axes
+    assert plane.get_title() == "1:0/T"
+    assert time.get_xlim() == pytest.approx((0, 2 * np.pi))
+    assert not any("start" in text.get_text() for text in figure.legends[0].get_texts())
+    portrait(bounce[0], ax)
+    (place, rate) = next(line.get_data() for line in ax.lines if len(line.get_xdata()) == 60)
+    assert np.array_equal(place, bounce[0].tracks[0].displacement[0])
+    assert np.array_equal(rate, bounce[0].tracks[0].velocity[0])
+
+
+def test_a_map_without_motions_shows_its_states(ax):
+    tent = load_system("border_collision_1", a_L=0.0, a_R=-1.5)
+    found = phase_portrait(tent, [attractor([[1.0], [-0.5]], 2, ("x",))])
+    assert found.tracks == (None,)
+    over_time(found, ax)
+    assert ax.lines[0].get_ydata().tolist() == [1.0, -0.5, 1.0, -0.5, 1.0]
+    with pytest.raises(NsmapsError, match="there is no attractor"):
+        phase_portrait(tent, [])
+
+
+def test_many_states_are_shades_and_a_window_of_them_is_enlarged(ax):
+    turned = np.linspace(0, 1, 20001)
+    found = attractor(np.column_stack([turned, 0.5 + turned**2]), 0)
+    poincare(found, ax)
+    (image,) = [each for each in ax.get_children() if isinstance(each, AxesImage)]
+    assert image.get_array().sum() == len(turned), "every state is counted once"
+    (inner,) = ax.child_axes
+    assert len(inner.get_xticks()) >= 2
+    assert ax.get_title() == "chaos"
