@@ -19,7 +19,7 @@ from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
 from nsmaps import observe, run_study
-from nsmaps.study.ahead import CALLS
+from nsmaps.study.ahead import call_boxes, call_composite, call_noise
 
 sys.dont_write_bytecode = False  # the tests' second process need not rewrite the tests anew
 gc.set_threshold(100_000, 50, 50)  # garbage is searched for more rarely among all that compilers keep
@@ -42,12 +42,12 @@ PAIR, RECOIL = vi_pair(0.3), RecoilPair(eta=0.05, kappa=0.04, Lambda=0.2, d=0.35
 MANY = 100  #: tests, before which the engine is compiled
 COMPILED = [
     lambda: PAIR.first_return([[0.5, 1.0]]),
-    lambda: CALLS["composite"](PAIR),
-    lambda: CALLS["boxes"](PAIR),
-    lambda: CALLS["noise"](PAIR),
+    lambda: call_composite(PAIR),
+    lambda: call_boxes(PAIR),
+    lambda: call_noise(PAIR),
     lambda: RECOIL.first_return([[0.5, 0.1, -0.6, 1.0]]),
-    lambda: CALLS["boxes"](RECOIL),
-    lambda: CALLS["noise"](RECOIL),
+    lambda: call_boxes(RECOIL),
+    lambda: call_noise(RECOIL),
     lambda: RECOIL.arrivals([[0.0, 0.1, 0.2, 0.3, 1.0]]),
     lambda: observe(RECOIL, [0.5, 0.1, -0.6, 1.0], 2, ["loss"], batches=1),
     lambda: observe(PAIR, [0.5, 1.0], 2, ["loss"], batches=1),

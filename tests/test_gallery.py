@@ -14,9 +14,8 @@ from typer.testing import CliRunner
 
 from nsmaps import load_study
 from nsmaps.cli.cli import app
-from nsmaps.figures import NAMES
-from nsmaps.figures.animate import FILMS
-from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.study.pictures.animate import FILMS
+from nsmaps.study.study import CATALOGUE
 
 ROOT = Path(__file__).parents[1]
 GALLERY = ROOT / "docs" / "gallery"
@@ -171,7 +170,7 @@ def test_a_figure_is_there_in_three_formats_and_on_the_page(entry):
 @pytest.mark.parametrize("entry", FIGURES, ids=lambda entry: entry["file"])
 def test_its_study_is_shipped_and_has_what_the_figure_shows(entry):
     study = load_study(entry["study"])
-    assert entry["figure"] in NAMES
+    assert entry["figure"] in CATALOGUE
     assert all(study.names(section) for section in CATALOGUE[entry["figure"]].sections)
 
 

@@ -12,9 +12,8 @@ from ruamel.yaml import YAML
 from test_docs import FENCE, sections
 
 import nsmaps
-from nsmaps.figures import NAMES
 from nsmaps.study.sections.maps.fits import FitSection
-from nsmaps.study.study import Study
+from nsmaps.study.study import CATALOGUE, Study
 
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs" / "reference" / "notation.md").read_text(encoding="utf-8")
@@ -82,7 +81,7 @@ def test_the_names_of_a_row_exist(row):
         assert section in top, key
         assert not inner or any(inner in keys_of(model) for model in top[section]), key
     for figure in re.findall(r"`([^`]+)`", row["figure"]):
-        assert figure in NAMES, figure
+        assert figure in CATALOGUE, figure
 
 
 def test_a_name_that_is_not_there_is_seen():

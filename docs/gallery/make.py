@@ -130,7 +130,7 @@ def make(runs: Path, scratch: Path, wanted: Sequence[Picture], accept: bool = Fa
 
 def page() -> Iterator[str]:
     """The lines of the page."""
-    from nsmaps.figures.catalogue import CATALOGUE
+    from nsmaps.study.study import CATALOGUE
 
     entries = listed()
     yield HEAD

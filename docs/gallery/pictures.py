@@ -119,10 +119,10 @@ def sources(picture: Picture) -> list[Path]:
     if picture.table:
         drawn = {"bench": ["nsmaps.bench.plot"], "proved": ["nsmaps.figures.cells.proved"]}.get(picture.table, [])
         return [HERE / "tables.py", *imported(["nsmaps.figures.page", *drawn])]
-    from nsmaps.figures.catalogue import CATALOGUE
     from nsmaps.plugins import sketch_of, system_class
+    from nsmaps.study.study import CATALOGUE
 
-    first = ["nsmaps.figures.animate"] if picture.is_animated else [f"nsmaps.figures.{CATALOGUE[picture.figure].module}"]
+    first = ["nsmaps.study.pictures.animate"] if picture.is_animated else [f"nsmaps.figures.{CATALOGUE[picture.figure].module}"]
     system = loaded(picture.study).system
     own = [Path(inspect.getsourcefile(system_class(system)))]
     if picture.figure == "sketch":

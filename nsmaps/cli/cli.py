@@ -22,8 +22,8 @@ from nsmaps.cli.drawing import Drawn, draw_listed, say_undrawn
 from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
 from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
-from nsmaps.figures.catalogue import drawable, named_by
 from nsmaps.progress import working
+from nsmaps.study.pictures.catalogue import drawable, named_by
 
 if TYPE_CHECKING:
     from nsmaps.interrupts import Interrupted

@@ -13,7 +13,8 @@ import typer
 from nsmaps.cli.options import Folder, InstalledOnly, of_run
 from nsmaps.cli.terminal import BAD, progress_line, reported_errors, say
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import CATALOGUE, named_by
+from nsmaps.study.pictures.catalogue import named_by
+from nsmaps.study.study import CATALOGUE
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -38,7 +39,7 @@ def draw_listed(
 
     One that cannot be drawn does not take the others with it. Those in the run's folder are listed with its results.
     """
-    from nsmaps.figures import draw
+    from nsmaps.study.pictures.draw import draw
     from nsmaps.study.store.archive import amend
     from nsmaps.study.store.run_folder import listed
 
@@ -159,7 +160,7 @@ def animate(
     installed_only: InstalledOnly = False,
 ) -> None:
     """Write an animation of a run: its surfaces turning round, or a cobweb of its composite map growing step by step."""
-    from nsmaps.figures.animate import animate
+    from nsmaps.study.pictures.animate import animate
     from nsmaps.study.store.archive import read_result
     from nsmaps.study.store.run_folder import listed
 

@@ -1,80 +1,20 @@
-"""Figures of a study's result: one function, one figure, one Axes; nothing is shown or kept.
+"""Figures of results: one function, one figure, one Axes; nothing is shown or kept.
 
-Each figure has a function of its name, `nsmaps.figures.cobweb(result, ax, ...) -> Axes`, for a page of your own, and `draw`
-writes whole figures by name. Importing this package does not load matplotlib; drawing does.
+Each figure has a function of its name, `nsmaps.figures.cobweb(result, ax, ...) -> Axes`, for a page of your own. Importing this
+package does not load matplotlib; drawing does.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from importlib import import_module
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pkgutil import walk_packages
+from typing import Any
 
-from nsmaps.errors import NsmapsError, near_match
-from nsmaps.figures.catalogue import CATALOGUE, rows_of
-
-if TYPE_CHECKING:
-    from nsmaps.study.result import StudyResult
-
-NAMES = tuple(CATALOGUE)
+from nsmaps.errors import near_match
 
 
 def __getattr__(name: str) -> Any:
     """The function of a figure, imported when it is first used."""
-    if name not in CATALOGUE:
-        raise AttributeError(f"module 'nsmaps.figures' has no attribute {name!r}{near_match(name, NAMES)}")
-    return getattr(import_module(f"nsmaps.figures.{CATALOGUE[name].module}"), name)
-
-
-def draw(
-    result: "StudyResult",
-    names: Iterable[str],
-    folder: str | Path,
-    formats: Sequence[str] = ("png",),
-    dpi: float = 300,
-    width: float = 5.1,
-    first: bool = False,
-    letters: Mapping[str, str] | None = None,
-    style: str = "",
-) -> list[Path]:
-    """The files of the named figures, written into `folder`, which is made if it is not there; `width` in inches.
-
-    All type is of 8 points at every width; 5.1 inches are a page of a journal, 3.4 a column of two.
-
-    Of a figure with a sheet for every domain all are drawn, or that of the `first` domain alone. `letters` has those of the
-    panels of some files, by the file's name without its suffix, a blank for a panel without: a, b, c, ... if omitted.
-
-    In the `style` of a `journal` type has serifs, and a text file beside each figure has its caption, with the titles of panels
-    and the units that are then missing in the picture.
-
-    Nothing is written if one of the figures cannot be drawn for want of data.
-
-    Raises:
-        NsmapsError: an unknown figure; a figure whose data the result lacks; a format matplotlib cannot write; more letters
-            than panels, or fewer.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    from nsmaps.figures.style import drawing
-    from nsmaps.results import units_of
-
-    known = FigureCanvasAgg.get_supported_filetypes()
-    rows = rows_of(result.study)
-    for kind, asked, accepted in (("figure", names := list(names), rows), ("format", list(formats), known)):
-        for word in asked:
-            if word not in accepted:
-                raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
-    sheets = [(sheet, rows[name].caption) for name in dict.fromkeys(names) for sheet in rows[name].sheets(result, first)]
-    for sheet, _ in sheets:
-        given = (letters or {}).get(sheet.name, "")
-        if given and len(given) != len(sheet.panels):
-            raise NsmapsError(f"{sheet.name!r} has {len(sheet.panels)} panels, its letters are {given!r}; expected: one a panel")
-    Path(folder).mkdir(parents=True, exist_ok=True)
-    paths: list[Path] = []
-    for sheet, caption in sheets:
-        with drawing(units_of(result.system), style) as notes:
-            paths += replace(sheet, letters=(letters or {}).get(sheet.name, "")).save(Path(folder), formats, dpi, width)
-            if style:
-                paths.append(Path(folder, f"{sheet.name}.txt"))
-                paths[-1].write_text("\n".join(f"{text.rstrip('.')}." for text in dict.fromkeys([caption, *notes])) + "\n")
-    return paths
+    modules = {each.name.rpartition(".")[2]: each.name for each in walk_packages(__path__, "nsmaps.figures.") if not each.ispkg}
+    found = getattr(import_module(modules[name]), name, None) if name in modules else None
+    if found is None:
+        raise AttributeError(f"module 'nsmaps.figures' has no attribute {name!r}{near_match(name, modules)}")
+    return found

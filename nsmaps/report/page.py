@@ -8,9 +8,9 @@ from nsmaps.files.storage import replace_file
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.glossary import legend
 from nsmaps.report.html import folded, table, tables, tag
-from nsmaps.report.phrases import parameters
-from nsmaps.report.pictures import figures_of, spoken
+from nsmaps.report.pictures import figures_on_page, spoken
 from nsmaps.study.conclusions.headline import headline
+from nsmaps.study.conclusions.phrases import parameters
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.conclusions.verdict import conclusion
 from nsmaps.study.result import StudyResult
@@ -34,7 +34,7 @@ def write_report(result: StudyResult, folder: Path) -> Path:
 
 def _page(result: StudyResult, folder: Path) -> Element:
     title = result.study.title or result.study.name
-    key, figures = figures_of(result, folder)
+    key, figures = figures_on_page(result, folder)
     versions = table(["what", "version"], [[name, version] for name, version in result.versions.items()])
     sections = {
         "Verdicts": _verdicts(result),

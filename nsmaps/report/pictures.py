@@ -6,12 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from nsmaps.figures.catalogue import drawable, named_by, rows_of
 from nsmaps.figures.parts import invariant_or_first
-from nsmaps.report.captions import caption
 from nsmaps.report.html import folded, tag
-from nsmaps.report.phrases import part_of
+from nsmaps.study.conclusions.phrases import part_of
 from nsmaps.study.conclusions.texts import as_computed
+from nsmaps.study.pictures.catalogue import caption, drawable, figures_of, named_by
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.run_folder import files_of
 
@@ -34,7 +33,7 @@ class Picture:
         return len(content) > 2 * len(_PNG[0]) + len(_PNG[1]) and content.startswith(_PNG[0]) and content.endswith(_PNG[1])
 
 
-def figures_of(result: StudyResult, folder: Path) -> tuple[list[Element], list[Element]]:
+def figures_on_page(result: StudyResult, folder: Path) -> tuple[list[Element], list[Element]]:
     """The key figure, which is the first of the study that is there, and all others with the notes on figures."""
     pictures = _found(result, folder)
     whole = [picture for picture in pictures if picture.is_whole]
@@ -67,7 +66,7 @@ def _found(result: StudyResult, folder: Path) -> list[Picture]:
     files = sorted((folder / "figures").glob("*.png"), key=lambda path: path.stem)  # the first domain's before the others'
     return [
         Picture(path, name, path.stem.removeprefix(name).removeprefix("-"))
-        for name in dict.fromkeys([*named, *rows_of(result.study)])
+        for name in dict.fromkeys([*named, *figures_of(result.study.kinds())])
         for path in files
         if (path.stem == name or path.stem.startswith(f"{name}-")) and (name in named or path.stem in later)
     ]
@@ -75,7 +74,7 @@ def _found(result: StudyResult, folder: Path) -> list[Picture]:
 
 def _bounds(result: StudyResult, picture: Picture) -> bool:
     """False for a sheet of a domain that is not forward invariant, unless it is the first."""
-    if not (rows_of(result.study)[picture.name].by_domain and picture.part):
+    if not (figures_of(result.study.kinds())[picture.name].by_domain and picture.part):
         return True
     domain = result.domains.get(part_of(result.domains, picture.part))
     return domain is not None and domain.forward_invariant
@@ -84,12 +83,12 @@ def _bounds(result: StudyResult, picture: Picture) -> bool:
 def _has_more(result: StudyResult, name: str, whole: list[Picture]) -> bool:
     """Whether a figure of domains is shown of some of those that it is drawn for."""
     drawn = sum(picture.name == name for picture in whole)
-    return rows_of(result.study)[name].by_domain and drawn < len(invariant_or_first(result.domains))
+    return figures_of(result.study.kinds())[name].by_domain and drawn < len(invariant_or_first(result.domains))
 
 
 def _figure(result: StudyResult, picture: Picture) -> Element:
     """A figure within the page, with its size, so that the page does not move while it is read."""
-    content, row = picture.path.read_bytes(), rows_of(result.study)[picture.name]
+    content, row = picture.path.read_bytes(), figures_of(result.study.kinds())[picture.name]
     width, height = struct.unpack(">II", content[16:24])  # of the header chunk, with which every PNG begins
     source = f"data:image/png;base64,{b64encode(content).decode()}"
     text = as_computed(result, f"{picture.part}: {row.alt}" if picture.part else row.alt)

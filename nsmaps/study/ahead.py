@@ -27,7 +27,10 @@ if TYPE_CHECKING:
     from nsmaps.study.reading.head import Head as Study
 
 
-def _composite(system: "System") -> None:
+Call = Callable[["System"], None]  #: what puts code into the folder of compiled code
+
+
+def call_composite(system: "System") -> None:
     """One orbit of a composite map of one piece, and the image of one box."""
     names = system.coordinates
     piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
@@ -37,12 +40,12 @@ def _composite(system: "System") -> None:
     box_map(composite).image_boxes(np.zeros((1, len(names), 2)))
 
 
-def _boxes(system: "System") -> None:
+def call_boxes(system: "System") -> None:
     """The image of one box."""
     box_map(system).image_boxes(np.zeros((1, len(system.coordinates), 2)))
 
 
-def _noise(system: "System") -> None:
+def call_noise(system: "System") -> None:
     """One return under noise."""
     from nsmaps.dynamics.noise.law import Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits
@@ -51,26 +54,22 @@ def _noise(system: "System") -> None:
     noisy_orbits(system, np.zeros(len(system.coordinates)), 1, **noise)
 
 
-CALLS: dict[str, Callable[["System"], None]] = {"composite": _composite, "boxes": _boxes, "noise": _noise}
-
-
-def calls_of(study: "Study") -> list[str]:
-    """The calls whose code the steps of a study need."""
-    called = {name for analysis in study.analyses().values() for name in analysis.calls()}
-    return [name for name in CALLS if name in called]
+def calls_of(study: "Study") -> list[Call]:
+    """The calls whose code the steps of a study need, each once."""
+    return list(dict.fromkeys(call for analysis in study.analyses().values() for call in analysis.calls()))
 
 
 @contextmanager
 def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
     """Have the code of later steps compiled by another process, if code is found to be missing here while it is `early`."""
-    names = calls_of(plan.study)
+    calls = calls_of(plan.study)
     others: list[subprocess.Popen[bytes]] = []
 
     def start() -> None:
         if not others and early():
-            others.extend(_started(plan.system, names))
+            others.extend(_started(plan.system, calls))
 
-    if names and sys.executable and (os.cpu_count() or 1) > 1:
+    if calls and sys.executable and (os.cpu_count() or 1) > 1:
         missing.append(start)
     try:
         yield
@@ -81,10 +80,10 @@ def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
             other.wait()
 
 
-def _started(system: "System", names: list[str]) -> list[subprocess.Popen[bytes]]:
+def _started(system: "System", calls: list[Call]) -> list[subprocess.Popen[bytes]]:
     """The process that makes the calls; none if the system cannot be sent to one, or none can be started."""
     with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
-        sent = pickle.dumps((system, names))
+        sent = pickle.dumps((system, calls))
         command = [sys.executable, "-m", __name__]
         other = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         with suppress(OSError):  # it has ended already
@@ -96,11 +95,11 @@ def _started(system: "System", names: list[str]) -> list[subprocess.Popen[bytes]
 
 
 def _make_calls() -> None:
-    """Make the calls that the standard input names; one that fails is left to the run, which reports why."""
-    system, names = pickle.load(sys.stdin.buffer)
-    for name in names:
+    """Make the calls of the standard input; one that fails is left to the run, which reports why."""
+    system, calls = pickle.load(sys.stdin.buffer)
+    for call in calls:
         with suppress(Exception):
-            CALLS[name](system)
+            call(system)
 
 
 if __name__ == "__main__":

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, create_model
 
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.figures.catalogue import CATALOGUE, FigureName
 from nsmaps.plugins import ANALYSIS, class_of
+from nsmaps.study.pictures.catalogue import figures_of
 from nsmaps.study.reading.head import Head
 from nsmaps.study.sections.base import Analysis, Steps
 from nsmaps.study.sections.longrun.basins import BasinsSection
@@ -40,11 +40,8 @@ from nsmaps.study.sections.sets.morse import MorseSection
 from nsmaps.study.sections.sets.proof import ProofSection
 
 
-class Study(Head):
-    """One study: a system by name, its parameters, and the analyses that are to be computed, in the order of a run.
-
-    It holds the system's name, not the system, so that it can be written to a file and read again.
-    """
+class Analyses(Head):
+    """The analyses of a study by the keys of their sections, in the order of a run."""
 
     grid: Spans | None = None
     families: Families = Families()
@@ -72,6 +69,38 @@ class Study(Head):
     exit_times: ExitTimesSection | None = None
     proof: ProofSection | None = None
     horseshoe: HorseshoeSection | None = None
+
+    @classmethod
+    def kinds(cls) -> dict[str, type[Steps]]:
+        """The classes of the analyses by the keys of their sections, in the order of a run."""
+        return _kinds(cls)
+
+
+@cache
+def _kinds(cls: type[Analyses]) -> dict[str, type[Steps]]:
+    """The analyses among the fields of a study, by key."""
+    found = {}
+    for key, each in cls.model_fields.items():
+        candidates = (each.annotation, *getattr(each.annotation, "__args__", ()))
+        kind = next((kind for kind in candidates if isinstance(kind, type) and issubclass(kind, Steps)), None)
+        if kind is not None:
+            found[key] = kind
+    return found
+
+
+CATALOGUE = figures_of(Analyses.kinds())  #: the figures of all studies, by name
+if TYPE_CHECKING:
+    FigureName = str
+else:
+    FigureName = Literal[tuple(CATALOGUE)]
+
+
+class Study(Analyses):
+    """One study: a system by name, its parameters, and the analyses that are to be computed, in the order of a run.
+
+    It holds the system's name, not the system, so that it can be written to a file and read again.
+    """
+
     figures: tuple[FigureName, ...] = ()
     require: tuple[Literal["covered", "tolerance"], ...] = ()
     expected_failures: dict[str, str] = Field(
@@ -79,14 +108,9 @@ class Study(Head):
     )  #: by the name of a verdict that is not required: the meaning of its failure
 
     @classmethod
-    def kinds(cls) -> dict[str, type[Steps]]:
-        """The classes of the analyses by the keys of their sections, in the order of a run."""
-        return _kinds(cls)
-
-    @classmethod
     def others(cls) -> dict[str, type[Steps]]:
         """The analyses of other packages or files among them."""
-        return {key: kind for key, kind in cls.kinds().items() if key not in Study.model_fields}
+        return {key: kind for key, kind in cls.kinds().items() if key not in Analyses.model_fields}
 
     @classmethod
     def parts_of_result(cls) -> dict[str, Any]:
@@ -117,18 +141,6 @@ class Study(Head):
 
 
 @cache
-def _kinds(cls: type[Study]) -> dict[str, type[Steps]]:
-    """The analyses among the fields of a study, by key."""
-    found = {}
-    for key, each in cls.model_fields.items():
-        candidates = (each.annotation, *getattr(each.annotation, "__args__", ()))
-        kind = next((kind for kind in candidates if isinstance(kind, type) and issubclass(kind, Steps)), None)
-        if kind is not None:
-            found[key] = kind
-    return found
-
-
-@cache
 def _parts(cls: type[Study]) -> dict[str, Any]:
     """The parts of a result of a study, by name."""
     return {name: empty for kind in cls.kinds().values() for name, empty in kind.results.items()}
@@ -153,7 +165,7 @@ def analysis_of(key: str, name: str) -> type[Analysis]:
 @cache
 def _study_with(others: tuple[tuple[str, type[Steps]], ...]) -> type[Study]:
     fields: Any = {key: (kind | None, None) for key, kind in others}
-    figure: Any = Literal[(*CATALOGUE, *fields)]
+    figure: Any = Literal[tuple(figures_of({**Analyses.kinds(), **dict(others)}))]
     fields["figures"] = (tuple[figure, ...], ())
     return create_model("Study", __base__=Study, __module__=__name__, __doc__=Study.__doc__, **fields)
 

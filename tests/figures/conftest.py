@@ -43,7 +43,6 @@ from nsmaps.exact.returns import Impacts, Returns
 from nsmaps.exact.surfaces.slice import Slice
 from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 from nsmaps.exact.words import encode
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.style import drawing
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
@@ -56,7 +55,7 @@ from nsmaps.reduced.validation.speed import Speed
 from nsmaps.results import units_of
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import FORMAT
-from nsmaps.study.study import Study
+from nsmaps.study.study import CATALOGUE, Study
 from nsmaps.symbolic.curve_iterates import SecondIterate
 
 COORDINATES = ("v", Angle("phi"))
@@ -265,7 +264,7 @@ def told(stored: StudyResult, composite: CompositeMap) -> PartitionResult:
 def panel(drawn: Any, result: StudyResult, ax: Axes, **options: Any) -> Any:
     """A panel of a figure of the catalogue on axes, of the parts of a result that it takes."""
     name = drawn.__module__.rpartition(".")[2]
-    parts = [need.of(result, name) for need in CATALOGUE[name].needs]
+    parts = CATALOGUE[name].parts(result)
     _, *others = signature(import_module(drawn.__module__).sheets).parameters
     taken = dict(zip(others, parts[1:], strict=False))
     return drawn(parts[0], ax, **{key: part for key, part in taken.items() if key in signature(drawn).parameters}, **options)

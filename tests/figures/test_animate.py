@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.animate import FILMS, animate
+from nsmaps.study.pictures.animate import FILMS, animate
 
 
 def pictures(path: Path) -> np.ndarray:
@@ -125,7 +125,7 @@ def durations(path):
 
 
 def test_late_steps_of_a_cobweb_are_quicker_unless_a_rate_is_named(result, tmp_path, monkeypatch):
-    monkeypatch.setattr("nsmaps.figures.animate._EARLY", 2)
+    monkeypatch.setattr("nsmaps.study.pictures.animate._EARLY", 2)
     shown = durations(animate(result, "cobweb", tmp_path, frames=5, dpi=30))
     assert shown == [990, 990, 330, 330, 330]
     assert len(set(durations(animate(result, "cobweb", tmp_path, frames=5, dpi=30, fps=2)))) == 1

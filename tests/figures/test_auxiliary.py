@@ -11,7 +11,6 @@ from matplotlib.colors import to_rgb
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.cobweb import cobweb
 from nsmaps.figures.domains.auxiliary import auxiliary, first_interval
 from nsmaps.figures.domains.auxiliary import sheets as auxiliary_sheets
@@ -24,6 +23,7 @@ from nsmaps.figures.style import PIECES, REST
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.study import CATALOGUE
 
 
 def by_label(ax):

@@ -12,9 +12,9 @@ import nsmaps
 from nsmaps import bifurcation_diagram as compute
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.exact.words import encode
-from nsmaps.figures.data import BIFURCATION
 from nsmaps.figures.parameters.bifurcation import ROWS, bifurcation, raster, sheets
 from nsmaps.figures.style import BLACK, GREY, MAGENTA
+from nsmaps.study.sections.parameters.bifurcation import DIAGRAMS
 
 START = np.array([0.83, 0.36])
 
@@ -95,7 +95,7 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
     exact = replace(exact, windows=(Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),))
     composite = replace(composite, windows=(Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),))
-    maps = BIFURCATION.of(result.with_parts({"bifurcation": {"composite": composite, "exact": exact}}), "bifurcation")
+    maps = DIAGRAMS.of(result.with_parts({"bifurcation": {"composite": composite, "exact": exact}}), "bifurcation")
     (sheet,) = sheets(maps)
     figure = sheet.figure()
     for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):
@@ -108,7 +108,7 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
 
 def test_flights_that_are_integrated_make_no_exact_map(result):
     system = nsmaps.load_system("duffing", c=0.1, a=-1, b=1, f=0.7, w=1.2, d=0.9, r=0.8)
-    assert list(BIFURCATION.of(replace(result, system=system), "bifurcation")) == ["integrated map"]
+    assert list(DIAGRAMS.of(replace(result, system=system), "bifurcation")) == ["integrated map"]
 
 
 MOTIONS = {

@@ -6,9 +6,8 @@ from inspect import isfunction, signature
 
 import pytest
 
-from nsmaps.figures.animate import FILMS
-from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.study.study import Study
+from nsmaps.study.pictures.animate import FILMS
+from nsmaps.study.study import CATALOGUE, Study
 
 SENTENCES = re.compile(r"[A-Z].*\.")
 

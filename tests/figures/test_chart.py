@@ -12,9 +12,9 @@ from nsmaps.dynamics.charts.chart import ParameterPlane
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.parameters.chart import COLOURS, PERIODS, chart, exponents, mean
 from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.study import CATALOGUE
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
 MOTIONS = (*(Motion(f"1:1/{n}T", ("BTB",) * n, n, turns) for n, turns in ((1, 1), (2, 4), (12, 12))), Motion("C", (), 0, 0))

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from matplotlib import rc_context
 
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.domains.domain_size import domain_size
 from nsmaps.figures.domains.domain_size import sheets as size_sheets
 from nsmaps.figures.domains.envelopes import envelopes, shown
@@ -15,6 +14,7 @@ from nsmaps.figures.domains.envelopes import sheets as envelope_sheets
 from nsmaps.figures.domains.second_iterate import second_iterate
 from nsmaps.figures.parts import Bounded
 from nsmaps.figures.style import STYLE
+from nsmaps.study.study import CATALOGUE
 
 
 def by_label(ax):

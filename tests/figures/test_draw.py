@@ -21,10 +21,9 @@ import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.figures import NAMES, draw
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.page import lay_out
 from nsmaps.figures.style import STYLE
+from nsmaps.study.study import CATALOGUE, draw
 
 NEEDLESS = {"sketch", "algorithm"}  # figures that ask nothing of a result
 COMPOSITE = "'composite' or a 'partition' of kind closed_form"
@@ -75,7 +74,7 @@ MISSING = {
 }
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CATALOGUE)
 def test_every_figure_is_drawn_and_nothing_global_is_kept(result, tmp_path, name):
     before = dict(matplotlib.rcParams)
     paths = draw(result, [name], tmp_path / "figures", dpi=40)
@@ -163,7 +162,7 @@ def test_what_a_stored_run_lacks_is_an_error_of_the_catalogue(stored, run):
 
 
 def test_every_name_of_the_list_has_its_missing_data_tested():
-    assert set(MISSING) | NEEDLESS == set(NAMES)
+    assert set(MISSING) | NEEDLESS == set(CATALOGUE)
 
 
 @pytest.mark.parametrize("name", MISSING)

@@ -14,13 +14,13 @@ from matplotlib.image import imread
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from nsmaps.cli.drawing import _settled
-from nsmaps.figures import draw
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite import cobweb
 from nsmaps.figures.png import write_png
 from nsmaps.figures.returns.facets import Facets
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study import result as results
+from nsmaps.study.pictures.draw import draw
+from nsmaps.study.study import CATALOGUE
 
 
 @pytest.fixture

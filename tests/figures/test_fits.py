@@ -11,7 +11,6 @@ from matplotlib.colors import to_rgba
 import nsmaps
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.fits.diagonal import diagonal
 from nsmaps.figures.fits.fit_error import fit_error
 from nsmaps.figures.fits.fit_error import sheets as error_sheets
@@ -19,6 +18,7 @@ from nsmaps.figures.fits.orders import orders
 from nsmaps.figures.returns.diagonal_surface import diagonal_surface
 from nsmaps.figures.style import GREEN, ORANGE
 from nsmaps.reduced.fit.filter import Attracting, NearDiagonal
+from nsmaps.study.study import CATALOGUE
 
 TWO_PI = 2 * np.pi
 IMAGE = (lambda v, phi: 0.95 - 0.15 * phi - 0.2 * v, lambda v, phi: (0.5 - 0.3 * phi + 0.05 * v) % TWO_PI)

@@ -10,15 +10,15 @@ from matplotlib.collections import PolyCollection, TriMesh
 
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.words import encode
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import cobweb, draw_pieces
 from nsmaps.figures.composite.partition import partition
-from nsmaps.figures.data import SURFACES
 from nsmaps.figures.returns.words import pieces, words
 from nsmaps.figures.style import GREY, PIECES, REST, family_colours, piece_label, tint
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.sections.maps.surfaces import SURFACES
+from nsmaps.study.study import CATALOGUE
 
 STRIPS = 34
 WORDS = [f"B{'T' * k}B" for k in range(12)]

@@ -12,7 +12,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.composite.orbits import orbits
-from nsmaps.figures.data import OVER
+from nsmaps.study.sections.longrun.orbits import OVER
 
 
 def drawn(result, ax, number=0):

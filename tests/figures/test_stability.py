@@ -10,8 +10,8 @@ from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.parameters.stability import stability
+from nsmaps.study.study import CATALOGUE
 
 DIAGRAM = StabilityDiagram(
     parameters=("d", "r"),

@@ -14,13 +14,11 @@ from sheets import Analytic, surface_of
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Axis, Grid
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.composite.areas import borders, pieces_on
 from nsmaps.figures.composite.orbits import around, orbits
 from nsmaps.figures.composite.orbits import sheets as orbit_sheets
 from nsmaps.figures.composite.partition import partition
 from nsmaps.figures.composite.strips import strips
-from nsmaps.figures.data import OVER
 from nsmaps.figures.returns.projections import projections
 from nsmaps.figures.returns.surfaces import surfaces
 from nsmaps.figures.returns.words import pieces, words
@@ -31,6 +29,8 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import ConditionRegion
 from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.sections.longrun.orbits import OVER
+from nsmaps.study.study import CATALOGUE
 
 
 def project(result, family, ax, coordinate):

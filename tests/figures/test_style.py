@@ -13,9 +13,10 @@ from nsmaps_vi_pair import VIPair
 from nsmaps import load_system
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.figures import draw, lines, style
+from nsmaps.figures import lines, style
 from nsmaps.figures.page import Sheet, _letter, lay_out
 from nsmaps.results import units_of
+from nsmaps.study.pictures.draw import draw
 
 
 class Metric(VIPair):

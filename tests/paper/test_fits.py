@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.figures import draw
-from nsmaps.figures.catalogue import CATALOGUE
+from nsmaps.study.pictures.draw import draw
+from nsmaps.study.study import CATALOGUE
 
 #: poly11, ..., as exponents of v and phi in MATLAB's order: in phi and v at most the two digits, in total the larger
 TERMS = {

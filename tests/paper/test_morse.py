@@ -7,7 +7,7 @@ from nsmaps import load_study, read_result, run_study
 from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
 from nsmaps.cells.periodic_points import find_cycles
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.figures import draw
+from nsmaps.study.pictures.draw import draw
 
 WINDOW = [[0.55, 1], [0.05, 1.25]]
 START = [0.8, 0.3]

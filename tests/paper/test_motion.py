@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps.figures import draw
 from nsmaps.reduced.fit.filter import near_diagonal, own_slopes
+from nsmaps.study.pictures.draw import draw
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.periodic import periodic_orbit
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.systems.walls import Wall
-from nsmaps.figures import draw
+from nsmaps.study.pictures.draw import draw
 
 pytest.importorskip("heyoka")
 

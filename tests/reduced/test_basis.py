@@ -290,7 +290,7 @@ domains:
 
 def test_a_study_with_a_series(tmp_path):
     """It is computed, stored, drawn and exported; what has no closed form is left out with the reason."""
-    from nsmaps.figures import draw
+    from nsmaps.study.pictures.draw import draw
 
     (tmp_path / "mine.py").write_text(SYSTEM)
     (tmp_path / "study.yaml").write_text(STUDY)

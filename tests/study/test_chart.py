@@ -7,7 +7,7 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
-from nsmaps.report.captions import caption
+from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 

@@ -13,7 +13,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.longrun.global_continuation import global_continuation
 from nsmaps.figures.style import tint
-from nsmaps.report.captions import caption
+from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.store.archive import FORMAT
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "resilience"

@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 import nsmaps
 from nsmaps.errors import NsmapsError, StudyError
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.figures.longrun.manifolds import manifolds
-from nsmaps.report.captions import caption
+from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.store.archive import FORMAT
+from nsmaps.study.study import CATALOGUE
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "manifolds"
 

@@ -172,7 +172,7 @@ figures: [observables, bifurcation]
 
 
 def test_projections_of_a_map_on_the_circle_leave_out_parts_without_states(tmp_path):
-    from nsmaps.figures.catalogue import CATALOGUE
+    from nsmaps.study.study import CATALOGUE
 
     (tmp_path / "turn.py").write_text("""
 import nsmaps

@@ -9,7 +9,7 @@ import pytest
 import nsmaps
 from nsmaps.errors import StudyError
 from nsmaps.figures.longrun.observables import observables, sheets
-from nsmaps.report.captions import caption
+from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import FORMAT
 

@@ -8,10 +8,10 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
-from nsmaps.figures.catalogue import CATALOGUE
-from nsmaps.report.captions import caption
+from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import FORMAT, read_result
+from nsmaps.study.study import CATALOGUE
 
 STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "optimum"
 ENERGY = {"name": "energy", "formula": "(v**2 - v_after**2)/2", "scale": 2.0, "unit": "J"}

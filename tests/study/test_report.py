@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli.cli import app
-from nsmaps.figures.catalogue import CATALOGUE
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import outermost
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.html import formatted, tables, tag
+from nsmaps.study.study import CATALOGUE
 
 ROOT = Path(__file__).parents[2]
 VOID = {"meta", "img", "br"}

@@ -12,12 +12,12 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli.cli import app
-from nsmaps.figures.catalogue import CATALOGUE, drawable
 from nsmaps.plugins import system_class
-from nsmaps.report.captions import caption
 from nsmaps.report.page import write_report
 from nsmaps.study.conclusions.headline import headline
 from nsmaps.study.conclusions.verdict import verdicts
+from nsmaps.study.pictures.catalogue import caption, drawable
+from nsmaps.study.study import CATALOGUE
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 RUNS = sorted(path.name for path in STORED.iterdir() if path.is_dir())

@@ -8,7 +8,7 @@ from nsmaps_impact_oscillator import ImpactOscillator
 
 import nsmaps
 from nsmaps.errors import CheckError
-from nsmaps.report.phrases import parameters
+from nsmaps.study.conclusions.phrases import parameters
 from nsmaps.testing.formulas import check_units
 
 OSCILLATOR = {"zeta": 0.02, "w": 0.81, "A": 0.35, "wall": 1.0}

@@ -14,14 +14,15 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.trajectory import track
 from nsmaps.exports.write import export
-from nsmaps.figures.composite.areas import colours_of
+from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.style import family_colours, piece_colours
 from nsmaps.reduced.composite.formulas import composite_of
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.exact.systems.parameters import System
-    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.maps.surfaces import GRID
+from nsmaps.study.result import StudyResult
 
 POINTS = 40_000  #: of a diagram, at most
 FLIGHTS = 61  #: values of the parameter at which the exact motion is computed
@@ -57,7 +58,9 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         "angles": composite.coordinates.angles.tolist(),
         "window": _window(result),
         "pieces": [{"name": piece.name, "word": piece.word} for piece in composite.pieces],
-        "colours": colours_of(result, "explore") if result.composite else piece_colours(names, [False] * len(names)),
+        "colours": colours_over(composite, GRID.of(result, "explore"), result.orbits)
+        if result.composite
+        else piece_colours(names, [False] * len(names)),
         "parameter": None if moved is None else {"name": moved.parameter, "low": moved.low, "high": moved.high},
         "start": starts[0],
         "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation.items()},
@@ -68,6 +71,11 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         "flights": _flights(result) if len(result.surfaces) else [],
         "script": _script(reduced),
     }
+
+
+def _colours(result: StudyResult) -> list[str]:
+    """The colours of the pieces of the composite map, as in the figures."""
+    return colours_over(result.composite, GRID.of(result, "explore"), result.orbits)
 
 
 def _script(reduced: Any) -> str:

@@ -15,24 +15,17 @@ from scipy.ndimage import distance_transform_cdt, minimum_filter
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
-from nsmaps.figures.data import COMPOSITE, GRID
 from nsmaps.figures.lines import finite_states, last_tenth
 from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import OrbitPair
-    from nsmaps.study.result import StudyResult
 
 _POINTS = 72.0  #: an inch
 _PADDING = 1.25  #: of a name's width and height, which must be free
 POINTS = 401  #: per axis, so that the cells of a picture are smaller than its lines
 _HALVINGS = 12  #: of a cell, after which the edge is known to a thousandth of the line that shows it
-
-
-def colours_of(result: "StudyResult", figure: str) -> list[str]:
-    """The colours of the pieces of a result's composite map, as `colours_over` its grid."""
-    return colours_over(COMPOSITE.of(result, figure), GRID.of(result, figure), result.orbits)
 
 
 def colours_over(composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> list[str]:

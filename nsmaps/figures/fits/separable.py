@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,7 +16,7 @@ from nsmaps.exact.surfaces.mesh import Mesh
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.figures.lines import diagonal, window
 from nsmaps.figures.page import Sheet, file_of
-from nsmaps.figures.parts import position, section
+from nsmaps.figures.parts import SeparablePiece, position
 from nsmaps.figures.returns.facets import flat
 from nsmaps.figures.returns.surfaces import raised
 from nsmaps.figures.style import BLUE, GREEN, ORANGE, dress, family_colours, piece_label, symbol
@@ -25,14 +25,11 @@ from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polyfit import SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
-if TYPE_CHECKING:
-    from nsmaps.study.sections.maps.composite import PieceSection
-
 _POINTS = 200  #: of a curve of the separable map
 
 
 def sheets(
-    pieces: "Mapping[str, PieceSection]",
+    pieces: Mapping[str, SeparablePiece],
     composite: CompositeMap,
     surfaces: Mapping[str, Surface],
     mesh: Callable[..., Mesh],
@@ -126,14 +123,13 @@ class SeparablePart:
 
 
 def _part(
-    piece: "PieceSection", composite: CompositeMap, surfaces: Mapping[str, Surface], mesh: Callable[..., Mesh]
+    piece: SeparablePiece, composite: CompositeMap, surfaces: Mapping[str, Surface], mesh: Callable[..., Mesh]
 ) -> SeparablePart:
     """What is drawn of one piece of a study."""
-    asked, region = section(piece.separable, "fit"), composite.piece(piece.name).region
-    whole = surfaces[section(piece.family, "family")]
+    region, whole = composite.piece(piece.name).region, surfaces[piece.family]
     surface = whole.restrict(region.contains(whole.coordinates.wrap(whole.start)))
     facets = mesh(whole, lambda returns: region.contains(returns.coordinates.wrap(returns.start)) - np.int64(1))
     start, target = unwrapped(surface)
     medians = dict(zip(surface.coordinates, np.median(surface.start, axis=0).tolist(), strict=True))
-    fit = SeparableFit(degrees=section(asked.separable, "separable"), lines=asked.lines or medians, absolute=())
+    fit = SeparableFit(degrees=piece.degrees, lines=piece.lines or medians, absolute=())
     return SeparablePart(piece.name, composite.piece(piece.name).map, fit, surface, facets, start, target)

@@ -8,11 +8,12 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.auxiliary.bounds import ESTIMATED
-from nsmaps.dynamics.motion import MEANING, kind_of, kinds_explained
+from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.study.conclusions.diagnostics import inside
+from nsmaps.study.conclusions.phrases import counted, cycle_of
 from nsmaps.study.conclusions.texts import COMPOSITE, EXACT, as_computed, intervals
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.parameters.motions import NONE
+from nsmaps.study.sections.parameters.motions import motions_of
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -21,10 +22,8 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 
-NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 SAME = 1e-5  #: relative to the extent of the orbits: largest distance of cycles that are taken as one
 STABLE = {True: "stable ", False: "unstable ", None: ""}
-MOTIONS = 6  #: of a diagram that are listed
 ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
 DOUBTS = {ESTIMATED: "estimated by the held-out error of the fit: ", "sampled": "sampled on a grid of states: "}
 
@@ -41,16 +40,6 @@ def headline(result: StudyResult) -> str:
     return " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(parts)}." for of, parts in texts.items())
 
 
-def counted(number: int) -> str:
-    """A number in words below ten, in digits from ten."""
-    return NUMBERS[number] if number < len(NUMBERS) else str(number)
-
-
-def cycle_of(period: int) -> str:
-    """The name of a cycle with this period, such as two-cycle."""
-    return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"
-
-
 def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
     if result.basins is not None and result.study.basins is not None:
         yield result.system.map_name, _basins(result.basins)
@@ -63,14 +52,6 @@ def _attracts(result: StudyResult) -> Iterator[tuple[str, str]]:
 def _diagram(diagram: "BifurcationDiagram", section: "BifurcationSection") -> str:
     """The motions of the first orbit of a diagram, and the values."""
     return f"for {section.parameter} from {section.low:g} to {section.high:g} {motions_of(diagram)}"
-
-
-def motions_of(diagram: "BifurcationDiagram") -> str:
-    """The motions of the first orbit of a diagram, in the order of the values."""
-    names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
-    more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
-    explained = kinds_explained(names)
-    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{f' ({explained})' if explained else ''}"
 
 
 def _basins(found: "Basins") -> str:

@@ -11,7 +11,7 @@ from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import ParameterPlane
-    from nsmaps.study.reading.values import Range, Span
+    from nsmaps.study.reading.values import Span, Sweep
     from nsmaps.study.result import StudyResult
 
 EXACT = "exact map"
@@ -70,7 +70,7 @@ def grid_text(grid: "Mapping[str, Span] | None") -> str:
     return f"{' x '.join(str(span.points) for span in (grid or {}).values() if span.points > 1)} states"
 
 
-def range_text(values: "Range") -> str:
+def range_text(values: "Sweep") -> str:
     """The values of a parameter."""
     return f"{values.points} values of {values.parameter} from {values.low:g} to {values.high:g}"
 

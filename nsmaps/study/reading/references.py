@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from nsmaps.figures.catalogue import rows_of
+from nsmaps.study.pictures.catalogue import figures_of
 from nsmaps.study.sections.base import Need
 from nsmaps.study.study import Study
 
@@ -22,7 +22,7 @@ def _check_figures(study: Study) -> None:
     """Raise StudyError at the first figure without data."""
     for number, figure in enumerate(study.figures):
         with study.source.located(("figures", number)):
-            rows_of(study)[figure].check(study)
+            figures_of(study.kinds())[figure].check(study)
 
 
 def _needs(study: Study) -> Iterator[Need]:
@@ -30,7 +30,7 @@ def _needs(study: Study) -> Iterator[Need]:
     for analysis in study.analyses().values():
         yield from analysis.needs()
     for number, figure in enumerate(study.figures):
-        for key in rows_of(study)[figure].sections:
+        for key in figures_of(study.kinds())[figure].sections:
             yield ("figures", number), f"the figure {figure!r}", key
     for kind in study.kinds().values():
         for claim, keys in kind.claims.items():

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, RootModel
 from nsmaps.dynamics.attractors.quantifiers import quantifiers_of
 from nsmaps.plugins import QUANTIFIER, class_of
 from nsmaps.study.estimates import Size
+from nsmaps.study.pictures.figure import StudyFigure
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.result import Verdict as Verdict
@@ -17,6 +18,7 @@ from nsmaps.study.result import Verdict as Verdict
 if TYPE_CHECKING:  #: also for the modules of sections
     from nsmaps.arrays import Storable
     from nsmaps.exact.systems.parameters import System as System
+    from nsmaps.study.ahead import Call
     from nsmaps.study.binding import Binding as Binding
     from nsmaps.study.binding import Plan as Plan
     from nsmaps.study.reading.head import Head
@@ -58,6 +60,7 @@ class Steps:
     step_name: ClassVar[str] = ""  #: the name of its step in a run, if not the key
     results: ClassVar[Mapping[str, Any]] = {}  #: the parts of a study's result that it computes, each with its value without it
     stored: ClassVar[bool] = True  #: False: `recompute` is called when a run is read
+    figures: ClassVar[tuple[StudyFigure, ...]] = ()  #: that show them; one of another package is drawn by its result without any
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {}  #: of the study's `require`: the sections that each needs
 
     @classmethod
@@ -78,8 +81,8 @@ class Steps:
         """The sections that it needs, each with the place and the words of what needs it."""
         return iter(())
 
-    def calls(self) -> tuple[str, ...]:
-        """What its step has compiled, of `nsmaps.study.ahead.CALLS`."""
+    def calls(self) -> "tuple[Call, ...]":
+        """Functions of the system whose code its step needs, which another process compiles while the run begins."""
         return ()
 
     def check(self, study: "Study") -> None:
@@ -115,6 +118,10 @@ class Steps:
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """Tables that are printed at the end of a run."""
         return iter(())
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The numbers that the caption of one of its figures begins with, of one sheet where `part` names it; may be empty."""
+        return ""
 
 
 class Analysis(Steps, BaseModel):

@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from nsmaps.figures.parts import plane
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
+from nsmaps.study.conclusions.phrases import at, listed
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Compared, Side
 from nsmaps.study.sections.base import Need, Quantified, Table
 
@@ -19,6 +22,18 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 LONG = 24  #: largest number of letters of the words in a row
+
+
+def _over_plane(result: "StudyResult") -> "Basins | Mapping[str, Basins] | None":
+    """Basins over a plane through the states, of both maps by title where there are two."""
+    found, reduced = result.basins, result.reduced_basins
+    if found is None or found.grid is None:
+        return None
+    plane(found.grid)
+    return found if reduced is None else {result.system.map_name: found, "composite map": reduced}
+
+
+BASINS: "FigurePart[Basins | Mapping[str, Basins]]" = FigurePart("basins over a grid", ("basins",), _over_plane)
 
 
 class BasinsSection(Quantified):
@@ -32,6 +47,15 @@ class BasinsSection(Quantified):
         "reduced_basins": None,  #: those of the composite map, if the study requests them
         "same_attractor": None,  #: for each attractor of the composite map, the index of that of the exact map it is on
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "longrun.basins",
+            "The plane of states coloured by the attractor reached, beside the number of returns taken.",
+            "Basins of attraction over the grid: the attractor that each state reaches, with the share of its basin, and the "
+            "number of returns taken. Marks are states of the attractors.",
+            (BASINS, optional("same_attractor")),
+        ),
+    )
 
     model_config = SPEC
     returns: int = Field(1000, ge=1)
@@ -119,6 +143,15 @@ class BasinsSection(Quantified):
             yield Table(
                 title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,)
             )
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The share of each basin."""
+        found = result.basins
+        if found is None:
+            return ""
+        names = [f"{each.label or 'attractor'} ({number})" for number, each in enumerate(found.attractors, 1)]
+        shares = dict(zip([*names, "no attractor", "the orbit ends"], found.fractions.tolist(), strict=True))
+        return f"{at(result)}{len(found.label):,} states, of which reach {listed(shares)}."
 
 
 def alike(result: "StudyResult") -> float:

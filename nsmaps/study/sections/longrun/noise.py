@@ -11,8 +11,11 @@ from nsmaps.arrays import Floats
 from nsmaps.parallel import Parallel
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.results import units_of
+from nsmaps.study.ahead import call_noise
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, plain, returns_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
 from nsmaps.study.sections.base import Analysis, Need, Table
 
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
     from nsmaps.dynamics.noise.law import Noise
     from nsmaps.dynamics.noise.residence import Residence
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
@@ -58,6 +62,15 @@ class NoiseSection(NoiseSizes, Analysis):
     results: ClassVar[Mapping[str, Any]] = {
         "noise": None,
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "longrun.noise",
+            "Impacts under noise against the parameter, and shares and rates of the motions against the size of the noise.",
+            "Noise: impacts over the parameter, if it is swept (fig. comp_stoch), and, for the parameters of the study, the "
+            "shares of motions and the rates of transitions between them, with standard errors, over the size of the noise.",
+            (FigurePart("orbits under noise", ("noise",)),),
+        ),
+    )
 
     start: dict[str, Number]
     returns: int = Field(2000, ge=1)
@@ -96,8 +109,8 @@ class NoiseSection(NoiseSizes, Analysis):
             binding.swept_values(("noise", "impacts"), along.parameter, (along.low, along.high))
         return binding.start(("noise", "start"), self.start)
 
-    def calls(self) -> tuple[str, ...]:
-        return ("noise",)
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_noise,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The residence in motions for each amplitude of the noise, and the impacts over a parameter."""
@@ -175,6 +188,12 @@ class NoiseSection(NoiseSizes, Analysis):
         note = "Shares of returns, and changes per 1000 returns in the first motion. "
         note += "Images of the composite map are kicked as the noise kicks exact ones."
         yield Table("Motions under noise", heads, tuple(rows), (note,))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The sizes of the noise, and the motions."""
+        sizes = f"sigma from {min(self.sigma):g} to {max(self.sigma):g}" if len(self.sigma) > 1 else f"sigma = {self.sigma[0]:g}"
+        kind = "of independent noise on the images" if self.tau is None else f"correlation time {self.tau:g}"
+        return f"{at(result)}{sizes}, {kind}, {self.realisations} realisations of {self.returns:,} returns each."
 
 
 def _each(words: NDArray[np.str_]) -> Floats:

@@ -10,8 +10,10 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.observables.attractors import RETURNS
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Analysis, Table
 from nsmaps.study.sections.parameters.branches import mapped
@@ -23,6 +25,21 @@ if TYPE_CHECKING:
 OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
 
 
+def _along_parameters(result: "StudyResult") -> Mapping[str, Any]:
+    """The means along parameters: of a bifurcation diagram and of branches, by name."""
+    diagram = {name: means for name, means in result.observables.items() if name == "bifurcation"}
+    return {**diagram, **{name: parts for name, parts in result.branch_observables.items() if parts}}
+
+
+OBSERVABLES: "FigurePart[Mapping[str, Any]]" = FigurePart(
+    "observables along a parameter",
+    ("observables",),
+    _along_parameters,
+    "'observables', and a 'bifurcation' of the exact map or 'branches'",
+    lambda study: bool(study.bifurcation or study.branches),
+)
+
+
 class ObservablesSection(Analysis):
     """Quantities of impacts and flights of the exact map, by name or by formula."""
 
@@ -31,6 +48,16 @@ class ObservablesSection(Analysis):
         "observables": {},  #: by section: of orbits, the diagram, the basins
         "branch_observables": {},  #: by branch, of parts with orbits
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "longrun.observables",
+            "Means of quantities such as the energy lost at impacts, over a parameter.",
+            "Means of the study's observables per period of the forcing, or per return without forcing: on the attractors of "
+            "the bifurcation diagram, with two standard errors, and along branches of periodic orbits, dashed where they are "
+            "not stable.",
+            (OBSERVABLES,),
+        ),
+    )
 
     model_config = SPEC
     quantities: tuple[Name, ...] = ()
@@ -131,6 +158,13 @@ class ObservablesSection(Analysis):
                 rows.append((f"branch {branch}", " ".join(filter(None, (one.name, _unit(one, per)))), _values(flat)))
         if rows:
             yield Table(f"Observables of the {result.system.map_name}", ("of", "observable", "mean"), tuple(rows))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The names of the observables, and the number of returns over which is averaged."""
+        study = result.study
+        varied = [sweep.parameter for sweep in (study.bifurcation, *study.branches) if sweep is not None]
+        names = ", ".join([*self.quantities, *(one.name for one in self.formulas)])
+        return f"{at(result, varied)}{names}; {returns_text(self.returns)} of each orbit."
 
 
 def _part(part: "CycleMeans") -> dict[str, Any]:

@@ -13,15 +13,24 @@ from nsmaps.exact.trajectory import track
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
 from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
+from nsmaps.study.conclusions.phrases import MOST, at, cycle_of
 from nsmaps.study.conclusions.texts import finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Entries, Verdict
+from nsmaps.study.sections.maps.composite import COMPOSITE
+from nsmaps.study.sections.maps.surfaces import GRID
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from nsmaps.dynamics.attractors.limit_set import LimitSet, OrbitPair
     from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.exact.events import ModeTrack, Track
     from nsmaps.exact.returnmap import ReturnMap
+    from nsmaps.exact.surfaces.surface import Grid
+    from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
@@ -38,6 +47,22 @@ class OrbitSection(BaseModel):
     )  #: number of impacts on all walls, or of events, that are stored with the motion between them
 
 
+def _over(result: "StudyResult") -> "tuple[Grid, CompositeMap | None] | None":
+    """The grid of the return surfaces, with the composite map over it."""
+    return (next(iter(result.surfaces.values())).grid, result.composite) if result.surfaces else None
+
+
+ORBITS: "FigurePart[Sequence[OrbitPair]]" = FigurePart("orbits", ("orbits",))
+OVER: "FigurePart[tuple[Grid, CompositeMap | None]]" = FigurePart("pieces over a grid", (), _over, optional=True)
+TRACKS: "FigurePart[Sequence[Track | ModeTrack]]" = FigurePart(
+    "the motion between impacts",
+    ("orbits",),
+    lambda result: [pair.track for pair in result.orbits if pair.track is not None],
+    "'track' in an entry of 'orbits'",
+    lambda study: not study.orbits or any(orbit.track for orbit in study.orbits),
+)
+
+
 class Orbits(Entries[OrbitSection]):
     """The orbits of a study, each of the exact and of the reduced map."""
 
@@ -45,6 +70,39 @@ class Orbits(Entries[OrbitSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "orbits": (),
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "system.motion",
+            "The displacements of ball and walls over time, beside the phase plane of relative displacement and velocity.",
+            "The exact motion at and between impacts, over time and in the phase plane. Stars are impacts on the base wall. "
+            "With modes it is that of all states, coloured by mode, with the events.",
+            (TRACKS,),
+        ),
+        StudyFigure(
+            "system.impacts",
+            "The phase against the relative velocity at every impact, joined in order by dotted lines.",
+            "All impacts of the orbit by phase and by velocity just before the impact, whose sign distinguishes the walls, or "
+            "all events of a system with modes. Dotted lines give their order.",
+            (TRACKS,),
+        ),
+        StudyFigure(
+            "composite.orbits",
+            "Orbits of the exact map and of the composite map in the plane of states.",
+            "Orbits from the initial states of the study with their last tenth marked: of the exact map, and of the composite "
+            "map if there is one. Lines join a state to its image. A cross, if any, is the last state of an orbit that ends, "
+            "or its last state within the picture. No piece holds the hatched states.",
+            (ORBITS, FigurePart("the plane of states", (), lambda result: result.system, planar=True), OVER),
+        ),
+        StudyFigure(
+            "composite.cobweb",
+            "Cobweb diagrams of the orbits over the projected surfaces.",
+            "A cobweb of the composite map in the phase planes, with its last tenth marked, over the pieces: a line where the "
+            "image depends on one coordinate alone, else the range of its values over the other, pale where the orbit does not "
+            "come. A cross, if any, is the end of an orbit that leaves the domain of the map.",
+            (COMPOSITE, GRID, ORBITS),
+            animated=True,
+        ),
+    )
 
     def bind(self, binding: "Binding") -> tuple[Floats, ...]:
         for number, orbit in enumerate(self):
@@ -89,6 +147,39 @@ class Orbits(Entries[OrbitSection]):
                 returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
                 yield Verdict(f"{name}: completes all returns", "composite map", *returning)
                 yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The starts of the motions, or where the orbits end under each map."""
+        if figure in ("motion", "impacts"):
+            starts = [point(result.system.coordinates, pair.start) for pair in result.orbits if pair.track is not None]
+            return f"{at(result)}from {'; '.join(starts[:MOST])}." if starts else ""
+        if figure == "cobweb":
+            pair = result.orbits[int(part) - 1 if part.isdecimal() and 0 < int(part) <= len(result.orbits) else 0]
+            return _from_to(result, [(pair, _end(result, pair.composite_ends))] if pair.composite is not None else [])
+        ends = []
+        for pair in result.orbits:
+            other = f" and {_end(result, pair.composite_ends)} under the composite map" if pair.composite is not None else ""
+            ends.append((pair, f"{_end(result, pair.ends)} under the exact map{other}"))
+        return _from_to(result, ends)
+
+
+def _from_to(result: "StudyResult", ends: "Sequence[tuple[OrbitPair, str]]") -> str:
+    """The starts of orbits by where they end."""
+    starts: dict[str, list[str]] = {}
+    for pair, end in ends:
+        starts.setdefault(end, []).append(point(result.system.coordinates, pair.start))
+    lines = [f"from {' and '.join(each[:MOST])}{' and others' * (len(each) > MOST)} to {end}" for end, each in starts.items()]
+    more = f"; {len(lines) - MOST} more" if len(lines) > MOST else ""
+    return f"{at(result)}{'; '.join(lines[:MOST])}{more}." if lines else ""
+
+
+def _end(result: "StudyResult", end: "LimitSet | None") -> str:
+    if end is None:
+        return "no limit, as it ends"
+    if end.period == 1:
+        return f"the fixed point {point(result.system.coordinates, end.states[0])}"
+    name = f" ({end.name})" if end.name else ""
+    return f"a {cycle_of(end.period)}{name}" if end.period else f"{end.meaning}{name}"
 
 
 def _pair(pair: "OrbitPair") -> dict[str, Any]:

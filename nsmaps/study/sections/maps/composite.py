@@ -2,9 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self
-
-from pydantic import BaseModel, model_validator
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.errors import FitError
 from nsmaps.exact.surfaces.family import ReturnFamily, WordFamily, is_pattern
@@ -12,62 +10,48 @@ from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import surfaces
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, build_composite
 from nsmaps.reduced.composite.printed import TabulatedMap
-from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import ConditionRegion, Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.validation.words import misleads
 from nsmaps.results import units_of
+from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
+from nsmaps.study.conclusions.phrases import at, listed, part_of
 from nsmaps.study.conclusions.texts import finite, intervals, yes
 from nsmaps.study.estimates import Size, states
-from nsmaps.study.reading.classes import Condition, Instance
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import DIAGONAL, MAPS, SPEC, Bounds, Name, Side, one_of
+from nsmaps.study.reading.values import DIAGONAL, MAPS
 from nsmaps.study.sections.base import Entries, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
-from nsmaps.study.sections.maps.fits import Fit, FitSection, bind_fit, fit_size, report_numbers
-from nsmaps.study.sections.maps.surfaces import surfaces_size
+from nsmaps.study.sections.maps.fits import bind_fit, fit_size, report_numbers
+from nsmaps.study.sections.maps.pieces import PieceSection, separable_pieces
+from nsmaps.study.sections.maps.surfaces import GRID, MESH, SURFACES, surfaces_size
 
 if TYPE_CHECKING:
+    from nsmaps.figures.parts import SeparablePiece
     from nsmaps.reduced.composite.composite import Coverage
     from nsmaps.reduced.validation.words import Misleads
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 MAP = "composite map"
 
-
-class PieceSection(BaseModel):
-    """One piece of the composite map: its region and its map."""
-
-    model_config = SPEC
-    name: Name
-    box: Bounds | None = None
-    where: str | None = None
-    region: Instance | None = None
-    family: str | None = None
-    fit: Fit | None = None
-    grid: dict[str, Side] | None = None  #: of the states of the data of the fit; that of the study if omitted
-    data: Condition | None = None  #: of the fit: a condition, which may name parameters, a region, or `diagonal`; else the region
-    reset: dict[str, Number] | None = None
-    polynomial: TabulatedMap | None = None  #: in a file also as `file#key`, which the reader replaces
-
-    @model_validator(mode="after")
-    def _one_region_one_map(self) -> Self:
-        one_of({"box": self.box, "where": self.where, "region": self.region}, f"the piece {self.name!r}")
-        one_of({"fit": self.fit, "reset": self.reset, "polynomial": self.polynomial}, f"the piece {self.name!r}")
-        if (self.family is None and self.fit is not None) or (self.family is not None and self.reset is not None):
-            raise ValueError(f"the piece {self.name!r}: a fit needs the 'family' whose data it fits, a reset has none")
-        if self.data is not None and self.fit is None:
-            raise ValueError(f"the piece {self.name!r}: 'data' defines the data of a fit; expected: beside 'fit' only")
-        if self.grid is not None and (self.fit is None or self.data == DIAGONAL):
-            text = f"the piece {self.name!r}: 'grid' has the states of the data of a fit"
-            raise ValueError(f"{text}; expected: beside 'fit' only, and without 'data: diagonal'")
-        return self
-
-    @property
-    def separable(self) -> FitSection | None:
-        """Its fit, if that is separable."""
-        return self.fit if isinstance(self.fit, FitSection) and self.fit.separable is not None else None
+COMPOSITE: "FigurePart[CompositeMap]" = FigurePart(
+    "a composite map of pieces in closed form",
+    ("composite",),
+    entry="'composite' or a 'partition' of kind closed_form",
+    asked=lambda study: study.partition is None or study.partition.kind != "accurate",
+)
+SEPARABLE: "FigurePart[Mapping[str, SeparablePiece]]" = FigurePart(
+    "pieces with a separable fit",
+    ("composite",),
+    lambda result: separable_pieces(result.study.composite),
+    "a piece of 'composite' with a 'separable' fit",
+    lambda study: not (study.composite or study.partition) or bool(separable_pieces(study.composite)),
+    planar=True,
+)
+TITLE: "FigurePart[str]" = FigurePart("the title of the map", (), lambda result: result.system.map_name)
 
 
 class Pieces(Entries[PieceSection]):
@@ -80,6 +64,21 @@ class Pieces(Entries[PieceSection]):
         "coverage": None,  #: of the study's grid
         "misleads": None,  #: words and images on the study's grid that differ from those of the exact map
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "composite.regions",
+            "The plane of states divided into the named pieces of the composite map.",
+            "The pieces of the composite map with their names, words and shares of the grid.",
+            (COMPOSITE, GRID, optional("orbits")),
+        ),
+        StudyFigure(
+            "fits.separable",
+            "A separable map and the exact map in the phase planes, and both as curves on the surfaces.",
+            "A separable approximation. The exact map along one line of the grid is green, the separable map orange, and all "
+            "other states of the region are grey. Below, both are curves on the return surface.",
+            (SEPARABLE, COMPOSITE, SURFACES, MESH, TITLE),
+        ),
+    )
 
     def needs(self) -> Iterator[Need]:
         for number, piece in enumerate(self):
@@ -103,8 +102,8 @@ class Pieces(Entries[PieceSection]):
     def bind(self, binding: "Binding") -> "tuple[PiecePlan, ...]":
         return tuple(_bind_piece(("composite", number), piece, binding) for number, piece in enumerate(self))
 
-    def calls(self) -> tuple[str, ...]:
-        return ("composite",)
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_composite,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Steps iv to vi: every piece fitted, printed or reset."""
@@ -134,6 +133,27 @@ class Pieces(Entries[PieceSection]):
         if words is not None:
             right = words.wrong_words == 0
             yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The share of the grid of each piece, or the fit of one piece."""
+        if figure == "separable":
+            return _separable_fit(result, part_of(separable_pieces(self), part))
+        if result.coverage is None:
+            return ""
+        shares = dict(zip(result.coverage.names, result.coverage.fractions.tolist(), strict=True))
+        left = 1 - result.coverage.fraction
+        none = f"; {100 * left:.2g} % in no piece" if left > 0 else ""
+        return f"{at(result)}shares of the grid {listed(shares)}{none}."
+
+
+def _separable_fit(result: "StudyResult", name: str) -> str:
+    """The error of the fit of a piece, coordinate by coordinate."""
+    fits = {piece.name: piece.map.report for piece in (result.composite.pieces if result.composite else ())}
+    report = fits.get(name)
+    if report is None:
+        return ""
+    each = zip(report.coordinates, report.r2, report.max_error, strict=True)
+    return f"{at(result)}piece {name}; {'; '.join(f'{c}: R2 = {r2:.4g}, largest error {error:.2g}' for c, r2, error in each)}."
 
 
 Surfaces = dict[str, Surface]  #: by family

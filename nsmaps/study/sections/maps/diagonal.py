@@ -7,23 +7,94 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from nsmaps.errors import FitError
+from nsmaps.errors import FitError, NsmapsError
 from nsmaps.exact.surfaces.surface import Grid, Surface
 from nsmaps.exact.surfaces.sweep import sweep
+from nsmaps.figures.parts import section
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.reduced.conditions.region import Box
-from nsmaps.reduced.fit.filter import NearDiagonal, diagonal_region
+from nsmaps.reduced.conditions.region import Box, ConditionRegion
+from nsmaps.reduced.fit.filter import Attracting, NearDiagonal, diagonal_region
 from nsmaps.reduced.fit.filter_errors import compare_deltas
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import intervals, range_text
 from nsmaps.study.estimates import Size, states
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
 from nsmaps.study.sections.base import Analysis, Need
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
-from nsmaps.study.sections.maps.surfaces import surfaces_size
+from nsmaps.study.sections.maps.surfaces import SURFACES, surfaces_size
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from nsmaps.exact.surfaces.mesh import Mesh
+    from nsmaps.reduced.fit.filter import DiagonalRegion
+    from nsmaps.reduced.fit.filter_errors import NearDiagonals
     from nsmaps.reduced.fit.polyfit import PolyFit
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
+
+
+def _region(result: "StudyResult") -> "DiagonalRegion | None":
+    """The region with the images of its states."""
+    region = result.diagonal
+    if region is None or not region.images:
+        return None
+    _check_some(len(region.start))
+    return region
+
+
+def _near(result: "StudyResult") -> "Sequence[NearDiagonals]":
+    """The states for each delta."""
+    if result.near:
+        _check_some(len(result.near[0].surface.start))
+    return result.near
+
+
+def _fits(result: "StudyResult") -> "Sequence[NearDiagonals]":
+    """The states for each delta, if polynomials were fitted to them."""
+    found = _near(result)
+    return found if found and found[0].maps else ()
+
+
+def _parameter(result: "StudyResult") -> str:
+    """The parameter over whose values states are near the diagonals; empty without one."""
+    spec = section(result.study.diagonal, "diagonal")
+    return "" if spec.sweep is None else spec.sweep.parameter
+
+
+def _near_mesh(result: "StudyResult") -> "Callable[[Surface], Mesh]":
+    """The surface as triangles, of which part 1 passes the filter of the study at its own parameters."""
+    asked = section(result.study.diagonal, "diagonal")
+    region = None if asked.region is None else ConditionRegion(coordinates=result.system.coordinates, text=asked.region)
+    criterion = NearDiagonal(delta=_near(result)[0].delta, slope=asked.slope, region=region)
+    attracting = Attracting(criterion, result.system, result.family(asked.family))
+    return lambda surface: result.mesh(surface.name, attracting)
+
+
+def _check_some(states: int) -> None:
+    """An error where no state is near the diagonals."""
+    if not states:
+        raise NsmapsError("no state is near the diagonals; expected: a larger 'delta', or a wider 'region'")
+
+
+DIAGONAL: "FigurePart[DiagonalRegion]" = FigurePart("the region near the diagonals with its images", ("diagonal",), _region)
+SWEPT: "FigurePart[str]" = FigurePart("a parameter", (), _parameter, optional=True)
+SHOWN: "FigurePart[Sequence[float]]" = FigurePart(
+    "values", (), lambda result: section(result.study.diagonal, "diagonal").shown, optional=True
+)
+NEAR: "FigurePart[NearDiagonals]" = FigurePart(
+    "the states near the diagonals", ("diagonal",), lambda result: next(iter(_near(result)), None), planar=True
+)
+NEAR_MESH: "FigurePart[Callable[[Surface], Mesh]]" = FigurePart("triangles by the filter", (), _near_mesh)
+ORDERS: "FigurePart[Sequence[NearDiagonals]]" = FigurePart(
+    "fits near the diagonals",
+    ("diagonal",),
+    _fits,
+    "'orders' in 'diagonal'",
+    lambda study: not study.diagonal or bool(study.diagonal.orders),
+    planar=True,
+)
 
 
 class DiagonalSection(Analysis):
@@ -35,6 +106,35 @@ class DiagonalSection(Analysis):
         "orders": (),  #: fits compared near the diagonals, table TableDeltaErr
         "near": (),  #: at the study's own parameters, for `delta` and each of `deltas`
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "fits.diagonal",
+            "States near the diagonals in the phase planes, for some values of a parameter and for all of them.",
+            "States near both diagonals (eq. r1uniond): green for one value of the parameter, blue for all values of the "
+            "sweep. Dotted lines are the ratios delta and 1/delta.",
+            (DIAGONAL, SWEPT, SHOWN),
+        ),
+        StudyFigure(
+            "returns.diagonal_surface",
+            "Surfaces of the images over the plane of states; the part near both diagonals is blue.",
+            "The return surfaces of one family, blue where a state is near the diagonals of all coordinates (eq. r1uniond).",
+            (NEAR, SURFACES, NEAR_MESH),
+        ),
+        StudyFigure(
+            "fits.orders",
+            "Logarithmic plots of 1 - R2 and of the sum of squared errors against the order of the polynomial.",
+            "Polynomials of several orders fitted near the diagonals (table TableDeltaErr): 1 - R2 and the sum of squared "
+            "errors (SSE), a line for each delta.",
+            (ORDERS,),
+        ),
+        StudyFigure(
+            "fits.fit_error",
+            "The states near the diagonals coloured by the error of the fitted polynomials.",
+            "The error of the polynomials fitted near the diagonals at each state of the grid, a row for each delta (fig. "
+            "comparert).",
+            (ORDERS,),
+        ),
+    )
 
     model_config = SPEC
     family: str
@@ -111,6 +211,34 @@ class DiagonalSection(Analysis):
         if region is None:
             return {}
         return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The number of states near the diagonals and their hull, or the order with the smallest of the largest errors."""
+        if figure in ("orders", "fit_error"):
+            return _best_orders(result)
+        if figure == "diagonal_surface":
+            if not result.near or result.returns is None:
+                return ""
+            count, delta = len(result.near[0].surface.start), result.near[0].delta
+            return f"{at(result)}delta = {delta:g}, {count:,} of {len(result.returns):,} states near both diagonals."
+        region = result.diagonal
+        if region is None or not len(region.start):
+            return ""
+        over = f" over {range_text(self.sweep)}" if self.sweep else ""
+        hull = intervals(region.coordinates, region.box)
+        varied = (self.sweep.parameter,) if self.sweep else ()
+        return f"{at(result, varied)}delta = {region.delta:g}, {len(region.start):,} states{over}, all in {hull}."
+
+
+def _best_orders(result: "StudyResult") -> str:
+    """The order with the smallest of the largest errors, for each delta."""
+    lines = []
+    for near in result.near:
+        errors = {name: float(np.max(each.report.max_error)) for name, each in near.maps.items() if each.report is not None}
+        if errors:
+            best = min(errors, key=errors.__getitem__)
+            lines.append(f"{best} for delta = {near.delta:g} (largest error {errors[best]:.2g})")
+    return f"{at(result)}the best order is {', '.join(lines)}." if lines else ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
+from nsmaps.figures.parts import section
 from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.partition.partition import partition
@@ -17,20 +18,57 @@ from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition, PartitionChoices
 from nsmaps.reduced.validation.destinations import MISLED
 from nsmaps.reduced.validation.speed import speeds
+from nsmaps.study.ahead import call_composite
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
 from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
 from nsmaps.study.sections.base import Analysis, Need, Table, Verdict, claimed
-from nsmaps.study.sections.maps.composite import MAP, judged
+from nsmaps.study.sections.maps.composite import MAP, TITLE, judged
 from nsmaps.study.sections.maps.fits import Fit, bind_fit
+from nsmaps.study.sections.maps.surfaces import GRID
 
 if TYPE_CHECKING:
     from nsmaps.reduced.adaptive.accurate import AccurateResult
     from nsmaps.reduced.fit.polymap import PolyMap
+    from nsmaps.reduced.validation.speed import Speed
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult
 
 Attracting = Annotated[Annotated[Bounds, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
 MET = "partition: tolerance met"
+
+
+def _errors(result: "StudyResult") -> Mapping[str, float]:
+    """The largest errors of a partition by where they were found."""
+    if result.accurate is not None:
+        return {"over the box": result.accurate.uniform.largest, "beside edges": result.accurate.beside.largest}
+    if result.partition is None:
+        return {}
+    transient = [max(row.max_error) for row in result.partition.table() if row.role == "transient"]
+    return {"attracting pieces": result.partition.max_error, "transient pieces": max(transient, default=float("nan"))}
+
+
+SECTIONS = ("grid", "partition")
+PARTITION: "FigurePart[PartitionResult]" = FigurePart(
+    "a partition into pieces in closed form",
+    SECTIONS,
+    entry="a 'partition' of kind closed_form",
+    asked=lambda study: study.partition is None or study.partition.kind != "accurate",
+)
+ACCURATE: "FigurePart[AccurateResult]" = FigurePart(
+    "strips between grazing curves",
+    SECTIONS,
+    lambda result: result.accurate,
+    "a 'partition' of kind accurate",
+    lambda study: study.partition is None or study.partition.kind == "accurate",
+)
+ERRORS: "FigurePart[Mapping[str, float]]" = FigurePart("errors", (), _errors, optional=True)
+TOLERANCE: "FigurePart[float]" = FigurePart(
+    "a tolerance", (), lambda result: section(result.study.partition, "partition").tolerance
+)
+SPEED: "FigurePart[Speed]" = FigurePart("the speed of a reduced map", SECTIONS, lambda result: result.speed, "a 'partition'")
 
 
 class PartitionSection(PartitionChoices, Analysis):
@@ -43,6 +81,35 @@ class PartitionSection(PartitionChoices, Analysis):
         "accurate": None,  #: the result of the kind `accurate`, without a composite map
         "speed": None,  #: of the reduced map, compared with the exact one
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "system.algorithm",
+            "A flow chart of the general algorithm, from top to bottom: initialize, iterate, finalize.",
+            "The general algorithm, steps 0 to vii. Each box names what is done, the section of a study, and the function.",
+            (optional("partition"),),
+        ),
+        StudyFigure(
+            "composite.partition",
+            "The plane of states divided into attracting and transient regions.",
+            "The regions found by the general algorithm, with the names and colours of the pieces of the composite map. "
+            "Attracting regions have a thick frame.",
+            (PARTITION, GRID, optional("orbits")),
+        ),
+        StudyFigure(
+            "composite.strips",
+            "Strips of the plane of states between grazing curves.",
+            "The cells of the accurate map by the total degree of their polynomials, separated by white lines. Black curves "
+            "are the edges of the exact map.",
+            (ACCURATE, FigurePart("coordinates", (), lambda result: result.system.coordinates)),
+        ),
+        StudyFigure(
+            "composite.speed_error",
+            "The error of the reduced map against its processor time per state, beside the time of the exact map.",
+            "Error against speed: the processor time for the return of one state, and the largest error at held-out states. A "
+            "map to the right of the line is slower than the exact map.",
+            (SPEED, ERRORS, TOLERANCE, TITLE),
+        ),
+    )
 
     attracting: tuple[Attracting, ...] = ()
     regions: tuple[Condition, ...] = ()
@@ -76,8 +143,8 @@ class PartitionSection(PartitionChoices, Analysis):
         with binding.study.source.located(("partition",)):
             return Partition(**numbers, **{key: value for key, value in objects.items() if value})
 
-    def calls(self) -> tuple[str, ...]:
-        return ("composite",)
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_composite,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Steps ii to vii of the general algorithm."""
@@ -129,6 +196,21 @@ class PartitionSection(PartitionChoices, Analysis):
             largest, share = " ".join(f"{value:.2g}" for value in row.max_error), f"{100 * row.share:.3g} %"
             rows.append((row.name, row.role, row.word, share, row.order, str(row.terms), largest, row.became.partition(":")[0]))
         yield Table("Partition", ("region", "role", "word", "share", "order", "terms", error, ""), tuple(rows))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The tolerance and the pieces, or the cells with their largest error, or the time beside that of the exact map."""
+        if figure == "speed_error":
+            return f"{at(result)}{result.speed.text}." if result.speed else ""
+        if figure == "strips" and result.accurate is not None:
+            report, error = result.accurate.strips.report, max(_errors(result).values())
+            cells = f"{report.leaves:,} cells with {report.coefficients:,} coefficients"
+            return f"{at(result)}{cells}; largest held-out error {error:.2g}."
+        found = result.partition
+        if figure != "partition" or found is None:
+            return ""
+        error = f", largest error in them {found.max_error:.2g}" if math.isfinite(found.max_error) else ""
+        pieces = f"{len(found.composite.pieces)} pieces, attracting: {', '.join(found.attracting) or 'none'}"
+        return f"{at(result)}tolerance {found.spec.tolerance:g}; {pieces}{error}."
 
 
 def is_of_partition(study: "Study", return_map: str) -> bool:

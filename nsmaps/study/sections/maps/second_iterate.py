@@ -6,14 +6,26 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.parts import Bounded
 from nsmaps.reduced.composite.composite import CompositeMap
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.titles import pieces_with_a_map
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import ATTRACTING, SPEC
 from nsmaps.study.sections.base import Analysis, Need
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Plan, Study, StudyResult
+
+
+def _bounded(result: "StudyResult") -> Bounded | None:
+    """The domain between whose bounds the study takes the second iterate, with the updates that it names."""
+    asked = result.study.second_iterate
+    return None if asked is None else Bounded(asked.domain, result.domains[asked.domain], asked.updates)
+
+
+BOUNDED: "FigurePart[Bounded]" = FigurePart("an attracting domain", ("domains",), _bounded)
 
 
 class SecondIterateSection(Analysis):
@@ -28,6 +40,16 @@ class SecondIterateSection(Analysis):
     results: ClassVar[Mapping[str, Any]] = {
         "second_iterate": None,
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "domains.second_iterate",
+            "The second iterates of the auxiliary maps with their fixed points.",
+            "Second iterates of the auxiliary maps at some updates N: the lower map of the upper map (thick), which has p, and "
+            "the upper map of the lower map (thin), which has q, or the worst case of both. If the box is forward invariant, p "
+            "and q bound the coordinate.",
+            (FigurePart("a second-iterate map", ("second_iterate",)), BOUNDED),
+        ),
+    )
 
     model_config = SPEC
     domain: str
@@ -73,3 +95,12 @@ class SecondIterateSection(Analysis):
         if iterate is None:
             return {}
         return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The domain of the second iterate, and the ends p and q of its box."""
+        domain = result.domains.get(self.domain)
+        if domain is None or not domain.forward_invariant:
+            return ""
+        ends = zip(domain.coordinates, domain.two_cycle, strict=True)
+        points = "; ".join(f"p = {p:.5g} and q = {q:.5g} of {name}" for name, (p, q) in ends)
+        return f"{at(result)}domain {self.domain}; {points}."

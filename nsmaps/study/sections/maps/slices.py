@@ -8,7 +8,9 @@ from pydantic import BaseModel, Field
 from nsmaps.exact.surfaces.slice import slice_along
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import SPEC, Span
 from nsmaps.study.sections.base import Entries
@@ -34,6 +36,15 @@ class Slices(Entries[SliceSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "slices": (),  #: first returns along one coordinate
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "returns.slices",
+            "Images against one coordinate of the initial state while the other is held, coloured by word.",
+            "First returns along one coordinate by word; the other coordinate is held at the value above. In its phase plane "
+            "all stand over one value. Gaps are jumps of the map.",
+            (FigurePart("first returns along one coordinate", ("slices",)),),
+        ),
+    )
 
     def bind(self, binding: "Binding") -> tuple[Cut, ...]:
         return tuple(_cut(("slices", number), section, binding) for number, section in enumerate(self))
@@ -48,6 +59,15 @@ class Slices(Entries[SliceSection]):
     def size(self, study: "Study", system: "System") -> Size:
         points = sum(states(section.axis) for section in self)
         return Size(RETURN * points, COPIES * STATE * points)
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The values at which coordinates are held."""
+        lines = [f"{len(each.returns):,} states along {each.along} with {_held(each.at)}" for each in result.slices]
+        return f"{at(result)}{'; '.join(lines)}." if lines else ""
+
+
+def _held(at: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.5g}" for name, value in at.items())
 
 
 def _cut(loc: Loc, section: SliceSection, binding: "Binding") -> Cut:

@@ -12,21 +12,29 @@ from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.results import units_of
-from nsmaps.study.conclusions.texts import each_text, known, returns_text
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import each_text, known, range_text, returns_text
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
-from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, widest
+from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, motions_of, widest
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table, per map
+
+DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
+    "bifurcation diagrams",
+    ("bifurcation",),
+    lambda result: {result.map_title(of): diagram for of, diagram in result.bifurcation.items()},
+)
 
 
 class BifurcationSection(Range, Analysis):
@@ -39,6 +47,18 @@ class BifurcationSection(Range, Analysis):
     results: ClassVar[Mapping[str, Any]] = {
         "bifurcation": {},  #: by map: exact, composite, parametric, a piece
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "parameters.bifurcation",
+            "The states of the attractors against the parameter, coloured by word.",
+            "The attractors over the parameter by word; the darker a place, the more states lie there. Lines are the computed "
+            "borders of the widest windows of the first orbit (of two, of the one followed through growing values), where they "
+            "are known to the distance of neighbouring values, and motions are named above where there is room; C is chaos, "
+            "between windows at most of the values. A motion of the composite map has the name of the exact one with the same "
+            "words and period in returns. Grey: no attractor.",
+            (DIAGRAMS,),
+        ),
+    )
 
     start: dict[str, Number]
     discard: int = Field(2000, ge=0)
@@ -137,6 +157,13 @@ class BifurcationSection(Range, Analysis):
         found = [(of, _named(window), _spoken(window.low), _spoken(window.high)) for of, window in windows]
         if found:
             yield Table("Windows", ("map", "motion", *ends), tuple(found))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The range of the parameter, and the motions of the exact map."""
+        exact = result.bifurcation.get("exact")
+        seen = motions_of(exact) if exact is not None else ""
+        ratio = ": n:m/pT has n impacts on the base wall and m on others in p periods of the forcing" if "/" in seen else ""
+        return f"{at(result, (self.parameter,))}{range_text(self)}{f'; of the exact map {seen}' if seen else ''}{ratio}."
 
 
 def _borders(found: "tuple[Window, ...]") -> dict[str, Any]:

@@ -13,12 +13,16 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.phrases import MOST, at
 from nsmaps.study.conclusions.texts import known, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name, in_order
 from nsmaps.study.sections.base import Entries, Table, Verdict
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.events import BifurcationPoint
     from nsmaps.dynamics.periodic import PeriodicOrbit
@@ -70,6 +74,11 @@ class BranchSection(BaseModel):
         return ("up", "down") if self.direction == "both" else (self.direction,)
 
 
+BRANCHES: "FigurePart[Sequence[Branch]]" = FigurePart(
+    "branches of periodic orbits", ("branches",), lambda result: [each for some in result.branches.values() for each in some]
+)
+
+
 class Branches(Entries[BranchSection]):
     """The branches of periodic orbits of a study."""
 
@@ -77,6 +86,15 @@ class Branches(Entries[BranchSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "branches": {},  #: by name: one per direction, then doubled cycles
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "parameters.branches",
+            "The states of periodic orbits against the parameter, solid where stable and dashed where unstable, with events.",
+            "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines "
+            "of unknown stability; marks are events.",
+            (BRANCHES,),
+        ),
+    )
 
     def check(self, study: "Study") -> None:
         study.once("branches", [branch.name for branch in self])
@@ -135,6 +153,17 @@ class Branches(Entries[BranchSection]):
             for event in branch.events
         ]
         yield Table("Events on branches", ("branch", "motion", "event", "parameter", "precision", ""), tuple(rows))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The events of every branch, each once."""
+        lines = []
+        for spec in self:
+            events = [event for branch in result.branches.get(spec.name, ()) for event in branch.events]
+            names = list(dict.fromkeys(f"{event.kind} at {spec.parameter} = {event.value:.6g}" for event in events))
+            more = f" and {len(names) - MOST} more events" if len(names) > MOST else ""
+            lines.append(f"{spec.name}, {', '.join(names[:MOST]) or 'no event'}{more}")
+        varied = dict.fromkeys(branch.parameter for branch in self)
+        return f"{at(result, varied)}{'; '.join(lines)}." if lines else ""
 
 
 def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:

@@ -11,8 +11,10 @@ from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import computed_text, returns_text
+from nsmaps.study.conclusions.phrases import at, listed
+from nsmaps.study.conclusions.texts import computed_text, range_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
@@ -20,6 +22,7 @@ from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, 
 from nsmaps.study.sections.parameters.motions import NONE
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.design.optimum import Optimum
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of motions in a table
@@ -34,6 +37,16 @@ class ChartSection(Quantified):
         "chart": None,
         "chart_curves": {},  #: by event and branch
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "parameters.chart",
+            "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
+            "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was "
+            "found, and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed "
+            "those whose parameters the system refuses.",
+            (FigurePart("a chart of two parameters", ("chart",)), optional("chart_curves"), optional("optimum")),
+        ),
+    )
 
     model_config = SPEC
     sweep: Range
@@ -140,6 +153,26 @@ class ChartSection(Quantified):
         explained = kinds_explained(name for name, _ in rows)
         notes += [f"{explained}."] if explained else []
         yield Table("Motions over two parameters", ("motion", "pixels"), rows, tuple(notes))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The ranges of both parameters, the share of each motion, and of what coexists or is refused."""
+        found = result.chart
+        if found is None:
+            return ""
+        refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
+        filled = "" if found.computed.all() else f" {computed_text(found)}"
+        over = f"{range_text(self.sweep)}, {range_text(self.across)}"
+        motions = {label or "none": share for label, share in found.shares().items()}
+        text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
+        return f"{at(result, (self.sweep.parameter, self.across.parameter))}{text}{filled}{self._star(result.optimum)}"
+
+    def _star(self, found: "Optimum | None") -> str:
+        """A sentence on the optimum that the figure shows."""
+        if found is None or not {self.sweep.parameter, self.across.parameter} <= set(found.parameters):
+            return ""
+        where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
+        value = " ".join(filter(None, (f"{found.value:.5g}", found.observable.unit, f"per {found.per}")))
+        return f" The star is the {found.sense}imum of {found.observable.name} of {found.orbit.label}: {value} at {where}."
 
 
 def _range(values: Floats) -> list[float | None]:

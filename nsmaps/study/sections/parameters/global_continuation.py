@@ -9,8 +9,10 @@ from pydantic import Field
 from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import plain, range_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, Range
 from nsmaps.study.sections.base import Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
@@ -30,6 +32,18 @@ class GlobalContinuationSection(Range, Quantified):
     results: ClassVar[Mapping[str, Any]] = {
         "global_continuation": None,
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "longrun.global_continuation",
+            "Shares of basins as stacked bands over a parameter, above distances to the boundary and return times of the "
+            "attractors.",
+            "Attractors along the parameter, matched from value to value: the share of the random starts that each reaches; "
+            "the smallest kick found that leads elsewhere, an upper estimate of the distance to the boundary (an arrow: none "
+            "up to one); the mean return time after a kick, with two standard errors. Kicks are in shares of the region's "
+            "sides.",
+            (FigurePart("attractors along a parameter", ("global_continuation",)),),
+        ),
+    )
 
     region: Bounds
     samples: int = Field(1000, ge=1)
@@ -112,6 +126,15 @@ class GlobalContinuationSection(Range, Quantified):
             more = (f"There are {len(changes) - ROWS} more.",) if len(changes) > ROWS else ()
             between = "attractor", "motion", "change", f"{section.parameter} from", "to"
             yield Table("Births and deaths on the way up", between, tuple(changes[:ROWS]), more)
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The range of the parameter, the starts, and the numbers of attractors, births and deaths."""
+        found = result.global_continuation
+        if found is None:
+            return ""
+        kinds = [change.kind for change in found.changes]
+        text = f"attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}"
+        return f"{at(result, (self.parameter,))}{range_text(self)}, {found.samples:,} random starts each; {text}."
 
 
 def _measured(found: "GlobalContinuation") -> tuple[Floats, Floats]:

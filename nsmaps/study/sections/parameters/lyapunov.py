@@ -9,8 +9,10 @@ from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import each_text, plain, returns_text
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import each_text, plain, range_text, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Analysis, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
@@ -32,6 +34,15 @@ class LyapunovSection(Range, Analysis):
     results: ClassVar[Mapping[str, Any]] = {
         "lyapunov": None,
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "parameters.lyapunov",
+            "The Lyapunov exponents against the parameter with bands of two standard errors.",
+            "The Lyapunov exponents over the parameter, per return and per unit of time, with bands of two standard errors. "
+            "Neighbouring orbits diverge where an exponent is positive.",
+            (FigurePart("Lyapunov exponents", ("lyapunov",)),),
+        ),
+    )
 
     start: dict[str, Number]
     returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
@@ -91,6 +102,16 @@ class LyapunovSection(Range, Analysis):
         note = f"Above zero: nearby orbits diverge, as in chaos. {decided}{more}"
         heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
         yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The range of the parameter, and at how many values an exponent is positive."""
+        found = result.lyapunov
+        if found is None:
+            return ""
+        with np.errstate(invalid="ignore"):
+            positive = int((found.exponents[:, 0] > 2 * found.error[:, 0]).sum())
+        text = f"the largest exponent exceeds two standard errors at {positive} of them"
+        return f"{at(result, (self.parameter,))}{range_text(self)}; {text}."
 
 
 def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
+MOTIONS = 6  #: of a diagram that a sentence lists
 PAIRS = 5  #: of coexisting motions that a sentence names
 Row = dict[str, Any]
 
@@ -108,3 +109,11 @@ def digits(values: Sequence[float], diagram: "BifurcationDiagram") -> list[str]:
     steps = np.diff(np.unique(diagram.values))
     places = max(ceil(-log10(steps.min())) + 1, 0) if len(steps) else 15
     return [f"{round(value, places):.12g}" for value in values]
+
+
+def motions_of(diagram: "BifurcationDiagram") -> str:
+    """The motions of the first orbit of a diagram, in the order of the values."""
+    names = [name or NONE for name in dict.fromkeys(diagram.labels[:, 0].tolist())]
+    more = f" and {len(names) - MOTIONS} more" if len(names) > MOTIONS else ""
+    explained = kinds_explained(names)
+    return f"the motion{'s' * (len(names) > 1)} {', '.join(names[:MOTIONS])}{more}{f' ({explained})' if explained else ''}"

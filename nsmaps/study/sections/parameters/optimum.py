@@ -10,6 +10,7 @@ from pydantic import Field
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.ahead import call_noise
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
@@ -18,6 +19,7 @@ from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import NoisyOptimum, Optimum
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 IMPACTS = 40  #: room for impacts of each return under noise
@@ -86,8 +88,8 @@ class OptimumSection(Analysis):
         grid = None if self.grid is None else binding.grid(("optimum", "grid"), self.grid)
         return {"x0": x0, "start": binding.start(("optimum", "start"), self.start), "states": grid}
 
-    def calls(self) -> tuple[str, ...]:
-        return ("noise",) if self.noisy else ()
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_noise,) if self.noisy else ()
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The optimum, and the observable there under noise."""

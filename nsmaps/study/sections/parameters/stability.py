@@ -10,8 +10,10 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import returns_text
+from nsmaps.study.conclusions.phrases import at, listed
+from nsmaps.study.conclusions.texts import range_text, returns_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Analysis, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
@@ -30,6 +32,15 @@ class StabilitySection(Analysis):
         "stability": None,
         "curves": {},  #: by event and branch
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "parameters.stability",
+            "The plane of two parameters coloured by the motion that attracts, with bifurcation curves.",
+            "The motion to which one orbit converges at each point of two parameters, and bifurcation curves of branches. "
+            "Another initial state may converge to another motion.",
+            (FigurePart("a stability diagram", ("stability",)), optional("curves")),
+        ),
+    )
 
     model_config = SPEC
     sweep: Range
@@ -93,3 +104,13 @@ class StabilitySection(Analysis):
             none, why = int((diagram.outcome == Outcome.invalid).sum()), next(filter(None, diagram.reasons))
             yield missing("stability", result.system.map_name, none, f"{diagram.outcome.size} points", why)
         yield from missing_curves("stability", result.system.map_name, result.curves)
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The ranges of both parameters, and the share of each motion."""
+        found = result.stability
+        if found is None:
+            return ""
+        labels = found.labels.ravel().tolist()
+        shares = {label or "none": labels.count(label) / len(labels) for label in dict.fromkeys(labels)}
+        over = f"{range_text(self.sweep)}, {range_text(self.across)}"
+        return f"{at(result, (self.sweep.parameter, self.across.parameter))}{over}; motions {listed(shares)}."

@@ -10,8 +10,11 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
+from nsmaps.study.sections.maps.composite import COMPOSITE
+from nsmaps.study.sections.maps.surfaces import GRID
 from nsmaps.study.sections.sets.exit_times import row_numbers
 
 if TYPE_CHECKING:
@@ -28,6 +31,16 @@ class AuxiliaryMapSection(Analysis):
         "auxiliary_map": None,
         "auxiliary_exits": None,  #: of its regions, and arrival in A_1
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "domains.auxiliary_map",
+            "Upper and lower auxiliary maps in two regions, the curves of the other pieces, and a cobweb through them.",
+            "The full auxiliary map: in A_1 and over the regions of the pieces that the study names, every coordinate is led "
+            "on by its upper and lower auxiliary map alternately, elsewhere by the composite map. Pieces are lines where the "
+            "image depends on one coordinate alone, else the range of its values over the other.",
+            (FigurePart("the full auxiliary map", ("auxiliary_map",)), COMPOSITE, GRID, optional("orbits")),
+        ),
+    )
 
     model_config = SPEC
     domain: str

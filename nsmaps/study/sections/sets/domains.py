@@ -8,14 +8,18 @@ from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.parts import invariant_or_first
 from nsmaps.progress import Progress
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
+from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
+from nsmaps.study.conclusions.phrases import at, part_of
 from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
 from nsmaps.study.sections.base import Entries, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
@@ -24,6 +28,7 @@ from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
     from nsmaps.auxiliary.worst_case_limits import TwoCycle
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -40,6 +45,24 @@ class DomainSection(BaseModel):
     require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
 
+def _with_values(result: "StudyResult") -> "Mapping[str, AttractingDomain]":
+    """The domains whose auxiliary maps have values, by name."""
+    found = {name: domain for name, domain in result.domains.items() if _has_values(domain)}
+    if result.domains and not found:
+        why = "; ".join(f"domain {name!r}: {domain.reason}" for name, domain in result.domains.items())
+        raise NsmapsError(f"no auxiliary map has a value ({why}); expected: a domain in whose start box the map has images")
+    return found
+
+
+def _has_values(domain: "AttractingDomain") -> bool:
+    """Whether both auxiliary maps of a coordinate are finite somewhere."""
+    curves = [(each.lower, each.upper) for update in domain.updates for each in update.envelopes]
+    return any(bool(np.isfinite(pair).all(axis=0).any()) for pair in curves)
+
+
+ENVELOPED: "FigurePart[Mapping[str, AttractingDomain]]" = FigurePart("auxiliary maps", ("domains",), _with_values)
+
+
 class Domains(Entries[DomainSection]):
     """The attracting domains of a study, each bounded by auxiliary maps."""
 
@@ -47,6 +70,34 @@ class Domains(Entries[DomainSection]):
     results: ClassVar[Mapping[str, Any]] = {
         "domains": {},
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "domains.auxiliary",
+            "Families of curves of the map between their upper and lower envelopes, above the first steps between these.",
+            "The image of each coordinate for values of the other (grey), between the lower and the upper auxiliary map; "
+            "below, the worst-case steps from the box (dotted), with the points at which the upper map is largest and the "
+            "lower one least. If the box is forward invariant, the interval of the first step is green. The title has the "
+            "width of the box to which the update leads.",
+            (ENVELOPED,),
+            by_domain=True,
+        ),
+        StudyFigure(
+            "domains.envelopes",
+            "The upper and lower auxiliary maps with the cobwebs between them.",
+            "The lower and upper auxiliary map of each coordinate at the first, the second and the last update, with the "
+            "worst-case steps from the box (dotted). If the box is forward invariant, they converge to the yellow interval "
+            "from p to q, the next box. The thin line is a generic cobweb, which is omitted if it converges to no cycle.",
+            (ENVELOPED,),
+            by_domain=True,
+        ),
+        StudyFigure(
+            "domains.domain_size",
+            "The width of the attracting domain after each update, one coordinate a panel.",
+            "The width of the box after each update of the auxiliary maps, for each domain that is forward invariant; the "
+            "title names those that are not.",
+            (FigurePart("attracting domains", ("domains",)),),
+        ),
+    )
 
     def needs(self) -> Iterator[Need]:
         for number, domain in enumerate(self):
@@ -66,8 +117,8 @@ class Domains(Entries[DomainSection]):
         given = ((k, domain.name, domain.box) for k, domain in enumerate(self))
         return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
 
-    def calls(self) -> tuple[str, ...]:
-        return ("boxes",) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in self) else ()
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_boxes,) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in self) else ()
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The attracting domains, each of the map that the study names for it."""
@@ -100,6 +151,32 @@ class Domains(Entries[DomainSection]):
                 yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
                 if (share := share_carried_out(result, section.map, domain)) is not None:
                     yield _of_composite(section, share)
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The start box and the last box of a domain and whether they bound, or the sides of every domain."""
+        if figure == "domain_size":
+            return _sides_of_all(result)
+        domain = result.domains.get(name := part_of(result.domains if part else invariant_or_first(result.domains), part))
+        if domain is None:
+            return ""
+        start = intervals(domain.coordinates, domain.boxes[0], inward=True)
+        text = f"{at(result)}domain {name}, {domain.claim}. From {start}"
+        if not domain.forward_invariant:
+            return f"{text}; no domain: {domain.reason.rstrip('.')}."
+        return f"{text} to {intervals(domain.coordinates, domain.box)} after {len(domain.updates)} updates."
+
+
+def _sides_of_all(result: "StudyResult") -> str:
+    """The sides of every domain that is forward invariant, and the names of the others."""
+    bounded = {name: domain for name, domain in result.domains.items() if domain.forward_invariant}
+    others = [name for name in result.domains if name not in bounded]
+    lines = [f"{name} from {_sides(domain, 0)} to {_sides(domain, -1)}" for name, domain in bounded.items()]
+    lines += [f"not forward invariant: {', '.join(others)}"] if others else []
+    return f"{at(result)}{'; '.join(lines)}." if lines else ""
+
+
+def _sides(domain: "AttractingDomain", update: int) -> str:
+    return " x ".join(f"{side:.3g}" for side in domain.sizes[update])
 
 
 def _domain_of(plan: "Plan", result: "StudyResult", section: DomainSection, progress: Progress | None) -> "AttractingDomain":

@@ -8,13 +8,17 @@ from pydantic import Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.ahead import call_boxes
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Analysis, Need, Table
 
 if TYPE_CHECKING:
     from nsmaps.cells.times import ExitTimes
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 
@@ -26,6 +30,15 @@ class ExitTimesSection(Analysis):
         "cycles": None,  #: of the window of the transient regions
         "exit_times": None,
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "cells.exit_times",
+            "The cells of the regions coloured by the number of returns after which they have been left.",
+            "The number of returns after which all states of a cell have left its region, by enclosure, with the cells for "
+            "which this is not shown and the periodic points found there.",
+            (FigurePart("exit times", ("exit_times",), planar=True),),
+        ),
+    )
 
     model_config = SPEC
     box: Bounds
@@ -43,8 +56,8 @@ class ExitTimesSection(Analysis):
             box_map(binding.system)
         return binding.box(("exit_times", "box"), self.box)
 
-    def calls(self) -> tuple[str, ...]:
-        return ("boxes",)
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_boxes,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The exit times of the regions of the composite map, and the cycles up to a period."""
@@ -85,6 +98,18 @@ class ExitTimesSection(Analysis):
             yield Table(title, (), (), (result.exit_times.table(),))
         if result.cycles is not None:
             yield Table("", (), (), (result.cycles.coverage,))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The number of cells, and after how many returns they have been left."""
+        found = result.exit_times
+        if found is None or not (found.region >= 0).any():
+            return ""
+        inside = found.region >= 0
+        left = float((found.left[inside] >= 0).mean())
+        shape = " x ".join(map(str, found.cells.shape))
+        return (
+            f"{at(result)}{shape} cells; of those in a region {100 * left:.4g} % are left by all their orbits of the {found.of}."
+        )
 
 
 def row_numbers(times: "ExitTimes") -> list[dict[str, Any]]:

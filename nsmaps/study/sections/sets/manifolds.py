@@ -1,6 +1,8 @@
 """The section `manifolds`: stable and unstable manifolds of saddles of the exact map."""
 
 from collections.abc import Iterator, Mapping
+from functools import partial
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -10,12 +12,19 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Entries, Table, Verdict
+from nsmaps.study.sections.maps.surfaces import mesh_by_surface, over_plane
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from matplotlib.axes import Axes
+
     from nsmaps.dynamics.manifolds.manifold import Manifold
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -35,6 +44,28 @@ class ManifoldSection(BaseModel):
     max_points: int = Field(100_000, ge=2)
 
 
+def _grown(result: "StudyResult") -> "Sequence[Manifold]":
+    """The manifolds of all saddles; NsmapsError with the reasons where none has any."""
+    found = [each for some in result.manifolds.values() for each in some]
+    if result.manifolds and not found:
+        raise NsmapsError(next(iter(result.no_manifold.values())))
+    return found
+
+
+def _below(result: "StudyResult") -> "Callable[[Axes], Axes] | None":
+    """The panel over which manifolds are drawn."""
+    if result.basins is not None:
+        return partial(import_module("nsmaps.figures.longrun.basins").basins, result.basins)
+    if not (shown := over_plane(result)):
+        return None
+    words = import_module("nsmaps.figures.returns.words").words
+    return partial(words, shown, mesh=mesh_by_surface(result), diagonal=result.diagonal)
+
+
+MANIFOLDS: "FigurePart[Sequence[Manifold]]" = FigurePart("manifolds of saddles", ("manifolds",), _grown)
+BELOW: "FigurePart[Callable[[Axes], Axes]]" = FigurePart("basins or families", (), _below, optional=True)
+
+
 class Manifolds(Entries[ManifoldSection]):
     """The manifolds of saddles of a study."""
 
@@ -43,6 +74,15 @@ class Manifolds(Entries[ManifoldSection]):
         "manifolds": {},  #: by name: the unstable one, then the stable one
         "no_manifold": {},  #: by name, the reason why one of them is not there
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "longrun.manifolds",
+            "The stable and unstable manifolds of saddles as lines in the plane of states.",
+            "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "
+            "interrupted where the map jumps, over the basins or the words where the study has them.",
+            (MANIFOLDS, BELOW),
+        ),
+    )
 
     def check(self, study: "Study") -> None:
         study.once("manifolds", [each.name for each in self])
@@ -115,6 +155,15 @@ class Manifolds(Entries[ManifoldSection]):
         heads = "saddle", "manifold", "at", "multiplier", "longest side", ""
         if rows:
             yield Table("Manifolds of saddles", heads, tuple(rows), ("Lengths: a radian, or the extent of the saddle's motion.",))
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The saddles, with the states and pieces of each of their manifolds."""
+        rows = [
+            f"{name}, {each.which}: {len(each.states):,} states in {len(each.lines)} pieces"
+            for name, some in result.manifolds.items()
+            for each in some
+        ]
+        return f"{at(result)}{'; '.join(rows)}." if rows else ""
 
 
 def _row(each: "Manifold") -> dict[str, Any]:

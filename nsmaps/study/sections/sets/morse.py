@@ -6,13 +6,24 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from pydantic import Field
 
 from nsmaps.reduced.conditions.region import Box
+from nsmaps.study.ahead import call_boxes
+from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import intervals, yes
 from nsmaps.study.estimates import Size, cover_size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Bounds
 from nsmaps.study.sections.base import Analysis, Verdict, claimed
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from nsmaps.dynamics.orbit import Orbit
+    from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
+
+EXACT_ORBITS: "FigurePart[Sequence[Orbit]]" = FigurePart(
+    "orbits", (), lambda result: [pair.exact for pair in result.orbits], optional=True
+)
 
 
 class MorseSection(Analysis):
@@ -23,6 +34,15 @@ class MorseSection(Analysis):
         "morse": None,  #: of the invariant sets in the window, by enclosure of the exact map
         "trap": None,  #: the closed set around its first minimal component
     }
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "cells.morse",
+            "The cells of the window coloured by recurrent component, with states of orbits.",
+            "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of "
+            "orbits. From a minimal component no other component can be reached.",
+            (FigurePart("a cover by Morse sets", ("morse",), planar=True), EXACT_ORBITS),
+        ),
+    )
     model_config = SPEC
     box: Bounds
     depth: int = Field(4, ge=0, le=12)
@@ -36,8 +56,8 @@ class MorseSection(Analysis):
             box_map(binding.system)
         return binding.box(("morse", "box"), self.box)
 
-    def calls(self) -> tuple[str, ...]:
-        return ("boxes",)
+    def calls(self) -> "tuple[Call, ...]":
+        return (call_boxes,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
@@ -73,3 +93,14 @@ class MorseSection(Analysis):
             text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
         holds = held is not None and held.forward_invariant
         yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
+
+    def caption(self, result: "StudyResult", figure: str, part: str) -> str:
+        """The number of cells, and of recurrent components."""
+        cover = result.morse
+        if cover is None:
+            return ""
+        shape, trap = " x ".join(map(str, cover.cells.shape)), result.trap
+        text = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
+        held = trap is not None and trap.forward_invariant
+        stays = f"; every orbit of the {trap.of} from {len(trap.numbers):,} of the cells stays in them" if trap and held else ""
+        return f"{text}{stays}."

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from nsmaps.files.storage import file_part
 from nsmaps.study.result import StudyResult
 
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 MOST = 5  #: parts of a list that are named
 
 
@@ -37,3 +38,13 @@ def listed(parts: Mapping[str, float]) -> str:
 def _unit(result: StudyResult, name: str) -> str:
     unit = result.system.units.get(name, "")
     return f" {unit}" if unit else ""
+
+
+def counted(number: int) -> str:
+    """A number in words below ten, in digits from ten."""
+    return NUMBERS[number] if number < len(NUMBERS) else str(number)
+
+
+def cycle_of(period: int) -> str:
+    """The name of a cycle with this period, such as two-cycle."""
+    return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"

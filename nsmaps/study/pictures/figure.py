@@ -1,7 +1,8 @@
-"""A row of the catalogue of figures: what a figure shows, and the parts of a study's result that it needs."""
+"""A figure of a study: what it shows in words, and the parts of the result that it needs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -16,12 +17,12 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
-class Need(Generic[T]):
+class FigurePart(Generic[T]):
     """A part of a result that a figure shows, and what a study says to have it computed."""
 
     what: str  #: the part in words, such as "return surfaces"
     sections: tuple[str, ...]  #: the sections of a study from which it is computed
-    part: "Callable[[StudyResult], T | None]"  #: raises NsmapsError where it is there and has nothing that can be shown
+    part: "Callable[[StudyResult], T | None] | None" = None  #: may raise NsmapsError; default: the last section
     entry: str = ""  #: what a study must say, where that is more than to name the sections
     asked: "Callable[[Study], bool]" = lambda study: True  #: whether a study which names the sections says that, too
     optional: bool = False  #: whether a figure is drawn without it, too
@@ -30,7 +31,7 @@ class Need(Generic[T]):
     def of(self, result: "StudyResult", figure: str) -> T:
         """The part of a result; NsmapsError, which names the figure, where none can be shown and it is not optional."""
         try:
-            part = self.part(result)
+            part = self.part(result) if self.part is not None else part_named(self.sections[-1], result)
         except NsmapsError as error:
             raise NsmapsError(f"the figure {figure!r} has nothing to show: {error}") from error
         if self.optional:
@@ -55,6 +56,16 @@ class Need(Generic[T]):
         return self.entry or " and ".join(map(repr, self.sections))
 
 
+def part_named(name: str, result: "StudyResult") -> Any:
+    """The part of a result of this name, None if it was not computed."""
+    return result.parts.get(name, getattr(result, name, None))
+
+
+def optional(name: str) -> FigurePart[Any]:
+    """A part of the result without which a figure is drawn, too."""
+    return FigurePart(name, (), partial(part_named, name), optional=True)
+
+
 def _check_plane(coordinates: Sequence[str], figure: str) -> None:
     """An error unless there are two coordinates."""
     if len(coordinates) != 2:
@@ -65,14 +76,14 @@ def _check_plane(coordinates: Sequence[str], figure: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class StudyFigure:
     """One figure: where it is drawn, what it shows in words, and what it needs of a result."""
 
     module: str  #: below `nsmaps.figures`, such as `composite.cobweb`; its function `sheets` takes what it needs
     alt: str  #: a sentence in place of the picture
-    caption: str  #: sentences below the picture
-    needs: tuple[Need[Any], ...] = ()
-    of_other: bool = False  #: whether it is that of an analysis of another package or file, whose result draws itself
+    caption: str  #: sentences below the picture, after those with numbers of the analysis
+    needs: tuple[FigurePart[Any], ...] = ()
+    draws_itself: bool = False  #: whether the result is drawn by its `plot`, not by a module
     animated: bool = False  #: whether `nsmaps animate` has it, too
     by_domain: bool = False  #: whether it has a sheet for every domain
 
@@ -86,10 +97,14 @@ class Row:
         """The sections that a study must name for its result to have what the figure shows."""
         return tuple(dict.fromkeys(section for need in self.needs for section in need.sections))
 
+    def parts(self, result: "StudyResult") -> list[Any]:
+        """What it shows of a result, in the order of its needs; NsmapsError if the result lacks something."""
+        return [need.of(result, self.name) for need in self.needs]
+
     def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
         """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
-        parts = [need.of(result, self.name) for need in self.needs]
-        if self.of_other:
+        parts = self.parts(result)
+        if self.draws_itself:
             from nsmaps.figures.page import Sheet
 
             return (Sheet(self.name, (parts[0].plot,), 1),)

@@ -21,7 +21,6 @@ from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces as surfaces_of
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import composite_orbit, draw_pieces, look
-from nsmaps.figures.data import COMPOSITE, GRID, MESH, ORBITS, PLANES
 from nsmaps.figures.lines import finite_states, staircase
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.returns.surfaces import AZIMUTH, ELEVATION
@@ -29,6 +28,9 @@ from nsmaps.figures.returns.surfaces import sheets as surface_sheets
 from nsmaps.figures.style import drawing, piece_label
 from nsmaps.progress import Progress, beat, shows
 from nsmaps.results import units_of
+from nsmaps.study.sections.longrun.orbits import ORBITS
+from nsmaps.study.sections.maps.composite import COMPOSITE
+from nsmaps.study.sections.maps.surfaces import GRID, MESH, PLANES
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult

@@ -1,0 +1,65 @@
+"""The figures of a study: those that its analyses declare, by name; importing them loads no matplotlib, drawing does."""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from nsmaps.plugins import sketch_of
+from nsmaps.results import units_of
+from nsmaps.study.conclusions.texts import as_computed
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
+
+if TYPE_CHECKING:
+    from nsmaps.study.result import StudyResult
+    from nsmaps.study.sections.base import Steps
+
+SKETCH = StudyFigure(
+    "system.sketch",
+    "A drawing of the system with the names of its parts.",
+    "The system: its parts, the forcing, and the walls whose impacts are counted.",
+    (
+        FigurePart(
+            "a drawing of the system",
+            (),
+            lambda result: sketch_of(result.study.system),
+            "a system whose package offers one",
+            lambda study: bool(sketch_of(study.system)),
+        ),
+    ),
+)
+
+
+def figures_of(kinds: "Mapping[str, type[Steps]]") -> dict[str, StudyFigure]:
+    """The figures that analyses declare by name; an analysis of another package or file that declares none has its `plot`."""
+    declared = (figure for key, kind in kinds.items() for figure in kind.figures or _own(key, kind))
+    return {figure.name: figure for figure in (SKETCH, *declared)}
+
+
+def _own(key: str, kind: "type[Steps]") -> Iterator[StudyFigure]:
+    """The figure of the result of an analysis of another package or file, under the key of its section."""
+    if not kind.__module__.startswith("nsmaps."):
+        text = " ".join((kind.__doc__ or f"The analysis {key}.").split("\n\n")[0].split())
+        part: FigurePart[Any] = FigurePart(f"the result of {key!r}", (key,))
+        yield StudyFigure(key, text, text, (part,), draws_itself=True)
+
+
+def named_by(result: "StudyResult") -> list[str]:
+    """The figures that the study names, and that of speed and error wherever both were measured."""
+    return [*result.study.figures, *(["speed_error"] if result.speed else [])]
+
+
+def drawable(result: "StudyResult", without: Collection[str] = ()) -> list[str]:
+    """The figures that a result has the data for, apart from some."""
+    found = figures_of(result.study.kinds())
+    return [name for name, figure in found.items() if name not in without and figure.has_data(result)]
+
+
+def caption(result: "StudyResult", name: str, part: str = "") -> str:
+    """The sentences below a figure: the numbers of the run, then what is drawn. `part` names one sheet, as its file does."""
+    kinds = result.study.kinds()
+    key = next((key for key, kind in kinds.items() if name in {figure.name for figure in kind.figures}), "")
+    analysis: Steps | None = getattr(result.study, key, None)
+    numbers = analysis.caption(result, name, part) if analysis is not None else ""
+    text = f"{numbers} {figures_of(kinds)[name].caption}".lstrip()
+    if "" in units_of(result.system):
+        text += " All quantities but angles are dimensionless."
+    return as_computed(result, text)
