@@ -56,5 +56,5 @@ class SeparablePiece(NamedTuple):
 
     name: str
     family: str  #: whose states are fitted
-    degrees: Mapping[str, int]  #: by coordinate
-    lines: Mapping[str, float] | None  #: values at which the other coordinates are held, medians if None
+    degrees: dict[str, int]  #: by coordinate
+    lines: dict[str, float] | None  #: values at which the other coordinates are held, medians if None

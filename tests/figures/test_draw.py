@@ -23,7 +23,8 @@ from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import lay_out
 from nsmaps.figures.style import STYLE
-from nsmaps.study.study import CATALOGUE, draw
+from nsmaps.study.pictures.draw import draw
+from nsmaps.study.study import CATALOGUE
 
 NEEDLESS = {"sketch", "algorithm"}  # figures that ask nothing of a result
 COMPOSITE = "'composite' or a 'partition' of kind closed_form"

@@ -40,7 +40,7 @@ Attracting = Annotated[Annotated[Bounds, Tag(OWN)] | Annotated[Instance, Tag(CLA
 MET = "partition: tolerance met"
 
 
-def _errors(result: "StudyResult") -> Mapping[str, float]:
+def _largest_errors(result: "StudyResult") -> Mapping[str, float]:
     """The largest errors of a partition by where they were found."""
     if result.accurate is not None:
         return {"over the box": result.accurate.uniform.largest, "beside edges": result.accurate.beside.largest}
@@ -64,7 +64,7 @@ ACCURATE: "FigurePart[AccurateResult]" = FigurePart(
     "a 'partition' of kind accurate",
     lambda study: study.partition is None or study.partition.kind == "accurate",
 )
-ERRORS: "FigurePart[Mapping[str, float]]" = FigurePart("errors", (), _errors, optional=True)
+ERRORS: "FigurePart[Mapping[str, float]]" = FigurePart("errors", (), _largest_errors, optional=True)
 TOLERANCE: "FigurePart[float]" = FigurePart(
     "a tolerance", (), lambda result: section(result.study.partition, "partition").tolerance
 )
@@ -202,15 +202,15 @@ class PartitionSection(PartitionChoices, Analysis):
         if figure == "speed_error":
             return f"{at(result)}{result.speed.text}." if result.speed else ""
         if figure == "strips" and result.accurate is not None:
-            report, error = result.accurate.strips.report, max(_errors(result).values())
+            report, error = result.accurate.strips.report, max(_largest_errors(result).values())
             cells = f"{report.leaves:,} cells with {report.coefficients:,} coefficients"
             return f"{at(result)}{cells}; largest held-out error {error:.2g}."
         found = result.partition
         if figure != "partition" or found is None:
             return ""
-        error = f", largest error in them {found.max_error:.2g}" if math.isfinite(found.max_error) else ""
+        within = f", largest error in them {found.max_error:.2g}" if math.isfinite(found.max_error) else ""
         pieces = f"{len(found.composite.pieces)} pieces, attracting: {', '.join(found.attracting) or 'none'}"
-        return f"{at(result)}tolerance {found.spec.tolerance:g}; {pieces}{error}."
+        return f"{at(result)}tolerance {found.spec.tolerance:g}; {pieces}{within}."
 
 
 def is_of_partition(study: "Study", return_map: str) -> bool:
