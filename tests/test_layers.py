@@ -41,7 +41,7 @@ RANK = {
     "exports": 4,
     "plugins": 4,
     "testing": 4,
-    "figures": 4.5,  # below `study`, whose key `figures` names rows of the catalogue
+    "figures": 4.5,
     "study": 5,
     "report": 5.5,
     "explore": 5.7,
@@ -156,7 +156,7 @@ def loaded_by(program: str) -> list[str]:
         "import nsmaps.plugins; nsmaps.plugins.system_names()",
         "import nsmaps_vi_pair",
         "sys.argv = ['nsmaps', 'systems']; runpy.run_module('nsmaps', run_name='__main__')",
-        "import nsmaps.figures; nsmaps.figures.NAMES",
+        "import nsmaps.figures",
         "import nsmaps.study.reading.reader",
     ],
 )

@@ -154,14 +154,14 @@ def imported(modules: Iterable[str]) -> list[Path]:
 
 @cache
 def _imports(path: Path) -> tuple[str, ...]:
-    """The modules of `nsmaps.figures` that a file imports anywhere; the catalogue has words alone."""
+    """The modules of `nsmaps.figures` that a file imports anywhere."""
     found = list[str]()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom):
             found.append(node.module or "")
         elif isinstance(node, ast.Import):
             found += [each.name for each in node.names]
-    return tuple(name for name in found if name.startswith("nsmaps.figures.") and not name.endswith("catalogue"))
+    return tuple(name for name in found if name.startswith("nsmaps.figures."))
 
 
 def stamp(path: Path) -> str:

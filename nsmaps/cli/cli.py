@@ -23,7 +23,6 @@ from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
 from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.progress import working
-from nsmaps.study.pictures.catalogue import drawable, named_by
 
 if TYPE_CHECKING:
     from nsmaps.interrupts import Interrupted
@@ -214,6 +213,8 @@ def run(
 
 def _say_done(result: "StudyResult", folder: Path, seconds: dict[str, float], figures: bool, report: bool) -> None:
     """The results of a run, its times, and where all of it is."""
+    from nsmaps.study.pictures.catalogue import drawable, named_by
+
     summary(result)
     say(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
     if figures and (more := drawable(result, named_by(result))):
@@ -247,6 +248,7 @@ def _shown(
     result: "StudyResult", folder: Path, figures: bool, report: bool, style: str = ""
 ) -> "tuple[StudyResult, dict[str, float]]":
     """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
+    from nsmaps.study.pictures.catalogue import named_by
     from nsmaps.study.store.archive import amend
 
     if figures and (names := named_by(result)):

@@ -13,8 +13,6 @@ import typer
 from nsmaps.cli.options import Folder, InstalledOnly, of_run
 from nsmaps.cli.terminal import BAD, progress_line, reported_errors, say
 from nsmaps.errors import NsmapsError
-from nsmaps.study.pictures.catalogue import named_by
-from nsmaps.study.study import CATALOGUE
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -80,6 +78,8 @@ def say_undrawn(result: "StudyResult", names: Sequence[str]) -> bool:
 
 def _names(beginning: str) -> list[str]:
     """The figures whose name begins so, for the shell to complete."""
+    from nsmaps.study.study import CATALOGUE
+
     return [name for name in CATALOGUE if name.startswith(beginning)]
 
 
@@ -111,6 +111,7 @@ def figures(
     Of a figure with a sheet for every domain that of the first is drawn; `--only` draws all. A report that is in the folder is
     brought up to date.
     """
+    from nsmaps.study.pictures.catalogue import named_by
     from nsmaps.study.store.archive import read_result
 
     with reported_errors():

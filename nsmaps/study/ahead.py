@@ -14,14 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.enclosures.box_images import box_map
-from nsmaps.exact.compiling.compiled import missing
-from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.reduced.composite.composite import CompositeMap, Piece
-from nsmaps.reduced.conditions.region import Box
-from nsmaps.reduced.fit.polymap import PolyMap
-
 if TYPE_CHECKING:
+    from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.exact.systems.parameters import System
     from nsmaps.study.binding import Plan
     from nsmaps.study.reading.head import Head as Study
@@ -32,16 +26,22 @@ Call = Callable[["System"], None]  #: what puts code into the folder of compiled
 
 def call_composite(system: "System") -> None:
     """One orbit of a composite map of one piece, and the image of one box."""
+    from nsmaps.reduced.composite.composite import CompositeMap, Piece
+    from nsmaps.reduced.conditions.region import Box
+    from nsmaps.reduced.fit.polymap import PolyMap
+
     names = system.coordinates
     piece = Piece("", Box.of(names, [[0.0, 1.0]] * len(names)), PolyMap.reset(names, {}))
     composite = CompositeMap(names, system.letters, (piece,))
     composite.orbits(np.zeros((1, len(names))), 1)
     composite.piece_of(np.zeros((1, len(names))))
-    box_map(composite).image_boxes(np.zeros((1, len(names), 2)))
+    call_boxes(composite)
 
 
-def call_boxes(system: "System") -> None:
+def call_boxes(system: "ReturnMap") -> None:
     """The image of one box."""
+    from nsmaps.enclosures.box_images import box_map
+
     box_map(system).image_boxes(np.zeros((1, len(system.coordinates), 2)))
 
 
@@ -49,6 +49,7 @@ def call_noise(system: "System") -> None:
     """One return under noise."""
     from nsmaps.dynamics.noise.law import Noise
     from nsmaps.dynamics.noise.orbits import noisy_orbits
+    from nsmaps.exact.systems.flow import FlowSystem
 
     noise = {"noise": Noise(sigma=0, tau=1), "step": 1} if isinstance(system, FlowSystem) else {"noise": Noise(sigma=0)}
     noisy_orbits(system, np.zeros(len(system.coordinates)), 1, **noise)
@@ -62,6 +63,8 @@ def calls_of(study: "Study") -> list[Call]:
 @contextmanager
 def compiling_ahead(plan: "Plan", early: Callable[[], bool]) -> Iterator[None]:
     """Have the code of later steps compiled by another process, if code is found to be missing here while it is `early`."""
+    from nsmaps.exact.compiling.compiled import missing
+
     calls = calls_of(plan.study)
     others: list[subprocess.Popen[bytes]] = []
 

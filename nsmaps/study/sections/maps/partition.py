@@ -202,15 +202,15 @@ class PartitionSection(PartitionChoices, Analysis):
         if figure == "speed_error":
             return f"{at(result)}{result.speed.text}." if result.speed else ""
         if figure == "strips" and result.accurate is not None:
-            report, error = result.accurate.strips.report, max(_largest_errors(result).values())
+            report, largest = result.accurate.strips.report, max(_largest_errors(result).values())
             cells = f"{report.leaves:,} cells with {report.coefficients:,} coefficients"
-            return f"{at(result)}{cells}; largest held-out error {error:.2g}."
+            return f"{at(result)}{cells}; largest held-out error {largest:.2g}."
         found = result.partition
         if figure != "partition" or found is None:
             return ""
-        within = f", largest error in them {found.max_error:.2g}" if math.isfinite(found.max_error) else ""
+        error = f", largest error in them {found.max_error:.2g}" if math.isfinite(found.max_error) else ""
         pieces = f"{len(found.composite.pieces)} pieces, attracting: {', '.join(found.attracting) or 'none'}"
-        return f"{at(result)}tolerance {found.spec.tolerance:g}; {pieces}{within}."
+        return f"{at(result)}tolerance {found.spec.tolerance:g}; {pieces}{error}."
 
 
 def is_of_partition(study: "Study", return_map: str) -> bool:
