@@ -1,4 +1,4 @@
-"""README's table of what can be written: each row is tried, and what it promises compared with a value known otherwise."""
+"""The table of what can be written: each row is tried, and what it promises compared with a value known otherwise."""
 
 import math
 import re
@@ -21,8 +21,8 @@ from nsmaps.exports.languages import LANGUAGES
 from nsmaps.proof.maps.prove import prove_map
 from nsmaps.verify.certificate import verify
 
-README = Path(__file__).parents[1] / "README.md"
-TABLE = README.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
+PAGE = Path(__file__).parents[1] / "docs" / "reference" / "systems.md"
+TABLE = PAGE.read_text(encoding="utf-8").split("| system | can it be written? |\n|---|---|\n")[1].split("\n\n")[0]
 ROWS = [line.strip("| ").split(" | ")[0] for line in TABLE.splitlines()]
 
 
@@ -337,11 +337,9 @@ IN_WORDS = {2: "two", 4: "four", 11: "eleven", 12: "twelve", 29: "twenty-nine"}
 
 def test_the_systems_that_are_listed_are_those_that_are_included():
     """Of each kind as many as the list of README states, and the plugin of each is named there or on the page of its kind."""
-    points = tomllib.loads((README.parent / "pyproject.toml").read_text())["project"]["entry-points"]["nsmaps.systems"]
+    points = tomllib.loads((PAGE.parents[2] / "pyproject.toml").read_text())["project"]["entry-points"]["nsmaps.systems"]
     kinds = Counter(kind_of(nsmaps.systems()[name]) for name in points)
-    (listed,) = re.findall(
-        r"^[\w-]+ systems are included.*?(?=\n\n)", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
-    )
+    (listed,) = re.findall(r"^[\w-]+ systems are included.*?(?=\n\n)", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     stated = re.search(
         r"(\S+) systems are.* (\S+) have\s+impacts on walls.* (\S+) have\s+modes.* (\S+) are\s+integrated.* (\S+) are\s+maps",
         listed,
@@ -349,7 +347,7 @@ def test_the_systems_that_are_listed_are_those_that_are_included():
     )
     counts = [len(points), *(kinds[kind] for kind in ("walls", "modes", "integrated", "maps"))]
     assert [word.lower() for word in stated.groups()] == [IN_WORDS.get(count) for count in counts]
-    pages = re.sub("[-_]", " ", listed + (README.parent / "docs" / "reference" / "hybrid-systems.md").read_text(encoding="utf-8"))
+    pages = re.sub("[-_]", " ", listed + (PAGE.parent / "hybrid-systems.md").read_text(encoding="utf-8"))
     plugins = {point.split(":")[0].removeprefix("nsmaps_").replace("_", " ") for point in points.values()}
     assert [plugin for plugin in plugins if plugin not in pages] == []
 

@@ -17,7 +17,23 @@ from itertools import groupby
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from pictures import COMPUTED, DPI, FORMATS, HERE, KEY, Picture, asked, computing, digest, listed, loaded, pictures, study_of
+import blocks
+from pictures import (
+    COMPUTED,
+    DPI,
+    FORMATS,
+    HERE,
+    KEY,
+    ROOT,
+    Picture,
+    asked,
+    computing,
+    digest,
+    listed,
+    loaded,
+    pictures,
+    study_of,
+)
 from PIL import Image, PngImagePlugin
 
 CODE = "code.txt"  #: in the folder of a run, the hash of the code that computed it
@@ -124,8 +140,13 @@ def make(runs: Path, scratch: Path, wanted: Sequence[Picture], accept: bool = Fa
         for wait in waits:
             wait.result()
     scratch.mkdir(exist_ok=True)
+    for name in dict.fromkeys(each.page for each in tables if each.page):
+        blocks.run(ROOT / name, scratch / Path(name).stem, DPI)
     for each in tables:
-        tabled(scratch, each)
+        if each.page:
+            keep(each, scratch / Path(each.page).stem / each.file.name)
+        else:
+            tabled(scratch, each)
 
 
 def page() -> Iterator[str]:

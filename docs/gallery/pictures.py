@@ -39,6 +39,7 @@ class Picture:
     sheet: str = ""  #: the file that `nsmaps figures` writes, if not called as the figure
     letters: str = ""  #: of its panels, those that the figure has in the paper; a, b, c, ... if empty
     table: str = ""  #: of a page, from which a picture of measured times is drawn
+    page: str = ""  #: whose Python blocks save it under its name
     formats: tuple[str, ...] = ("png",)
     options: tuple[tuple[str, Any], ...] = ()  #: of an animation
 
@@ -73,7 +74,8 @@ def pictures() -> list[Picture]:
         for one in every["animations"]
     ]
     pages = [_figure(Path(one["file"]), one) for one in every["pages"]]
-    return [*drawn, *films, *pages, *(Picture(Path(one["file"]), table=one["table"]) for one in every["tables"])]
+    saved = [Picture(Path(one["file"]), figure=one["figure"], page=one["page"]) for one in every["saved"]]
+    return [*drawn, *films, *pages, *saved, *(Picture(Path(one["file"]), table=one["table"]) for one in every["tables"])]
 
 
 def _figure(file: Path, one: dict[str, Any], formats: tuple[str, ...] = ("png",)) -> Picture:
@@ -109,6 +111,10 @@ def digest(picture: Picture) -> str:
         from tables import text_of
 
         parts.append(text_of(picture.table))
+    elif picture.page:
+        from blocks import python_of
+
+        parts.append("".join(python_of(ROOT / picture.page)))
     else:
         parts.append(asked(loaded(picture.study)))
     return sha256("\0".join(parts).encode()).hexdigest()[:32]
@@ -123,6 +129,8 @@ def sources(picture: Picture) -> list[Path]:
     from nsmaps.study.study import CATALOGUE
 
     first = ["nsmaps.study.pictures.animate"] if picture.is_animated else [f"nsmaps.figures.{CATALOGUE[picture.figure].module}"]
+    if picture.page:
+        return imported([*first, "nsmaps.figures.page"])
     system = loaded(picture.study).system
     own = [Path(inspect.getsourcefile(system_class(system)))]
     if picture.figure == "sketch":
