@@ -1,5 +1,6 @@
 """The pages as a site: `sphinx-build -W docs docs/_build` with the extra `docs`."""
 
+from collections.abc import Callable
 from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import Any
@@ -23,9 +24,12 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 html_theme = "furo"
 html_title = f"nsmaps {version}"
+html_show_copyright = False
+html_math_renderer = "mathml"  # without a script or a font from a network
 html_static_path = ["_static"]
 html_css_files = ["pictures.css"]
 EXPLORED = "vi_pair/explore.html"
+HERE = Path(__file__).parent
 
 
 def write_api(app: object) -> None:
@@ -38,20 +42,68 @@ def write_api(app: object) -> None:
         for name in (name for name in package.__all__ if name != "__version__"):
             kind = "autoclass" if isinstance(getattr(package, name), type) else "autofunction"
             lines += ["```{eval-rst}", f".. {kind}:: {package.__name__}.{name}", "```", ""]
-    folder = Path(__file__).parent / "_generated"
-    folder.mkdir(exist_ok=True)
-    (folder / "api.md").write_text("\n".join(lines))
+    write_page("api.md", lines)
+
+
+def write_thumbnails(app: object) -> None:
+    """The page of all pictures, each with a link to the page that shows it."""
+    from ruamel.yaml import YAML
+
+    listed = YAML(typ="safe").load((HERE / "gallery" / "figures.yaml").read_text(encoding="utf-8"))
+    pictures = {f"../gallery/{one['file']}.png": ("../gallery/index", one["study"]) for one in listed["figures"]}
+    pages = [page for page in HERE.rglob("*.md") if page.parent.name[0] != "_"]
+    for one in (*listed["pages"], *listed["saved"], *listed["tables"]):
+        file = HERE.parent / one["file"]
+        for page in pages:
+            if f"/{file.name})" in page.read_text(encoding="utf-8") and file.is_relative_to(HERE):
+                pictures[f"../{file.relative_to(HERE)}"] = (
+                    f"../{page.relative_to(HERE).with_suffix('')}",
+                    one.get("study", page.stem),
+                )
+    lines = ["# Thumbnails", "", "Every picture of these pages; a click leads to the page that shows it.", ""]
+    lines += ["::::{grid} 2 3 4 5", ":gutter: 2", ""]
+    for picture, (page, name) in pictures.items():
+        lines += [
+            ":::{grid-item-card}",
+            f":img-top: {picture}",
+            f":img-alt: {name}",
+            f":link: {page}",
+            ":link-type: doc",
+            f"`{name}`",
+            ":::",
+            "",
+        ]
+    write_page("thumbnails.md", [*lines, "::::"])
+
+
+def write_page(name: str, lines: list[str]) -> None:
+    """Write a page that is generated when the site is built."""
+    (HERE / "_generated").mkdir(exist_ok=True)
+    (HERE / "_generated" / name).write_text("\n".join(lines), encoding="utf-8")
+
+
+def formula(display: str) -> Callable[[Any, Any], None]:
+    """The visitor of a formula, which writes it as MathML."""
+
+    def visit(writer: Any, node: Any) -> None:
+        from docutils.nodes import SkipNode
+        from latex2mathml.converter import convert
+
+        writer.body.append(convert(node.astext(), display=display))
+        raise SkipNode
+
+    return visit
 
 
 def write_explore(app: Any, error: Exception | None) -> None:
     """The page of a study to be turned by hand, from a run made when the site is built: `EXPLORED` below the site's root."""
     if error is None and app.builder.format == "html":
         import nsmaps
-        from nsmaps.explore.page.write import write_page
+        from nsmaps.explore.page.write import write_page as write_explored
 
         folder = (Path(app.outdir) / EXPLORED).parent
         folder.mkdir(exist_ok=True)
-        write_page(nsmaps.run_study(f"{folder.name}/explore"), folder)
+        write_explored(nsmaps.run(f"{folder.name}/explore"), folder)
 
 
 def open_in_full(app: Any, page: Any) -> None:
@@ -64,7 +116,9 @@ def open_in_full(app: Any, page: Any) -> None:
 
 
 def setup(app: Any) -> None:
-    """Write the page before any is read."""
+    """Write the generated pages before any is read."""
+    app.add_html_math_renderer("mathml", (formula("inline"), None), (formula("block"), None))
     app.connect("builder-inited", write_api)
+    app.connect("builder-inited", write_thumbnails)
     app.connect("doctree-read", open_in_full)
     app.connect("build-finished", write_explore)

@@ -339,7 +339,9 @@ def test_the_systems_that_are_listed_are_those_that_are_included():
     """Of each kind as many as the list of README states, and the plugin of each is named there or on the page of its kind."""
     points = tomllib.loads((PAGE.parents[2] / "pyproject.toml").read_text())["project"]["entry-points"]["nsmaps.systems"]
     kinds = Counter(kind_of(nsmaps.systems()[name]) for name in points)
-    (listed,) = re.findall(r"^[\w-]+ systems are included.*?(?=\n\n)", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    (listed,) = re.findall(
+        r"^[\w-]+ systems are included.*?(?=\n\n|\Z)", PAGE.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE
+    )
     stated = re.search(
         r"(\S+) systems are.* (\S+) have\s+impacts on walls.* (\S+) have\s+modes.* (\S+) are\s+integrated.* (\S+) are\s+maps",
         listed,
