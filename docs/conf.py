@@ -103,7 +103,7 @@ def write_explore(app: Any, error: Exception | None) -> None:
 
         folder = (Path(app.outdir) / EXPLORED).parent
         folder.mkdir(exist_ok=True)
-        write_explored(nsmaps.run(f"{folder.name}/explore"), folder)
+        write_explored(nsmaps.run_study(f"{folder.name}/explore"), folder)
 
 
 def open_in_full(app: Any, page: Any) -> None:
