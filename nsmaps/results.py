@@ -1,6 +1,6 @@
 """Results: dataclasses whose arrays declare their axes once, and which are stored, drawn and turned into datasets by that."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from html import escape
 from importlib import import_module
@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar, overloa
 
 import numpy as np
 
-from nsmaps.arrays import Storable, brief
+from nsmaps.arrays import Floats, Storable, brief
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
     from xarray import Dataset, DataTree
 
 T = TypeVar("T")
@@ -84,7 +85,18 @@ class Result(Storable):
     picture: ClassVar[str] = ""  #: such as `nsmaps.figures.parameters.bifurcation`
     leading: ClassVar[tuple[str, ...]] = ()  #: names of the first of the axes that `...` stands for, such as ("value",)
 
-    __repr__ = brief
+    def summary(self) -> str:
+        """The numbers that matter in a sentence, which is what is printed; empty: its fields are printed."""
+        return ""
+
+    def __repr__(self) -> str:
+        """The class with its summary, or with its fields."""
+        text = self.summary()
+        return f"{type(self).__name__}({text})" if text else brief(self)
+
+    def __str__(self) -> str:
+        """The summary, or the class with its fields."""
+        return self.summary() or brief(self)
 
     def plot(self, ax: "Axes | None" = None, **options: Any) -> "Axes | Figure":
         """The picture of the result: the whole figure, or one panel drawn on `ax`.
@@ -114,6 +126,25 @@ class Result(Storable):
             for name, declared, value in declared_arrays(self)
         ]
         return f"<p>{escape(str(self))}</p><table>{''.join(rows)}</table>"
+
+
+def shares_text(names: Iterable[str], shares: Iterable[float]) -> str:
+    """Shares by name in per cent, those of zero left out, such as `BB 62.5 %, BTB 37.5 %`."""
+    return ", ".join(f"{name} {100 * share:.3g} %" for name, share in zip(names, shares, strict=True) if share)
+
+
+def range_text(name: str, values: Floats) -> str:
+    """The number and the range of values, such as `101 values of d from 0.2 to 0.3`."""
+    if not len(values):
+        return f"no value of {name}"
+    return f"{len(values)} values of {name} from {np.min(values):.6g} to {np.max(values):.6g}"
+
+
+def frequent(names: "NDArray[np.str_]", max_names: int = 6) -> str:
+    """The most frequent names that are not empty, such as `1:1/T, C and 3 more`."""
+    found, counts = np.unique(names[names != ""], return_counts=True)
+    listed = found[np.argsort(-counts, kind="stable")].tolist()
+    return ", ".join(listed[:max_names]) + (f" and {len(listed) - max_names} more" if len(listed) > max_names else "") or "none"
 
 
 def _shape(result: Any, declared: Declaration, value: Any) -> str:

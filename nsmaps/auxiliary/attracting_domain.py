@@ -47,9 +47,10 @@ class AttractingDomain(WithCoordinates, Result):
     units: Mapping[str, str] = field(default_factory=dict)
     picture: ClassVar[str] = "nsmaps.figures.domains.envelopes"
 
-    def __repr__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         sides = " x ".join(f"{side:.4g}" for side in self.sizes[-1])
-        return f"AttractingDomain({self.claim}; {len(self.updates)} updates, sides {sides}; {self.reason})"
+        return f"{self.claim}; {len(self.updates)} updates, sides {sides}; {self.reason}"
 
     @property
     def box(self) -> Floats:

@@ -73,6 +73,11 @@ class Envelope(Result):
         metadata=array("component end", "outer bounds of the derivative by each coordinate over the box, of polynomials"),
     )
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        ends = f"{np.nanmin(self.lower):.6g} to {np.nanmax(self.upper):.6g}"
+        return f"{self.coordinate} over [{self.x[0]:.6g}, {self.x[-1]:.6g}]: images from {ends}, {self.status}, {self.kind}"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Extremes:

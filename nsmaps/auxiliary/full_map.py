@@ -174,6 +174,12 @@ class AuxiliaryOrbit(WithCoordinates, Result):
         )
     )
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        inside = int((self.region >= 0).sum())
+        last = self.states[-1].round(6).tolist()
+        return f"{len(self.region)} returns in ({self.coordinates}), {inside} by auxiliary maps, last state {last}"
+
 
 def auxiliary_orbit(
     return_map: CompositeMap,

@@ -28,6 +28,11 @@ class TwoCycle(Result):
     slope: float  #: largest absolute slope of the second-iterate map at p and q, zero where it is constant; NaN where not known
     accuracy: float = ROUNDED  #: the accuracy of both, in the coordinate's units
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        ends = " and ".join(f"{name} = {value:.8g}" for name, value in zip("pq", self.iterated, strict=True))
+        return f"{self.coordinate}: {ends}, slope {self.slope:.3g}, accuracy {self.accuracy:.1g}"
+
     @property
     def stable(self) -> bool | None:
         """True if the worst case converges to it; None where the slope is not known."""

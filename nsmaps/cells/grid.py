@@ -36,13 +36,20 @@ class Targets:
         return replace(self, source=self.source[rows], low=self.low[rows], high=self.high[rows])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Cells(WithCoordinates, Result):
     """A box of states divided into equal cells, numbered as C arrays are; an angle of a whole turn closes to a circle."""
 
     coordinates: Coordinates
     window: Floats = field(metadata=array("coordinate end", "box of all cells"))
     shape: tuple[int, ...]  #: cells an axis
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        box = ", ".join(
+            f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in zip(self.coordinates, self.window, strict=True)
+        )
+        return f"{' x '.join(map(str, self.shape))} cells, {box}"
 
     @classmethod
     def over(cls, coordinates: Sequence[str], window: BoxLike, cells: int | Sequence[int]) -> Self:

@@ -60,10 +60,10 @@ class MorseCover(Result):
     levels: tuple[Level, ...]
     finished: bool  #: whether the depth asked for was reached; it is not after an interruption
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The cells kept and the components."""
         shape = " x ".join(map(str, self.cells.shape))
-        return f"Morse cover of the {self.of}: {len(self.numbers)} of {shape} cells in {len(self.hulls)} components"
+        return f"{len(self.numbers)} of {shape} cells in {len(self.hulls)} components, {self.of}"
 
     @property
     def coordinates(self) -> Coordinates:
@@ -188,6 +188,10 @@ class ForwardInvariantSet(Result):
     added: int  #: cells in addition to those of the component
     forward_invariant: bool  #: True if the enclosed images of all cells lie in their union
     reason: str
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{len(self.numbers)} cells, {self.of}: {'forward invariant' if self.forward_invariant else self.reason}"
 
     @property
     def boxes(self) -> Floats:

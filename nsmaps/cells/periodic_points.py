@@ -44,6 +44,12 @@ class CycleSearch(Result):
     cycles: tuple[PeriodicOrbit, ...]  #: by least period, then by state; converged, existing, in the window
     starts: int  #: of Newton's method
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        periods = [each.period for each in self.cycles]
+        listed = ", ".join(f"{periods.count(period)} of period {period}" for period in dict.fromkeys(periods)) or "no cycle"
+        return f"cycles of the {self.of} up to period {self.period}: {listed}; {len(self.numbers)} cells not excluded"
+
     @property
     def boxes(self) -> Floats:
         """The cells that cannot be excluded, shape (M, n, 2)."""

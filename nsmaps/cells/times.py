@@ -62,6 +62,14 @@ class ExitTimes(Result):
     )
     cycles: tuple[PeriodicOrbit, ...]  #: some known ones
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        inside = self.region >= 0
+        left = float((self.left[inside] >= 0).mean()) if inside.any() else 0.0
+        return (
+            f"{int(inside.sum())} cells in {', '.join(self.regions)}; {100 * left:.4g} % are left by all orbits of the {self.of}"
+        )
+
     @property
     def points(self) -> Floats:
         """The states of the known cycles, shape (P, n)."""

@@ -18,7 +18,7 @@ from nsmaps.exact.returns import Returns
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
 from nsmaps.progress import shows
-from nsmaps.results import NONE, Result, array, array_property, units_of
+from nsmaps.results import NONE, Result, array, array_property, range_text, units_of
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
@@ -44,6 +44,16 @@ class Lyapunov(WithCoordinates, Result):
     running: Floats = field(metadata=array("... batch exponent", "exponents of the first 1/32, 2/32, ... returns", PER_RETURN))
     outcome: NDArray[np.int8] = field(metadata=array("...", f"of the last return, or of that which ended it: {OUTCOMES}", NONE))
     final: Floats = field(metadata=array("... coordinate", "last states"))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        largest, error = self.exponents[..., 0], self.error[..., 0]
+        if largest.ndim:
+            with np.errstate(invalid="ignore"):
+                positive = int((largest > 2 * error).sum())
+            return f"{largest.size} orbits of {self.n_returns} returns, largest exponent positive in {positive}"
+        spectrum = ", ".join(f"{value:.5g}" for value in self.exponents)
+        return f"exponents {spectrum} per return, standard error {error:.1g}, {self.n_returns} returns"
 
     @array_property("...", "difference of the sum of the exponents from log_det, due to rounding", PER_RETURN)
     def defect(self) -> Floats:
@@ -202,6 +212,12 @@ class LyapunovSweep(Lyapunov):
     values: Floats = field(metadata=array("value", "values of the parameter, as given", name="parameter"))
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        with np.errstate(invalid="ignore"):
+            positive = int((self.exponents[..., 0] > 2 * self.error[..., 0]).sum())
+        return f"{range_text(self.parameter, self.values)}, largest exponent positive at {positive}"
 
 
 @divides

@@ -46,6 +46,13 @@ class Orbit(WithCoordinates, Result):
     )
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates, by name
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        orbits = int(np.prod(self.outcome.shape[1:]))
+        ended = orbits - int(np.isfinite(self.final).all(axis=-1).sum())
+        text = f"{len(self.outcome)} returns of ({self.coordinates}) from {orbits} start{'s' * (orbits != 1)}; {ended} ended"
+        return text if self.states.ndim > 2 else f"{text}, last state {self.final.round(6).tolist()}"
+
     @property
     def numbers(self) -> NDArray[np.int32]:
         """The number of successive returns from each state to the next, shape (n, ...), above one by some composite maps."""

@@ -32,7 +32,7 @@ class PeriodicOrbit(Result):
     scale: Floats = field(metadata=array("coordinate", "unit of the residual"))
     least_time: float = 0.0  #: time that a motion must take: in less, states agree with their images without any motion
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The motion, its stability and its multipliers, on one line."""
         kind = {True: "stable", False: "unstable", None: "of unknown stability"}[self.stable]
         factors = ", ".join(f"{value:.6g}" for value in self.multipliers.tolist())

@@ -48,9 +48,10 @@ class Track(Result):
     units: Mapping[str, str] = field(default_factory=dict)
     picture: ClassVar[str] = "nsmaps.figures.system.motion"
 
-    def __repr__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         ends = f"{self.time.min():.4g} to {self.time.max():.4g}"
-        return f"Track({len(self.impacts.time)} impacts on {', '.join(self.impacts.walls)}, time {ends})"
+        return f"{len(self.impacts.time)} impacts on {', '.join(self.impacts.walls)}, time {ends}"
 
     @array_property("impact", "velocity just before each impact")
     def rates(self) -> Floats:
@@ -76,9 +77,10 @@ class ModeTrack(Result):
     units: Mapping[str, str] = field(default_factory=dict)
     picture: ClassVar[str] = "nsmaps.figures.system.motion"
 
-    def __repr__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         modes = ", ".join(dict.fromkeys(self.modes.tolist()))
-        return f"ModeTrack({len(self.events.time)} events of ({', '.join(self.names)}) through {modes})"
+        return f"{len(self.events.time)} events of ({', '.join(self.names)}) through {modes}"
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

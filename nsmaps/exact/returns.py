@@ -31,6 +31,11 @@ class Margin(Result):
         metadata=array("state", "least impact speed of the return, the last impact included; inf without an impact")
     )
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        least, slowest = np.min(self.clearance, initial=np.inf), np.min(self.slowest, initial=np.inf)
+        return f"{len(self.clearance)} returns: least clearance {least:.4g}, slowest impact {slowest:.4g}"
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Returns(WithCoordinates, Result):
@@ -67,7 +72,7 @@ class Returns(WithCoordinates, Result):
     def __len__(self) -> int:
         return len(self.start)
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The number of returns, their outcomes, and the words of those with an image, the most frequent first."""
         words, numbers = np.unique(self.words[self.valid], return_counts=True)
         order = np.argsort(-numbers, kind="stable")[:FEW]
@@ -236,3 +241,7 @@ class Impacts(Result):
     mark: NDArray[np.str_] = field(
         metadata=array("impact", "'' for an impact, '~' or '_' for a release after chatter or rest", NONE)
     )
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{len(self.time)} impacts on {', '.join(self.walls)}, until {self.time[-1] if len(self.time) else 0.0:.6g}"

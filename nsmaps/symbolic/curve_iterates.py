@@ -32,7 +32,7 @@ class ClosedEnvelope(Protocol):
     held: "Floats | None"  #: shape (n, 2), the others' values on the lower and the upper curve
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SecondIterate(Result):
     """The second iterate of one coordinate as a polynomial in it, the others held at their extremes alternately."""
 
@@ -47,6 +47,11 @@ class SecondIterate(Result):
     order: Order
     domain: "Domain" = field(default_factory=dict)  #: where the map was fitted, of the coordinate and of parameters
     held: tuple[Values, ...] = ()  #: what the others are held at on each curve, in the order of `curves`
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        numbers = ", ".join(f"{float(value):.6g}" if value.is_number else str(value) for value in self.alpha)
+        return f"order {len(self.alpha) - 1} in {self.variable}, {self.order}, alpha = {numbers}"
 
     def __call__(self, value: float) -> float:
         """The second iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""

@@ -1,6 +1,8 @@
 """Results of exact and reduced maps draw themselves, and their datasets have named axes."""
 
+import re
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from operator import attrgetter
 from typing import ClassVar
 
@@ -11,7 +13,7 @@ from matplotlib.figure import Figure
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.reduced.composite.composite import PieceSpec, build_composite
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.results import dataset_of, declared_arrays
+from nsmaps.results import Result, dataset_of, declared_arrays
 from nsmaps.symbolic.curve_iterates import second_iterate
 
 DRAWN = {  #: the part of a study's result, and the number of its panels
@@ -73,3 +75,50 @@ def test_every_array_of_a_result_has_named_axes(result, name):
     assert {axis for axis in data.dims if "axis_" in axis} == set()
     assert all(data[key].attrs["long_name"] for key in data.data_vars)
     assert len(data.data_vars) >= sum(not declared.name for _, declared, _ in declared_arrays(part))
+
+
+#: parts of results that are printed with their fields
+SILENT = {
+    "Update",
+    "AuxiliaryRegion",
+    "Slab",
+    "Strips",
+    "ParametricReport",
+    "Slope",
+    "Mean",
+    "Misleads",
+    "Events",
+    "AtBorder",
+    "Agreement",
+}
+
+
+def results_in(value):
+    """Every result in a part of a study's result, at any depth."""
+    if isinstance(value, Result) and is_dataclass(value):
+        yield value
+        for each in fields(value):
+            yield from results_in(getattr(value, each.name))
+    elif isinstance(value, Mapping):
+        for part in value.values():
+            yield from results_in(part)
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from results_in(part)
+
+
+def test_results_are_printed_in_a_line_with_their_numbers(result, stored):
+    found = {type(one): one for each in (result, *stored.values()) for one in results_in(tuple(each.parts.values()))}
+    assert len(found) > 35
+    printed = {kind: one for kind, one in found.items() if type(one).summary is not Result.summary}
+    assert len(printed) > 30
+    for kind, one in printed.items():
+        text = repr(one)
+        assert text.startswith(f"{kind.__name__}(")
+        assert str(one) == one.summary()
+        assert text.count("\n") == 0
+        assert len(text) < 600
+        assert re.search(r"\d", text), text
+        assert "array(" not in text
+    silent = {kind.__name__ for kind in found} - {kind.__name__ for kind in printed}
+    assert silent <= SILENT

@@ -43,6 +43,11 @@ class Attractor(WithCoordinates, Result):
     scale: Floats | None = field(default=None, metadata=array("coordinate", "unit of the reach; none: the coordinates' units"))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        period = f"period {self.period}" if self.period else f"{len(self.states)} states"
+        return f"{self.label or 'no name'}, {period}, words {' '.join(self.words[:6])}"
+
     @property
     def stay(self) -> int:
         """The number of successive states within its reach after which an orbit has reached it."""

@@ -21,7 +21,7 @@ from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.interrupts import Interrupted
 from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.progress import shows
-from nsmaps.results import NONE, RETURNS, Result, array, array_property, units_of
+from nsmaps.results import NONE, RETURNS, Result, array, array_property, shares_text, units_of
 
 SAMPLE = 100  #: starts of each round of the search for attractors
 CHUNK = 5000  #: starts in a part
@@ -48,11 +48,10 @@ class Basins(WithCoordinates, Result):
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
     quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array("attractor"))
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The attractors with the shares of their basins."""
         names = [*(each.label for each in self.attractors), "none reached", "ended"]
-        shares = [f"{name} {100 * share:.3g} %" for name, share in zip(names, self.fractions, strict=True) if share]
-        return f"Basins of {len(self.label)} starts: {', '.join(shares)}"
+        return f"{len(self.label)} starts: {shares_text(names, self.fractions)}"
 
     @array_property("kind", "shares of the starts that reach each attractor, that reach none, and that end", NONE)
     def fractions(self) -> Floats:
@@ -106,6 +105,10 @@ class BasinBoundary(WithCoordinates, Result):
     sides: NDArray[np.int32] = field(metadata=array("edge side", "labels of the starts on either side, as in `Basins`", NONE))
     tolerance: float  #: length of the part of the edge that contains the change of basin, as in `basin_boundary`
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{len(self.points)} points between basins of {len(self.attractors)} attractors, each to {self.tolerance:.1g}"
 
     def distance(self, attractor: int) -> float:
         """The least distance of the states of an attractor from the boundary points of its basin; inf without such points.

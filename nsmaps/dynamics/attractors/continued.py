@@ -12,7 +12,7 @@ from nsmaps.arrays import Bools, Floats, Ints, Storable
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.quantifiers import quantifier_array
-from nsmaps.results import NONE, RETURNS, Result, array, array_property
+from nsmaps.results import NONE, RETURNS, Result, array, array_property, range_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,12 @@ class GlobalContinuation(WithCoordinates, Result):
     returned: Floats = field(metadata=array("value attractor", "share of the timed kicks that come back", NONE))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
     quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array("value attractor"))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        kinds = [change.kind for change in self.changes]
+        text = f"{len(self.attractors)} attractors at {range_text(self.parameter, self.values)}"
+        return f"{text}; {kinds.count('birth')} births, {kinds.count('death')} deaths"
 
     @array_property("value attractor", "binomial standard error of the share", NONE)
     def share_error(self) -> Floats:

@@ -48,7 +48,7 @@ class LimitSet(WithCoordinates, Result):
     exponent_error: float = math.nan  #: its standard error
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """A description in a few words."""
         return self.text
 
@@ -102,6 +102,11 @@ class OrbitPair(Result):
     ends: LimitSet | None = None  #: the limit set of the exact orbit; None if the orbit ended
     composite_ends: LimitSet | None = None
     counterpart_ends: LimitSet | None = None  #: as `ends`, but only of the states after as many returns as the pieces have
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        other = "" if self.composite is None else f"; of the composite map on {self.composite_ends}"
+        return f"from {self.start.round(6).tolist()}: the orbit of the exact map ends on {self.ends}{other}"
 
     @property
     def coordinates(self) -> Coordinates:

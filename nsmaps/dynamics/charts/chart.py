@@ -13,7 +13,7 @@ from nsmaps.dynamics.attractors.quantifiers import quantifier_array
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.motion import ESCAPE
 from nsmaps.exact.outcome import OUTCOMES, Outcome
-from nsmaps.results import NONE, RETURNS, Result, array, array_property
+from nsmaps.results import NONE, RETURNS, Result, array, array_property, range_text, shares_text
 
 ORBITS = "across along start"  #: axes of an array of orbits
 
@@ -48,6 +48,13 @@ class ParameterPlane(WithCoordinates, Result):
     differing: int = 0  #: number of these at which the starts reach another motion than the continued one
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
     quantifiers: Mapping[str, Floats] = field(default_factory=dict, metadata=quantifier_array(ORBITS))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        along, across = range_text(self.first, self.along), range_text(self.second, self.across)
+        shares = self.shares()
+        listed = shares_text([*shares][:6], [*shares.values()][:6]) + (f" and {len(shares) - 6} more" if len(shares) > 6 else "")
+        return f"{along}, {across}: {listed or 'no attractor'}"
 
     @property
     def first(self) -> str:

@@ -33,13 +33,13 @@ class Branch(Result):
     scale: Floats = field(metadata=array("coordinate", "unit of residuals and arclength"))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
 
-    def __str__(self) -> str:
-        """The motion, the range and the events, on one line."""
+    def summary(self) -> str:
+        """The motion, the range and the events."""
         if not len(self.values):
-            return f"Branch without orbits: {self.ended}"
+            return f"without orbits: {self.ended}"
         events = "; ".join(f"{event.kind} at {event.value:.9g}" for event in self.events) or "no events"
         ends = f"{self.parameter} from {self.values[0]:.6g} to {self.values[-1]:.6g}"
-        return f"Branch of {self.labels[-1]}, {len(self.values)} orbits, {ends}: {events}"
+        return f"{self.labels[-1]}, {len(self.values)} orbits, {ends}: {events}"
 
     @property
     def coordinates(self) -> Coordinates:

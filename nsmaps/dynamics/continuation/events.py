@@ -55,7 +55,7 @@ class BifurcationPoint(Result):
     at: AtBorder | None = None  #: at a border of pieces given by formulas, which states are there, and the pieces beyond it
     parameter: str = ""  #: its name
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The kind and the value with its precision."""
         return f"{self.kind} at {self.parameter and f'{self.parameter} = '}{self.value:.12g} +- {self.precision:.1g}"
 

@@ -55,6 +55,11 @@ class BifurcationCurve(Result):
     ended: tuple[str, str]  #: the reasons why it ends, at its beginning and at its end
     everywhere: tuple[str, ...] = ()  #: kinds of such points that all orbits have up to rounding, and which are not in `special`
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        (x, y), special = self.parameters.T, ", ".join(dict.fromkeys(each.kind for each in self.special)) or "no special points"
+        return f"{self.kind}, {len(x)} orbits, from ({x[0]:.6g}, {y[0]:.6g}) to ({x[-1]:.6g}, {y[-1]:.6g}); {special}"
+
     @classmethod
     def empty(cls, kind: Kind, reason: str) -> "BifurcationCurve":
         """A curve without orbits, and the reason why there are none."""

@@ -20,7 +20,7 @@ RESONANCES = {ONE: 2.0, TWO: -2.0, "1:3 resonance": -1.0, "1:4 resonance": 0.0} 
 UNKNOWN = ("branch point", "grazing", "border collision", "detachment")  #: kinds of curves on which no points are looked for
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class SpecialPoint(Result):
     """A point of codimension two: two conditions hold at once.
 
@@ -33,6 +33,10 @@ class SpecialPoint(Result):
     parameters: tuple[float, float]
     precision: tuple[float, float]  #: of these, as estimated from the last steps towards them
     orbit: PeriodicOrbit
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{self.kind} at ({self.parameters[0]:.10g}, {self.parameters[1]:.10g}) +- {max(self.precision):.1g}"
 
 
 def _remaining(point: CriticalPoint, known: float) -> Floats:

@@ -60,6 +60,13 @@ class Optimum(Result):
     basins: Basins | None  #: what attracts at the optimum, of the given states
     attempts: tuple[Attempt, ...]  #: every start, in order
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.parameters.items())
+        limits = ", ".join(each.name for each in self.conditions if each.active) or "no condition"
+        found = f"{self.sense}imum of {self.observable.name} {self.value:.8g} per {self.per}"
+        return f"{found} at {where}, residual {self.residual:.1g}; active: {limits}"
+
     @property
     def active(self) -> tuple[str, ...]:
         """The names of the conditions and parameters on whose bounds it lies; empty inside of all."""
@@ -78,6 +85,11 @@ class NoisyOptimum(Result):
     sigma: tuple[float, ...]
     value: Floats = field(metadata=array("amplitude", "mean over all realisations that did not end"))
     error: Floats = field(metadata=array("amplitude", "standard error"))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        rows = zip(self.sigma, self.value, self.error, strict=True)
+        return "; ".join(f"sigma = {sigma:g}: {value:.6g} +- {error:.1g}" for sigma, value, error in rows)
 
 
 @shows

@@ -20,7 +20,7 @@ SAMPLE = 50  #: fewest states without a period whose halves are compared
 SETTLED = 0.1  #: largest change of the states of a cycle in a period, in the tolerance of its distance from another
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Agreement(Result):
     """The attractors of a map beside those of the exact map at V values of a parameter, from S starts each."""
 

@@ -18,7 +18,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, names_among
-from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property
+from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, frequent, range_text
 
 FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
 
@@ -80,6 +80,13 @@ class BifurcationDiagram(WithCoordinates, Result):
     )
     windows: tuple[Window, ...] = ()  #: the widest windows of the first orbit, if their borders were asked for
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        starts = f"{self.labels.shape[1]} start{'s' * (self.labels.shape[1] != 1)}"
+        return (
+            f"{range_text(self.parameter, self.values)}, {starts}, {self.states.shape[2]} returns each: {frequent(self.labels)}"
+        )
 
     @property
     def settled(self) -> Floats:

@@ -16,7 +16,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, concatenated, divides
-from nsmaps.results import NONE, RETURNS, Result, array, units_of
+from nsmaps.results import NONE, RETURNS, Result, array, frequent, range_text, units_of
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -33,6 +33,11 @@ class StabilityDiagram(Result):
     outcome: NDArray[np.int8] = field(metadata=array("across along", f"of the last return: {OUTCOMES}", NONE))
     reasons: tuple[str, ...]  #: W texts, the first reason why a row has no map; "" where all values have one
     units: Mapping[str, str] = field(default_factory=dict)  #: of parameters, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        along, across = range_text(self.first, self.along), range_text(self.second, self.across)
+        return f"{along}, {across}: {frequent(self.labels)}"
 
     @property
     def first(self) -> str:

@@ -47,7 +47,7 @@ class Manifold(WithCoordinates, Result):
     ended: tuple[str, ...]  #: the reason why each side ends
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The saddle, and how much was grown from it."""
         about = f"{self.which} manifold of a saddle of {len(self.saddle)} returns, multiplier {self.multiplier:.6g}"
         return f"{about}: {len(self.states)} states, {len(self.lines)} pieces"

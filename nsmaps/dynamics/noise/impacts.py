@@ -13,7 +13,7 @@ from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.dynamics.returnmap import map_along, nearest_starts, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
-from nsmaps.results import NONE, Result, array, units_of
+from nsmaps.results import NONE, Result, array, range_text, units_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -37,6 +37,12 @@ class ImpactDiagram(Result):
     wall: Floats = field(metadata=array("value impact", "index of the wall", NONE))
     speed: Floats = field(metadata=array("value impact", "impact speed, at least zero"))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        impacts = int(np.isfinite(self.speed).sum())
+        over = range_text(self.parameter, self.values)
+        return f"{over}, {self.direction}, sigma = {self.noise.sigma:g}: {impacts} impacts"
 
 
 @divides

@@ -50,6 +50,13 @@ class NoisyOrbits(WithCoordinates, Result):
     impacts: Floats  #: shape (R, K, 3), the first K impacts after the start: index of the wall, or of the letter of an event, the
     #: speed, or the rate at which the guard's function falls, and the phase; NaN beyond the last; none of noise on images
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        returns, orbits = self.outcome.shape
+        ended = int((self.outcome[-1] != Outcome.returned).sum()) if returns else 0
+        about = f"{orbits} realisations of {returns} returns of ({self.coordinates})"
+        return f"{about} under noise of sigma = {self.noise.sigma:g}; {ended} ended"
+
     @array_property("return orbit", "word of each return; empty after an orbit's end", NONE)
     def words(self) -> NDArray[np.str_]:
         """The word of each return, shape (n, R); "" after an orbit's end."""

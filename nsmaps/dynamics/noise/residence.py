@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.dynamics.noise.law import Noise
 from nsmaps.errors import NsmapsError
-from nsmaps.results import NONE, TIME, Result, array, array_property
+from nsmaps.results import NONE, TIME, Result, array, array_property, shares_text
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Residence(Result):
     """Residence in M motions, over all realisations, in the system's time."""
 
@@ -25,6 +25,11 @@ class Residence(Result):
     time: Floats = field(metadata=array("mode", "spent in each motion", TIME))
     unknown: float  #: time before the first motion was reached
     switches: NDArray[np.int64] = field(metadata=array("mode next_mode", "changes from one motion to another", NONE))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        total = self.time.sum() or 1.0
+        return f"{shares_text(self.modes, self.time / total)}; {int(self.switches.sum())} transitions"
 
     @property
     def share(self) -> Floats:
@@ -64,6 +69,11 @@ class NoiseResult(Result):
     counted: tuple[Residence, ...] = ()  #: as `stays`, with the return as the unit of time, where it is compared with
     reduced: tuple[Residence, ...] = ()  #: that of the composite map under kicks, see `KickedMap`; none if not in the study
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        rows = zip(self.noise, self.stays, strict=True)
+        return "; ".join(f"sigma = {noise.sigma:g}: {stay}" for noise, stay in rows)
 
     @array_property("amplitude", "standard deviations of the noise")
     def sigma(self) -> Floats:

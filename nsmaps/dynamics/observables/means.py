@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.results import NONE, Result, array, array_property
+from nsmaps.results import NONE, Result, array, array_property, range_text
 
 WINDOW = 5.0  #: autocorrelation times over which correlations are added
 
@@ -31,6 +31,11 @@ class Means(Result):
     parameter: str = ""  #: empty where they are of one system
     values: Floats | None = field(default=None, metadata=array("value", "values of the parameter", name="parameter"))
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        names = ", ".join(each.name for each in self.observables)
+        return f"{names}: {range_text(self.parameter, self.values)}" if self.values is not None else f"means of {names}"
 
     @property
     def leading(self) -> tuple[str, ...]:  # type: ignore[override]

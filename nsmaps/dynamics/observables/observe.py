@@ -45,6 +45,14 @@ class ObservableMeans(WithCoordinates, Result):
     final: Floats = field(metadata=array("... coordinate", "last states"))
     outcome: NDArray[np.int8] = field(metadata=array("...", f"of the last return: {OUTCOMES}", NONE))
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        mean = self.per_return
+        if mean.value.ndim > 1:
+            return f"{', '.join(each.name for each in self.observables)} of {mean.value[..., 0].size} orbits"
+        rows = zip(self.observables, mean.value, mean.error, strict=True)
+        return f"per return: {', '.join(f'{each.name} {value:.6g} +- {error:.1g}' for each, value, error in rows)}"
+
     @array_property("observable", "names of the observables", NONE)
     def names(self) -> tuple[str, ...]:
         """The names of the observables."""

@@ -32,9 +32,9 @@ class PhasePortrait(Result):
     tracks: tuple[Track | ModeTrack | None, ...]  #: the motion of each; None of a map without motions
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The motions by name."""
-        return f"PhasePortrait of {', '.join(each.label or 'motion without a name' for each in self.attractors)}"
+        return ", ".join(each.label or "motion without a name" for each in self.attractors)
 
 
 def phase_portrait(

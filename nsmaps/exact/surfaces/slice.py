@@ -35,9 +35,10 @@ class Slice(Result):
     units: Mapping[str, str] = field(default_factory=dict)
     picture: ClassVar[str] = "nsmaps.figures.returns.slices"
 
-    def __repr__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         at = ", ".join(f"{name} = {value:.4g}" for name, value in self.at.items())
-        return f"Slice(along {self.along} at {at}: {int(self.jump.sum())} jumps; {self.returns})"
+        return f"along {self.along} at {at}: {int(self.jump.sum())} jumps; {self.returns}"
 
     @property
     def coordinates(self) -> Coordinates:

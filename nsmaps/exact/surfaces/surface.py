@@ -95,6 +95,10 @@ class Surface(Result):
     returns: Returns  #: the M members, in the grid's order
     units: Mapping[str, str] = field(default_factory=dict)
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{self.name}: {len(self.returns)} of {len(self.member)} states of a grid in ({self.returns.coordinates})"
+
     @property
     def coordinates(self) -> Coordinates:
         """The names of the coordinates."""

@@ -22,6 +22,10 @@ class AccurateResult(Result):
     uniform: HeldOut  #: at states drawn uniformly over the box
     beside: HeldOut  #: at states drawn increasingly close to edges, down to 1e-11 radians
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{self.strips.report}; largest error held out {self.uniform.largest:.2g}, beside edges {self.beside.largest:.2g}"
+
     @property
     def met(self) -> bool:
         """True if no held-out state misses the tolerance or has another word."""

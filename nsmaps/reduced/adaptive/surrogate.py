@@ -45,6 +45,11 @@ class StripReport(Result):
     seconds: dict[str, float]  #: of construction, by part
     stopped: bool = False  #: True if `max_seconds` ended it before everything was within the tolerance
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        cells = f"{self.leaves} cells in {self.slabs} slabs, {self.coefficients} coefficients"
+        return f"{cells}, tolerance {self.tolerance:g}, exact on {100 * self.exact_share:.3g} %"
+
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Strips(Result):

@@ -23,6 +23,11 @@ class HeldOut(Result):
     wrong_words: int
     by_exact_map: int  #: further states, in no leaf
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        errors = f"largest error {self.largest:.2g}, 99 % below {self.high:.2g}, {self.over} beyond the tolerance"
+        return f"{self.points} states: {errors}, {self.wrong_words} wrong words"
+
 
 def held_out(return_map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
     """The errors at states drawn uniformly over the box, and at states drawn increasingly close to the edges."""

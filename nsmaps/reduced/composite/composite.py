@@ -21,7 +21,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polyfit import PolyFit
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.results import NONE, Result, array
+from nsmaps.results import NONE, Result, array, shares_text
 
 ONCE = 10_000_000  #: regions times states that NumPy evaluates in the time of loading the compiled loop
 SAMPLE = 100  #: number of uncovered states that a coverage lists as examples
@@ -40,6 +40,10 @@ class Coverage(Result):
     )
     boxes: Floats = field(metadata=array("box component end", "the hull of the states in no piece: one box, or none"))
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{100 * self.fraction:.4g} % of {self.points} states in a piece: {shares_text(self.names, self.fractions)}"
+
     @property
     def covered(self) -> bool:
         """True if every state lies in a piece."""
@@ -51,6 +55,10 @@ class CompositeMap(Pieces, ReturnMap, Result):
     """A return map of pieces; a ReturnMap like an exact system. Regions see angles in [0, 2 pi)."""
 
     picture: ClassVar[str] = "nsmaps.figures.composite.regions"
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{len(self.pieces)} pieces in ({self.coordinates}): {', '.join(each.name for each in self.pieces)}"
 
     def piece_of(self, states: ArrayLike) -> Ints:
         """The number of the first piece that contains each state (N, n), -1 where there is none; shape (N,)."""

@@ -52,6 +52,12 @@ class ParametricMap(WithCoordinates, Result):
     condition: float  #: of the least squares problem of the coefficients over the parameter
     report: ParametricReport | None = None  #: None if no piece is fitted, as for printed maps
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        names = ", ".join(each.name for each in self.pieces)
+        over = f"{self.parameter} in [{self.low:g}, {self.high:g}]"
+        return f"{len(self.pieces)} pieces over {over} from {len(self.nodes)} values: {names}"
+
     def at(self, value: float) -> CompositeMap:
         """The composite map at one value. NsmapsError outside [low, high]: polynomials are meaningless beyond the data."""
         if not self.low <= value <= self.high:

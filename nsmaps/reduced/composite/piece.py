@@ -20,6 +20,10 @@ class Piece(Result):
     word: str = ""  #: the most frequent word of its data; "" for a reset or where none is known
     returns: int = 1  #: successive returns after which the image is reached, as 2 for the word BBTB
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"{self.name}: {self.word or 'reset'}, {self.map}"
+
     @property
     def title(self) -> str:
         """Its name on one line, with its word and its number of returns where it is several."""
@@ -36,7 +40,7 @@ def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
     raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Pieces(WithCoordinates):
     """Pieces over the same coordinates, of which the first that contains a state applies."""
 

@@ -56,6 +56,10 @@ class DiagonalRegion(WithCoordinates, Result):
     )
     slope: float | None = None  #: upper bound on abs(dx'_i/dx_i); None without one
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"delta = {self.delta:g}: {len(self.start)} states of ({self.coordinates}) in {self.box.round(6).tolist()}"
+
 
 def near_diagonal(returns: Returns, delta: float) -> Bools:
     """A mask of the returns with 1/delta < |image/start| < delta in every coordinate, shape (N,); eq. r1uniond.

@@ -21,6 +21,10 @@ class NearDiagonals(Result):
     maps: dict[str, PolyMap]  #: by the name of the order; each with its report
     picture: ClassVar[str] = "nsmaps.figures.fits.orders"
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return f"delta = {self.delta:g}: {len(self.surface.start)} states, fits {', '.join(self.maps) or 'none'}"
+
     @property
     def units(self) -> Mapping[str, str]:
         """Those of the surface."""

@@ -42,6 +42,13 @@ class FitReport(WithCoordinates, Result):
     )
     warnings: tuple[str, ...] = ()  #: limitations of the figures
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        rows = zip(self.coordinates, self.r2, self.max_error, self.points, strict=True)
+        return "; ".join(
+            f"{name}: R2 = {r2:.6g}, largest error {error:.2g} at {points} states" for name, r2, error, points in rows
+        )
+
     def rows(self) -> list[dict[str, Any]]:
         """One row per output for a table, as plain numbers by name."""
         columns = ("r2", "sse", "max_error", "condition", "points", "terms")
@@ -69,6 +76,11 @@ class PolyMap(WithCoordinates, Result):
     absolute: tuple[str, ...] = ()  #: outputs of which the absolute value is taken, eq. R5eqn
     report: FitReport | None = None
     variables: tuple[str, ...] | None = None  #: k formulas of the coordinates, see `read_number`; None for the coordinates
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        terms = ", ".join(f"{name} {len(each)}" for name, each in zip(self.coordinates, self.coefficients, strict=True))
+        return f"polynomials with coefficients {terms}{f'; {self.report}' if self.report else ''}"
 
     @classmethod
     def reset(cls, coordinates: Sequence[str], values: Mapping[str, float]) -> "PolyMap":

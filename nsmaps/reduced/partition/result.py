@@ -51,6 +51,12 @@ class PartitionResult(Result):
     ]  #: share of random starts whose orbits end in attracting pieces, of the exact and of the composite map
     same_end: float = float("nan")  #: share of these whose orbits end on the attractor of the exact one; NaN in runs before
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        found = f"{len(self.composite.pieces)} pieces, attracting: {', '.join(self.attracting) or 'none'}"
+        errors = f"largest held-out error {self.max_error:.2g}, {100 * self.covered:.4g} % covered"
+        return f"{found}; {errors}; missed: {', '.join(self.unmet) or 'none'}"
+
     @property
     def met(self) -> bool:
         """True if there are attracting pieces, and none of them misses the tolerance in construction or at new states."""

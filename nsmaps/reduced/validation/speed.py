@@ -23,6 +23,10 @@ class Speed(Result):
     exact: float
     composite: float
 
+    def summary(self) -> str:
+        """The numbers that matter."""
+        return self.text
+
     @property
     def faster(self) -> bool:
         """True if the composite map is clearly faster than the exact one."""
