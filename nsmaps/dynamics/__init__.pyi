@@ -31,6 +31,10 @@ from nsmaps.dynamics.observables.cycles import CycleMeans as CycleMeans
 from nsmaps.dynamics.observables.observe import ObservableMeans as ObservableMeans
 from nsmaps.dynamics.orbit import Orbit as Orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
+from nsmaps.dynamics.portraits.graze import Graze as Graze
+from nsmaps.dynamics.portraits.graze import graze as graze
+from nsmaps.dynamics.portraits.portrait import PhasePortrait as PhasePortrait
+from nsmaps.dynamics.portraits.portrait import phase_portrait as phase_portrait
 from nsmaps.dynamics.rotation.number import RotationNumber as RotationNumber
 from nsmaps.dynamics.rotation.staircase import Plateau as Plateau
 from nsmaps.dynamics.rotation.staircase import Staircase as Staircase

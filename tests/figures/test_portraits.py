@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 from matplotlib.image import AxesImage
 
-from nsmaps import load_system
+from nsmaps import load_system, track
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.portraits.graze import graze
 from nsmaps.dynamics.portraits.portrait import phase_portrait
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.attractors.poincare import poincare
 from nsmaps.figures.attractors.portrait import over_time, portrait
+from nsmaps.figures.domains.boxes import boxes
+from nsmaps.figures.system.graze import flights
 
 NAMES = ("v", Angle("phi"))
 
@@ -67,3 +70,48 @@ def test_many_states_are_shades_and_a_window_of_them_is_enlarged(ax):
     (inner,) = ax.child_axes
     assert len(inner.get_xticks()) >= 2
     assert ax.get_title() == "chaos"
+
+
+def test_the_coefficient_of_a_square_root_is_found():
+    """Nordmark's map x -> mu - sqrt(x), x > 0: coefficient -1 at x = 0."""
+    found = graze(load_system("square_root", a=0.5, mu=0.1), [-0.1], [0.2])
+    assert found.words == ("L", "R")
+    assert found.state == pytest.approx([0], abs=1e-15)
+    assert found.coefficient == pytest.approx([-1], abs=1e-9)
+    assert np.ptp(found.distance) == pytest.approx(0.2)
+    smooth = found.distance < 0
+    assert found.image[smooth, 0] == pytest.approx(0.1 + 0.5 * found.distance[smooth])
+    assert found.image[~smooth, 0] == pytest.approx(0.1 - np.sqrt(found.distance[~smooth]))
+    assert found.tracks == ()
+
+
+def test_states_of_one_word_and_jumps_have_no_graze():
+    with pytest.raises(NsmapsError, match="both states have the word R"):
+        graze(load_system("square_root", a=0.5, mu=0.1), [0.1], [0.2])
+    with pytest.raises(NsmapsError, match="no square root beside the change of words"):
+        graze(load_system("border_collision_1", a_L=0.4, a_R=-1.5), [-0.1], [0.2])
+
+
+def test_the_motion_at_a_graze_touches_the_wall(ax):
+    pair = load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
+    found = graze(pair, [0.512, 0.4], {"v": 0.514, "phi": 0.4})
+    assert found.words == ("BB", "BTB")
+    gap = track(pair, found.state, 2, samples=4001).displacement - found.tracks[1].at[1]
+    assert 0 <= gap.min() < 1e-6
+    small = pair.first_return(np.array([found.state + 1e-10 * found.direction])).lifted[0]
+    assert (small - found.value) / 1e-5 == pytest.approx(found.coefficient, rel=1e-3)
+    flights(found, ax)
+    assert [line.get_xdata()[-1] for line in ax.lines[:3]] == [each.time.max() for each in found.tracks]
+    figure = found.plot()
+    assert r"$v^* +18.59\sqrt{s}$" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_boxes_of_a_domain_stand_in_the_plane_with_orbits(result, ax):
+    domain, orbits = result.domain, [pair.exact for pair in result.orbits]
+    boxes(domain, ax, orbits=orbits)
+    drawn = [patch for patch in ax.patches if patch.get_label() == "_"][: len(domain.boxes)]
+    corners = [[patch.get_xy(), np.add(patch.get_xy(), [patch.get_width(), patch.get_height()])] for patch in drawn]
+    assert np.allclose(np.swapaxes(corners, 1, 2), domain.boxes)
+    dots = [line.get_xydata() for line in ax.lines if line.get_marker() == "."]
+    assert np.array_equal(dots[0], orbits[0].states)
+    assert "start box" in ax.get_legend().get_texts()[0].get_text()

@@ -53,7 +53,7 @@ def phase_portrait(
     """
     if not attractors:
         raise NsmapsError("there is no attractor; expected: those of `basins(...).attractors`, or the limit set of an orbit")
-    tracks = tuple(_motion(return_map, each, n_returns) for each in attractors)
+    tracks = tuple(motion_over(return_map, each.states[0], each.period or n_returns) for each in attractors)
     return PhasePortrait(tuple(_densely(return_map, each, n_points) for each in attractors), tracks, units_of(return_map))
 
 
@@ -66,12 +66,11 @@ def _densely(return_map: ReturnMap, attractor: Attractor | LimitSet, n_points: i
     return replace(attractor, states=states[np.isfinite(states).all(axis=1)])
 
 
-def _motion(return_map: ReturnMap, attractor: Attractor | LimitSet, n_returns: int) -> Track | ModeTrack | None:
-    """The motion from a state of an attractor over a period or so many returns; None of a map without motions."""
+def motion_over(return_map: ReturnMap, start: Floats, n_returns: int) -> Track | ModeTrack | None:
+    """The motion from a state, shape (n,), over a number of returns; None of a map without motions."""
     if not isinstance(return_map, FlowSystem):
         return None
-    start = attractor.states[0]
-    times = orbit(return_map, start, attractor.period or n_returns).time
+    times = orbit(return_map, start, n_returns).time
     lasts, count = float(np.nansum(times)), 8
     found = track(return_map, start, count)
     while count < MOST and len(_times(found)) == count and _times(found)[-1] < lasts:

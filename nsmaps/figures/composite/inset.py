@@ -13,6 +13,7 @@ from nsmaps.figures.style import HALO, SIZE
 
 _SIDE = 0.4  #: of the picture's sides
 _GAP = 0.03  #: between the inset and the frame
+_FULL = 10  #: digits below or above an inset, an inch
 _DIGITS = np.array([0.36, 0.16])  #: inches that numbers need beside and above an inset
 _SMALL, _POINT = 0.3, 1e-3  #: of the picture, between which an attractor is enlarged: a single point stays one
 _AROUND = 0.15  #: of the extent of what is enlarged, around it
@@ -61,8 +62,13 @@ def _corner(ax: Axes, marked: Floats, taken: Floats) -> Floats:
 def _number(inner: Axes, corner: Floats) -> None:
     """Two or three numbers on the axes of an inset, on the sides that face the middle of the picture."""
     for axis, place, ends in ((inner.xaxis, corner[1], ("bottom", "top")), (inner.yaxis, corner[0], ("left", "right"))):
-        axis.set_major_locator(MaxNLocator(2, steps=[1, 2, 5, 10]))
-        axis.get_major_formatter().set_useOffset(False)  # type: ignore[attr-defined]
+        formatter = cast(Any, axis.get_major_formatter())
+        formatter.set_useOffset(False)
+        low, high = sorted(axis.get_view_interval())
+        ticks = [tick for tick in MaxNLocator(3, steps=[1, 2, 5, 10]).tick_values(low, high) if low <= tick <= high]
+        if axis is inner.xaxis and sum(map(len, formatter.format_ticks(ticks))) > _FULL * inner.bbox.width / inner.figure.dpi:
+            ticks = ticks[:: max(len(ticks) - 1, 1)]  # the first and the last
+        axis.set_ticks(ticks)
         cast(Any, axis).set_ticks_position(ends[int(place == _GAP)])
         axis.set_tick_params(labelsize=SIZE, pad=1, size=2)
     for label in (*inner.get_xticklabels(), *inner.get_yticklabels()):

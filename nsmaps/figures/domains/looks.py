@@ -36,4 +36,4 @@ def heading(name: str, domain: AttractingDomain) -> str:
 def failed(domains: Mapping[str, AttractingDomain]) -> str:
     """A sentence on the domains that are not drawn."""
     names = [name for name in domains if name not in invariant_or_first(domains)]
-    return f"Not forward invariant: {', '.join(names)}." if names else ""
+    return f"Not drawn, as not forward invariant: {', '.join(f'“{name}”' for name in names)}" if names else ""

@@ -5,16 +5,20 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 
 from nsmaps.arrays import Floats, Ints
+from nsmaps.coordinates import TWO_PI, is_angle
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.surface import Grid
+from nsmaps.figures.attractors.poincare import name_of
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.parts import plane
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, tint
@@ -64,7 +68,7 @@ def basins(found: Basins | BasinBoundary, ax: Axes, title: str = "", same: Ints 
     colours = [_KINDS[k][1] if k < 0 else tint(COLOURS[places[k] % len(COLOURS)], 0.35) for k in present]
     numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, found, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
-    handles, shown = [], plane(_grid(found))
+    handles, shown = list[Artist](), plane(_grid(found))
     for k, colour in zip(present, colours, strict=True):
         name = _KINDS[k][0] if k < 0 else f"{_motion(found.attractors[k])}"
         name = f"{title.removesuffix(' map')}, {name}" if title else name
@@ -74,6 +78,8 @@ def basins(found: Basins | BasinBoundary, ax: Axes, title: str = "", same: Ints 
             face = COLOURS[places[k] % len(COLOURS)]
             look = {"mfc": face, "mec": "black", "mew": 0.15 if many else 0.9, "ms": 2.2 if many else 7}
             ax.plot(*states[:, shown].T, _MARKS[places[k] % len(_MARKS)], ls="", **look)  # type: ignore[arg-type]
+    if len(found.attractors):
+        handles.append(Line2D([], [], marker="o", mfc="white", mec=BLACK, mew=0.9, ls="", label="states of the attractors"))
     ax.legend(handles=handles)
     return _dressed(ax, found, title)
 
@@ -81,7 +87,7 @@ def basins(found: Basins | BasinBoundary, ax: Axes, title: str = "", same: Ints 
 def _motion(attractor: Attractor) -> str:
     """What an attractor is called: its motion and its period in returns."""
     period = f", period {attractor.period}" if attractor.period else ""
-    return attractor.label.removesuffix(period) + period
+    return name_of(attractor).removesuffix(period) + period
 
 
 def arrival(found: Basins, ax: Axes, title: str = "") -> Axes:
@@ -102,16 +108,29 @@ def arrival(found: Basins, ax: Axes, title: str = "") -> Axes:
 
 def _paint(ax: Axes, found: Basins, values: Floats, **look: Any) -> Any:
     """The values at the states of the grid as coloured cells."""
-    x, y = (axis.values() for axis in _grid(found).varying.values())
-    return ax.pcolormesh(x, y, values.reshape(len(x), len(y)).T, shading="nearest", rasterized=True, **look)
+    (left, right), (low, high) = _sides(found).tolist()
+    shown = values.reshape(tuple(axis.points for axis in _grid(found).varying.values())).T
+    return ax.imshow(
+        shown, origin="lower", extent=(left, right, low, high), aspect="auto", interpolation="nearest", zorder=0, **look
+    )
+
+
+def _sides(found: Basins) -> Floats:
+    """The outer sides of the cells around the states of the grid, shape (2, 2)."""
+    axes = list(_grid(found).varying.values())
+    half = [(axis.high - axis.low) / (axis.points - 1) / 2 for axis in axes]
+    return np.array([[axis.low - h, axis.high + h] for axis, h in zip(axes, half, strict=True)])
 
 
 def _dressed(ax: Axes, found: Basins, title: str) -> Axes:
-    first, second = _grid(found).varying.values()
-    ax.set(xlim=(first.low, first.high), ylim=(second.low, second.high))
+    names = [found.coordinates[k] for k in plane(_grid(found))]
+    ends = [(axis.low, axis.high) for axis in _grid(found).varying.values()]
+    for k, ((low, _), cells) in enumerate(zip(ends, _sides(found), strict=True)):
+        if is_angle(names[k]) and np.ptp(cells) >= TWO_PI * (1 - 1e-9):  # a turn without its last state, which is its first
+            ends[k] = low, low + TWO_PI
+    ax.set(xlim=ends[0], ylim=ends[1])
     ax.set_title(title, loc="right")
-    x, y = (found.coordinates[k] for k in plane(_grid(found)))
-    return dress(ax, (x, ""), (y, ""))
+    return dress(ax, (names[0], ""), (names[1], ""))
 
 
 def _grid(found: Basins) -> Grid:

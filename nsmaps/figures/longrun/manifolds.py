@@ -12,9 +12,9 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.dynamics.manifolds.manifold import Manifold
 from nsmaps.figures.lines import cut
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLACK, BLUE, RED, dress
+from nsmaps.figures.style import BLACK, HALO, RED, dress
 
-_LOOKS = {"unstable": RED, "stable": BLUE}
+_LOOKS = {"unstable": (RED, 0.8), "stable": (BLACK, 1.0)}  #: colour and width
 
 
 def sheets(found: Manifold | Sequence[Manifold], below: Callable[[Axes], Axes] | None = None) -> tuple[Sheet, ...]:
@@ -27,7 +27,7 @@ def _panel(found: Manifold | Sequence[Manifold], below: Callable[[Axes], Axes] |
 
 
 def manifolds(found: Manifold | Sequence[Manifold], ax: Axes) -> Axes:
-    """The pieces of the unstable manifolds (red) and of the stable ones (blue), the saddles marked; angles in one turn.
+    """The pieces of the unstable manifolds (red) and of the stable ones (black), the saddles marked; angles in one turn.
 
     An Axes on which something is drawn keeps its limits, and the entries of its legend.
     """
@@ -37,12 +37,13 @@ def manifolds(found: Manifold | Sequence[Manifold], ax: Axes) -> Axes:
     limits = (ax.get_xlim(), ax.get_ylim()) if ax.has_data() else None
     for each in found:
         for piece in each.lines:
-            ax.plot(*_within_a_turn(each, piece).T, color=_LOOKS[each.which], lw=0.8)
+            colour, width = _LOOKS[each.which]
+            ax.plot(*_within_a_turn(each, piece).T, color=colour, lw=width, path_effects=HALO)
     for each in found:
-        ax.plot(*each.saddle.T, "X", color=BLACK, ms=5, mec="white", mew=0.6, ls="")
+        ax.plot(*each.saddle.T, "X", color="white", ms=5.5, mec=BLACK, mew=0.8, ls="", zorder=4)
     kinds = dict.fromkeys(each.which for each in found)
-    handles = [Line2D([], [], color=_LOOKS[which], lw=1.2, label=f"{which} manifold") for which in kinds]
-    saddle = Line2D([], [], marker="X", color=BLACK, ls="", label="saddle")
+    handles = [Line2D([], [], color=_LOOKS[which][0], lw=1.2, label=f"{which} manifold") for which in kinds]
+    saddle = Line2D([], [], marker="X", color="white", mec=BLACK, mew=0.8, ls="", label="saddle")
     ax.legend(handles=[*below, *handles, saddle])
     if limits:
         ax.set(xlim=limits[0], ylim=limits[1])
