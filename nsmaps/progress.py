@@ -10,13 +10,14 @@ from functools import wraps
 from math import inf
 from multiprocessing import parent_process
 from time import monotonic
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TextIO, TypeVar
 
 Progress = Callable[[float], None]  #: called with the fraction that is done, from 0 to 1; at the end of a call with 1
 
 P = ParamSpec("P")
 R = TypeVar("R")
 AFTER, EVERY = 2.0, 0.25  #: seconds before a line is shown, and between two of them
+UNKNOWN = 80  #: columns of a terminal that states none
 CLEAR = "\r\x1b[K"  #: what takes a line from a terminal
 
 
@@ -57,12 +58,12 @@ class Work:
         return self.seconds > self.max_seconds
 
     def line(self) -> str:
-        """The line on a terminal: name, percentage, step, note, elapsed time, and the time left of the step."""
-        percent = f"{100 * self.fraction:.0f} %" if self.fraction else ""
-        texts = [text for text in (percent, self.counted, self.note, clock(int(self.seconds))) if text]
+        """The line on a terminal: name, percentage, step, elapsed time, the time left of the step, and the note."""
+        percent, left = f"{100 * self.fraction:.0f} %" if self.fraction else "", ""
         if self.step and 0 < self.share < 1:
-            texts.append(f"{clock((monotonic() - self.since) * (1 - self.share) / self.share)} left of {self.step}")
-        return f"{self.name}: {', '.join(texts)}"
+            left = f"{clock((monotonic() - self.since) * (1 - self.share) / self.share)} left of {self.step}"
+        texts = percent, self.counted, clock(int(self.seconds)), left, self.note  # what a narrow terminal cuts is last
+        return f"{self.name}: {', '.join(filter(None, texts))}"
 
     def reached(self, fraction: float) -> None:
         """Report the fraction of the call that is done."""
@@ -180,12 +181,20 @@ def _on_terminal() -> bool:
     return main and sys.stderr is not None and sys.stderr.isatty()
 
 
+def columns(stream: TextIO) -> int:
+    """The width of a terminal: that of the variable COLUMNS, else that which it states, else `UNKNOWN`."""
+    try:
+        return int(os.environ.get("COLUMNS") or os.get_terminal_size(stream.fileno()).columns) or UNKNOWN
+    except (OSError, ValueError):
+        return UNKNOWN
+
+
 def _show(stack: list[Work], done: threading.Event, after: float) -> None:
     stream = sys.stderr
     if done.wait(after):
         return
     while True:
-        line = "".join(work.line() for work in stack[:1])
+        line = "".join(work.line() for work in stack[:1])[: columns(stream) - 1]  # which never wraps
         stream.write(f"{CLEAR}{line}")
         stream.flush()
         if done.wait(EVERY):

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: each of the tests' processes has one core
+os.environ.pop("COLUMNS", None)  # which pytest-xdist sets
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the many programs that tests start need not each compile the sources anew
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair

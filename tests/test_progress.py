@@ -41,9 +41,18 @@ def test_a_line_says_how_far_a_call_is_and_is_gone_after_it(monkeypatch):
         beat(0.25, "7 parts")
         waits()
     assert lines(terminal)[0] == "long call: 0:00"
-    assert lines(terminal)[-1] == "long call: 25 %, 7 parts, 0:00"
+    assert lines(terminal)[-1] == "long call: 25 %, 0:00, 7 parts"
     assert terminal.getvalue().endswith(CLEAR)
     assert "\n" not in terminal.getvalue()
+
+
+def test_a_line_never_wraps(monkeypatch):
+    terminal = looked_at(monkeypatch)
+    monkeypatch.setenv("COLUMNS", "24")
+    with working("a long name of a call"):
+        beat(0.25, "7 parts")
+        waits()
+    assert lines(terminal)[-1] == "a long name of a call: "
 
 
 def test_only_the_outermost_call_is_shown(monkeypatch):

@@ -39,7 +39,8 @@ def _studies(beginning: str) -> list[str]:
 
 app = typer.Typer(
     cls=Program,
-    help="Global analysis of non-smooth dynamics: a YAML study in, attracting domains with their verdicts out.",
+    help="Dynamics of systems with impacts, modes and other breaks: a YAML study in; bifurcation diagrams, basins, branches, "
+    "parameter planes and enclosed attracting domains out, with figures and a report.",
     epilog=examples("nsmaps systems", "nsmaps run vi_pair/fp", "nsmaps run --help"),
     no_args_is_help=True,
     rich_markup_mode="markdown",
@@ -179,14 +180,13 @@ def run(
     max_hours: MaxHours = None,
     style: Drawn = "",
 ) -> None:
-    """Compute what a study names, write it to a folder, and end with a table of verdicts.
+    """Compute what a study names, write it to a folder, and end with its result in a few lines.
 
     The folder holds report.html, which shows all of it in a browser, and the numbers and arrays for programs. Ctrl-C keeps
     the steps that are finished. The exit code is 0 if every required verdict holds, 1 if one fails, 2 if the study cannot be
     read or a figure not be drawn, 130 after Ctrl-C.
     """
     with _reported_errors(), progress_line(quiet):
-        begun = perf_counter()
         from nsmaps.cli.workers import processes
         from nsmaps.interrupts import Interrupted
         from nsmaps.study.reading.overrides import assignments
@@ -194,7 +194,6 @@ def run(
         from nsmaps.study.run import run_study
 
         read = load_study(study, assignments(set_ or []), installed_only=installed_only)
-        seconds = {"imports": perf_counter() - begun}
         folder = out or Path("runs", read.name)
         try:
             with processes(workers) as executor:
@@ -202,24 +201,13 @@ def run(
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
-        result, spent = _shown(result, folder, not no_figures, not no_report, style)
+        result = _shown(result, folder, not no_figures, not no_report, style)
     if not quiet:
-        _say_done(result, folder, seconds | result.timings | spent, not no_figures, not no_report)
+        summary(result, folder, whole=False)
     if not result.holds:
         raise typer.Exit(FAILED)
     if result.undrawn and not no_figures:
         raise typer.Exit(BAD)
-
-
-def _say_done(result: "StudyResult", folder: Path, seconds: dict[str, float], figures: bool, report: bool) -> None:
-    """The results of a run, its times, and where all of it is."""
-    from nsmaps.study.pictures.catalogue import drawable, named_by
-
-    summary(result)
-    say(f"seconds: {', '.join(f'{name} {time:.1f}' for name, time in seconds.items())}")
-    if figures and (more := drawable(result, named_by(result))):
-        say(f"other figures, by nsmaps figures {shlex.quote(str(folder))} --only NAME: {', '.join(more)}")
-    say(f"written to {folder}{'; to be read: ' + str(folder / 'report.html') if report else ''}")
 
 
 @app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))
@@ -244,10 +232,8 @@ def bench(
         say(f"written to {table}{drawn}")
 
 
-def _shown(
-    result: "StudyResult", folder: Path, figures: bool, report: bool, style: str = ""
-) -> "tuple[StudyResult, dict[str, float]]":
-    """The result, with the time that its figures took if they are drawn, and the seconds of its report if there is one."""
+def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool, style: str = "") -> "StudyResult":
+    """The result, with the time that its figures took if they are drawn; its report is written, too."""
     from nsmaps.study.pictures.catalogue import named_by
     from nsmaps.study.store.archive import amend
 
@@ -258,18 +244,12 @@ def _shown(
         result = replace(result, timings={**result.timings, "figures": perf_counter() - begun})
         amend(result, folder)
         say_undrawn(result, names)
-    if not report:
-        return result, {}
-    begun = perf_counter()
-    with working("report"):
-        _report(result, folder)
-    return result, {"report": perf_counter() - begun}
+    if report:
+        from nsmaps.report.page import write_report
 
-
-def _report(result: "StudyResult", folder: Path) -> None:
-    from nsmaps.report.page import write_report
-
-    write_report(result, folder)
+        with working("report"):
+            write_report(result, folder)
+    return result
 
 
 def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder: Path) -> None:

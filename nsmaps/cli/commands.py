@@ -19,7 +19,7 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
     app.command(epilog=examples("nsmaps copy vi_pair/pd", "nsmaps copy vi_pair/pd mine.yaml"))(copy)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
-    app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp | less"))(show)
+    app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp --verdicts | less"))(show)
     exports = examples("nsmaps export runs/vi_pair/fp --to c", "nsmaps export runs/vi_pair/fp --to c --iterate 2 --piece R1+")
     app.command(epilog=exports)(export)
     app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin normal_form --map --into ~/plugins"))(
@@ -29,16 +29,19 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
 
 
-def show(folder: Folder, installed_only: InstalledOnly = False) -> None:
-    """Print of a run, also an old one, what `nsmaps run` printed at its end: headline, tables, verdicts, what they come to.
+def show(
+    folder: Folder,
+    verdicts: Annotated[bool, typer.Option("--verdicts", help="Print every verdict, too.")] = False,
+    installed_only: InstalledOnly = False,
+) -> None:
+    """Print the result of a run, also of an old one: headline, main numbers, all tables, counts of verdicts.
 
     Nothing is computed or written.
     """
     from nsmaps.study.store.archive import read_result
 
     with of_run(folder):
-        result = read_result(folder, installed_only=installed_only)
-        summary(result)
+        summary(read_result(folder, installed_only=installed_only), folder, with_verdicts=verdicts)
 
 
 def export(

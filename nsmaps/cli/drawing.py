@@ -13,6 +13,7 @@ import typer
 from nsmaps.cli.options import Folder, InstalledOnly, of_run
 from nsmaps.cli.terminal import BAD, progress_line, reported_errors, say
 from nsmaps.errors import NsmapsError
+from nsmaps.progress import beat
 
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
@@ -43,7 +44,9 @@ def draw_listed(
 
     place, paths = out or folder / "figures", []
     lacking = {name: why for name, why in result.undrawn.items() if name not in names}
-    for name in dict.fromkeys(names):
+    every = list(dict.fromkeys(names))
+    for number, name in enumerate(every):
+        beat(number / len(every), f"{name} ({number + 1} of {len(every)})")
         try:
             with listed(folder, place) as beside, _settled():
                 drawn = draw(result, [name], beside, kinds, dpi, width, first, letters, style)

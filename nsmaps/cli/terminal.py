@@ -4,9 +4,11 @@ Escape codes go to a terminal only, and colours not where NO_COLOR is set; what 
 """
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
+from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +27,9 @@ if TYPE_CHECKING:
 FAILED, BAD, STOPPED, UNREAD = 1, 2, 130, 141  #: exit codes: a required verdict fails, what cannot be read, Ctrl-C, broken pipe
 NARROW = 160  #: columns of a terminal up to which what verdicts say stands below their names, in the whole width
 SOON = 0.3  #: seconds after which a command shows its progress
-WIDE = 200  #: columns of a table that goes to a file or a pipe
+WIDE = 200  #: columns of a table that goes to a file or a pipe, without the variable COLUMNS
+LINES = 24  #: at most, at the end of a run
+KEY_NUMBERS = 5  #: at most, there
 
 
 def examples(*lines: str) -> str:
@@ -84,19 +88,33 @@ def progress_line(quiet: bool) -> AbstractContextManager[None]:
 
 
 def console(stderr: bool = False) -> "Console":
-    """A console as wide as the terminal, or wide enough for a table in a file."""
+    """A console as wide as the terminal or as COLUMNS says, or else wide enough for a table in a file."""
     from rich.console import Console
 
     screen = Console(stderr=stderr, highlight=False)
-    return screen if screen.is_terminal else Console(stderr=stderr, highlight=False, width=WIDE)
+    return screen if screen.is_terminal or _columns_given() else Console(stderr=stderr, highlight=False, width=WIDE)
+
+
+def _columns_given() -> bool:
+    """Whether the environment states a width, which then holds for files and pipes too."""
+    return os.environ.get("COLUMNS", "").isdigit()
 
 
 def say(text: str, err: bool = False) -> None:
-    """Print text; on a terminal its lines are broken between words, and continue where they began."""
-    if (sys.stderr if err else sys.stdout).isatty():
-        width = console(err).width
-        text = "\n".join(part for line in text.split("\n") for part in _broken(line, width))
-    typer.echo(text, err=err)
+    """Print text; on a terminal its lines are broken between words, and continue where they began.
+
+    So they are in a file or a pipe where COLUMNS says how wide it is, apart from errors, which programs read.
+    """
+    typer.echo("\n".join(_lines(text, err)), err=err)
+
+
+def _lines(text: str, err: bool = False) -> list[str]:
+    """The lines of a text as they are printed."""
+    lines = text.split("\n")
+    if not (sys.stderr.isatty() if err else sys.stdout.isatty() or _columns_given()):
+        return lines
+    width = console(err).width
+    return [part for line in lines for part in _broken(line, width)]
 
 
 def _broken(line: str, width: int) -> list[str]:
@@ -106,31 +124,66 @@ def _broken(line: str, width: int) -> list[str]:
     return wrap(line, width, subsequent_indent=more, break_long_words=False, break_on_hyphens=False) or [line]
 
 
-def summary(result: "StudyResult") -> None:
-    """Print the results of a run: a sentence, the tables of its sections, its verdicts, and their summary."""
-    from nsmaps.study.conclusions.headline import headline
+def summary(result: "StudyResult", folder: Path, whole: bool = True, with_verdicts: bool = False) -> None:
+    """Print the results of a run: the headline, its main numbers, tables, counts of verdicts, and where picture and report are.
+
+    Args:
+        result: of the run.
+        folder: where it was written.
+        whole: print every table; without it those that `LINES` lines have room for, in their order.
+        with_verdicts: print every verdict.
+    """
+    from nsmaps.report.pictures import key_picture
+    from nsmaps.study.conclusions.headline import headline, key_numbers
     from nsmaps.study.conclusions.summary import tables
     from nsmaps.study.conclusions.verdict import conclusion
 
-    say(f"{result.study.title or result.study.name}\n")
-    if sentence := headline(result):
-        say(f"{sentence}\n")
+    picture = key_picture(result, folder)
+    places = {"picture": picture.path} if picture else {}
+    places |= {"report": folder / "report.html", "data": folder / "result.json"}
+    given = [f"{name:8}{path}" for name, path in places.items() if path.is_file()]
+    more = "" if whole else f"\nAll tables: nsmaps show {shlex.quote(str(folder))}; all verdicts: with --verdicts."
+    begin = "\n\n".join(filter(None, (result.study.title or result.study.name, headline(result))))
+    above = [*_lines(begin), "", *_aligned(key_numbers(result, KEY_NUMBERS))]
+    below = _lines("\n".join([f"{conclusion(result)}{more}", "", *given]))
+    printed, room = list[str](), LINES - len(above) - len(below)
     for table in tables(result):
-        show_table(table)
-    verdict_table(result)
-    say(f"{conclusion(result)}\n")
+        lines = table_lines(table)
+        if whole or len(printed) + len(lines) <= room:
+            printed += lines
+    verdicts = verdict_lines(result) if with_verdicts else []
+    typer.echo("\n".join([*above, *printed, *verdicts, *below]))
 
 
-def _show(table: "Table") -> None:
-    """Print a table as all other text, so that an output that cannot be written is reported once."""
+def _aligned(numbers: Sequence[tuple[str, str]]) -> list[str]:
+    """Numbers with their meanings in two columns, and a blank line; the meaning of a long one stands below it."""
+    width, lines = console().width, list[str]()
+    wide = max((len(value) for value, _ in numbers if len(value) <= width // 3), default=0) + 2
+    for value, meaning in numbers:
+        texts = wrap(meaning, max(width - wide - 2, wide), break_long_words=False)
+        if len(value) < wide:
+            lines.append(f"  {value:{wide}}{texts.pop(0)}")
+        else:
+            lines += _broken(f"  {value}", width)
+        lines += [f"  {'':{wide}}{text}" for text in texts]
+    return [*lines, ""] if lines else []
+
+
+def _shown(table: "Table") -> list[str]:
+    """The lines of a table, to be printed as all other text, so that an output that cannot be written is reported once."""
     screen = console()
     with screen.capture() as caught:
         screen.print(table)
-    typer.echo("\n".join(line.rstrip() for line in caught.get().split("\n")), nl=False)
+    return [line.rstrip() for line in caught.get().split("\n")][:-1]
 
 
 def show_table(section_table: "SectionTable") -> None:
-    """Print a table of a section, and the lines below it; one without rows is its lines under its title.
+    """Print a table of a section, and the lines below it."""
+    typer.echo("\n".join(table_lines(section_table)))
+
+
+def table_lines(section_table: "SectionTable") -> list[str]:
+    """The lines of a table of a section, and those below it; one without rows is its lines under its title.
 
     On a terminal on which a word of it would be broken each row is a paragraph.
     """
@@ -139,7 +192,7 @@ def show_table(section_table: "SectionTable") -> None:
     from rich.measure import Measurement
     from rich.table import Table
 
-    heads, screen = section_table.heads, console()
+    heads, screen, lines = section_table.heads, console(), list[str]()
     if section_table.rows:
         table = Table(box=box.SIMPLE, title=section_table.title)
         for column in zip(heads, *section_table.rows, strict=True):
@@ -147,13 +200,12 @@ def show_table(section_table: "SectionTable") -> None:
         for row in section_table.rows:
             table.add_row(*map(escape, row))
         if Measurement.get(screen, screen.options, table).minimum < screen.width:
-            _show(table)
+            lines += _shown(table)
         else:
-            say("\n".join([section_table.title, "", *(_paragraph(heads, row) for row in section_table.rows), ""]))
+            lines += _lines("\n".join([section_table.title, "", *(_paragraph(heads, row) for row in section_table.rows), ""]))
     elif section_table.title and section_table.notes:
-        say(f"{section_table.title}\n")
-    if section_table.notes:
-        say("\n".join([*section_table.notes, ""]))
+        lines += _lines(f"{section_table.title}\n")
+    return [*lines, *(_lines("\n".join([*section_table.notes, ""])) if section_table.notes else [])]
 
 
 def _paragraph(heads: Sequence[str], row: Sequence[str]) -> str:
@@ -174,8 +226,8 @@ def show_markdown(text: str) -> None:
     show_table(Table("", rows[0], tuple(rows[2:]), tuple(line for line in lines if not line.startswith("|"))))
 
 
-def verdict_table(result: "StudyResult") -> None:
-    """Print every verdict, if there is any; on a narrow terminal what it says below its name."""
+def verdict_lines(result: "StudyResult") -> list[str]:
+    """The lines of a table of every verdict, if there is any; on a narrow terminal what it says below its name."""
     from rich import box
     from rich.markup import escape
     from rich.table import Table
@@ -190,5 +242,4 @@ def verdict_table(result: "StudyResult") -> None:
         name, map_name, because = map(escape, (verdict.name, verdict.of, because))
         text_below = f"[bold]{name}[/] ({map_name}{', required' * verdict.required})\n{because}"
         table.add_row(*((holds, text_below) if narrow else (name, map_name, required, holds, because)))
-    if table.rows:
-        _show(table)
+    return _shown(table) if table.rows else []

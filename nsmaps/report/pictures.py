@@ -15,6 +15,7 @@ from nsmaps.study.result import StudyResult
 from nsmaps.study.store.run_folder import files_of
 
 WIDE = 1200  #: pixels from which a figure scrolls sideways on a narrow page instead of shrinking to it: four inches at 300 dpi
+ASIDE = "sketch", "algorithm"  #: pictures of the device and of the method, which show no result
 _PNG = b"\x89PNG\r\n\x1a\n", b"IEND\xaeB`\x82"  #: how a PNG begins and ends
 
 
@@ -50,8 +51,15 @@ def figures_on_page(result: StudyResult, folder: Path) -> tuple[list[Element], l
         lines.append(f"Of {' and '.join(parts)} one domain is shown; nsmaps figures DIR --only NAME draws all.")
     title = f"Domains that bound nothing: {len(failed)} figures"
     folds = [folded(title, *(_figure(result, each) for each in failed))] if failed else []
-    key, others = open_[:1], open_[1:]
-    return [_figure(result, each) for each in key], [*(_figure(result, each) for each in others), *folds, *_lines(lines)]
+    key = key_picture(result, folder)
+    others = [_figure(result, each) for each in open_ if each != key]
+    return [_figure(result, key)] if key else [], [*others, *folds, *_lines(lines)]
+
+
+def key_picture(result: StudyResult, folder: Path) -> Picture | None:
+    """The picture of the result: the first that the study names, apart from those of the device, the method and no domain."""
+    shown = [each for each in _found(result, folder) if each.is_whole and _bounds(result, each)]
+    return next((each for each in shown if each.name not in ASIDE), next(iter(shown), None))
 
 
 def spoken(name: str) -> str:

@@ -10,7 +10,8 @@ import pytest
 import nsmaps
 from nsmaps.auxiliary.bounds import ErrorBound
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.study.conclusions.headline import cycle_of, headline
+from nsmaps.study.conclusions.headline import findings, headline, key_numbers
+from nsmaps.study.conclusions.texts import cycle_of
 from nsmaps.study.result import StudyResult
 
 PAIR = "system: vi_pair\nparameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}\n"
@@ -34,7 +35,8 @@ def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
     said = told(PAIR + ORBITS + BOX)
     point = "Exact map: one stable fixed point (1:1/T), on which both orbits followed end; every orbit from v in "
     assert said.startswith(point)
-    assert said.endswith(" and stays there (enclosed), which contains the attractors of the orbits.")
+    name = "1:1/T: one return to the section and one other impact in one period of the forcing."
+    assert said.endswith(f" and stays there (enclosed), which contains the attractors of the orbits. {name}")
     start, end = boxes(said)
     system = nsmaps.load_study("s.yaml").system_object()
     states = nsmaps.orbit(system, np.random.default_rng(2).uniform(*start.T, (500, 2)), 60).states
@@ -47,7 +49,8 @@ def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
 def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
     one = "orbits: [{start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
     said = told(PAIR.replace("0.35", "0.30") + one)
-    assert said == "Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends."
+    name = "1:1/2T: one return to the section and one other impact in two periods of the forcing."
+    assert said == f"Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends. {name}"
     doubt = "; sampled on a grid of states: every orbit from "
     sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
     assert doubt in sampled
@@ -67,7 +70,7 @@ def test_motions_beside_each_other_are_told_apart() -> None:
     assert "one stable two-cycle (2:1/T)" in said
     assert "chaos (C), largest Lyapunov exponent 0.1" in said or "chaos (C), largest Lyapunov exponent 0.2" in said
     first, other = ("one", "two") if periods.count(periods[0]) == 1 else ("two", "one")
-    assert said.endswith(f"on which {first} and {other} of the 3 orbits followed end.")
+    assert f"on which {first} and {other} of the 3 orbits followed end. 2:1/T: " in said
 
 
 def of_half(**how: object) -> StudyResult:
@@ -106,3 +109,42 @@ def test_nothing_is_told_where_nothing_was_found() -> None:
 )
 def test_cycles_have_names(period: int, name: str) -> None:
     assert cycle_of(period) == name
+
+
+KINDS = {  #: stored runs with the analyses that have a finding in each
+    "accurate": ["partition"],
+    "chart": ["chart", "branches"],
+    "curves": ["stability", "branches"],
+    "long": ["lyapunov", "basins", "noise"],
+    "manifolds": ["manifolds"],
+    "motion": ["orbits"],
+    "observables": ["observables", "bifurcation"],
+    "optimum": ["optimum"],
+    "partition": ["partition", "composite"],
+    "resilience": ["global_continuation"],
+    "run": ["domains", "parametric"],
+    "windows": ["bifurcation"],
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_of_study_has_a_headline_with_numbers(name: str) -> None:
+    made = nsmaps.read_result(Path(__file__).parents[1] / "data" / "run-format-4" / name)
+    analyses = {each.key: each for each in made.study.concluding()}
+    for key in KINDS[name]:
+        found = list(analyses[key].findings(made))
+        assert found, f"{key} has no finding"
+        assert all(any(map(str.isdigit, finding.text)) for finding in found)
+        assert any(finding.numbers for finding in found)
+    assert findings(made)[0].text in headline(made)
+    assert 1 <= len(key_numbers(made, 5)) <= 5
+
+
+def test_a_diagram_leads_and_names_its_bifurcations() -> None:
+    """The doubling of the 1:0/T motion of the ball is at Gamma^2 = pi^2 ((1 - r)/(1 + r))^2 + (2 (1 + r^2)/(1 + r)^2)^2."""
+    made = nsmaps.read_result(Path(__file__).parents[1] / "data" / "run-format-4" / "windows")
+    r = made.system.parameters["r"]
+    doubling = np.hypot(np.pi * (1 - r) / (1 + r), 2 * (1 + r * r) / (1 + r) ** 2)
+    value, meaning = key_numbers(made, 5)[0]
+    assert (float(value.removeprefix("Gamma = ")), meaning) == (pytest.approx(doubling, rel=1e-5), "period doubling")
+    assert f"1:0/T for Gamma < {value.removeprefix('Gamma = ')}; period doubling at {value}" in headline(made)

@@ -26,7 +26,7 @@ COMMANDS = {
     "check": ["check", "vi_pair/cd"],
     "a wrong study": ["check", "vi_pair/cdd"],
     "bench": [],
-    **{f"show {path.name}": ["show", str(path)] for path in sorted(STORED.iterdir())},
+    **{f"show {path.name}": ["show", str(path), "--verdicts"] for path in sorted(STORED.iterdir())},
     **{f"{name} --help": [name, "--help"] for name in sorted(get_command(app).commands)},
 }
 PROGRAM = """\
@@ -100,7 +100,8 @@ def test_a_broken_word_is_seen() -> None:
     assert words(["a pair", "of wo", "rds │ x"]) - words(["a pair of words x"]) == {"wo", "rds"}
 
 
-def test_what_is_piped_keeps_its_lines() -> None:
-    piped = CliRunner().invoke(app, ["check", "vi_pair/cd"], env={"COLUMNS": "60"}).stdout
+def test_what_is_piped_keeps_its_lines_without_a_width() -> None:
+    piped, narrow = (CliRunner().invoke(app, ["check", "vi_pair/cd"], env={"COLUMNS": width}).stdout for width in (None, "60"))
     (line,) = [line for line in piped.split("\n") if line.startswith("  composite: ")]
     assert len(line) > 100
+    assert max(map(len, narrow.split("\n"))) <= 60

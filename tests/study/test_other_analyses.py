@@ -102,7 +102,7 @@ def answers(site: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
         (folder / f"{name}.yaml").write_text(text)
     commands = [["check", "s.yaml"], ["schema"], ["check", "f.yaml", "--installed-only"]]
     commands += [[*words.split(), f"{name}.yaml", "--out", name] for name in "sf" for words in ("run", "run --resume")]
-    commands += [["show", "s"], ["show", "f"], *(["check", f"s{number}.yaml"] for number in range(len(WRONG)))]
+    commands += [["show", "s", "--verdicts"], ["show", "f", "--verdicts"], *(["check", f"s{number}.yaml"] for number in range(len(WRONG)))]
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(site))
         return folder, told(folder, *commands)

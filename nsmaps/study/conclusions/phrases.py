@@ -1,11 +1,10 @@
 """Phrases that captions share: parameters with their units, shares, the sheet of which a caption speaks."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from nsmaps.files.storage import file_part
 from nsmaps.study.result import StudyResult
 
-NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
 MOST = 5  #: parts of a list that are named
 
 
@@ -27,24 +26,6 @@ def at(result: StudyResult, without: Iterable[str] = ()) -> str:
     return f"At {given}: " if given else ""
 
 
-def listed(parts: Mapping[str, float]) -> str:
-    """Shares by name, the largest first, the rest as one."""
-    ranked = sorted(((name, share) for name, share in parts.items() if share > 0), key=lambda pair: -pair[1])
-    others = sum(share for _, share in ranked[MOST:])
-    more = [f"all others {100 * others:.2g} %"] if others else []
-    return ", ".join([*(f"{name} {100 * share:.3g} %" for name, share in ranked[:MOST]), *more])
-
-
 def _unit(result: StudyResult, name: str) -> str:
     unit = result.system.units.get(name, "")
     return f" {unit}" if unit else ""
-
-
-def counted(number: int) -> str:
-    """A number in words below ten, in digits from ten."""
-    return NUMBERS[number] if number < len(NUMBERS) else str(number)
-
-
-def cycle_of(period: int) -> str:
-    """The name of a cycle with this period, such as two-cycle."""
-    return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"

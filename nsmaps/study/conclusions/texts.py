@@ -16,6 +16,42 @@ if TYPE_CHECKING:
 
 EXACT = "exact map"
 COMPOSITE = "composite map"
+NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+LISTED = 5  #: parts of a list that a sentence names
+
+
+def counted(number: int) -> str:
+    """A number in words below ten, in digits from ten."""
+    return NUMBERS[number] if number < len(NUMBERS) else f"{number:,}"
+
+
+def count_of(number: int, noun: str) -> str:
+    """A number of things, such as `two attractors`."""
+    return f"{counted(number)} {noun}{'s' * (number != 1)}"
+
+
+def cycle_of(period: int) -> str:
+    """The name of a cycle with this period, such as two-cycle."""
+    return "fixed point" if period == 1 else f"{counted(period)}-cycle" if period < len(NUMBERS) else f"cycle of {period} returns"
+
+
+def percent(share: float) -> str:
+    """A share in percent, to three digits."""
+    return f"{100 * share:.3g} %"
+
+
+def shares_text(shares: "Mapping[str, float]") -> str:
+    """Shares by name, the largest first, the smaller ones together."""
+    ranked = sorted(((name, share) for name, share in shares.items() if share > 0), key=lambda pair: -pair[1])
+    others = sum(share for _, share in ranked[LISTED:])
+    more = [f"all others {percent(others)}"] if others else []
+    return ", ".join([*(f"{name} {percent(share)}" for name, share in ranked[:LISTED]), *more])
+
+
+def values_text(values: Sequence[float]) -> str:
+    """A few values to six digits, and the number of more."""
+    each = list(dict.fromkeys(f"{value:.6g}" for value in values))
+    return ", ".join(each[:LISTED]) + (f" and {len(each) - LISTED} more" if len(each) > LISTED else "")
 
 
 def as_computed(result: "StudyResult", text: str) -> str:

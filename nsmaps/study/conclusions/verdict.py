@@ -45,7 +45,7 @@ def _as_expected(verdict: Verdict, expected: Mapping[str, str]) -> Verdict:
 
 
 def conclusion(result: StudyResult) -> str:
-    """The required verdicts that fail, or that none does; the number of other verdicts that hold; coexisting attractors."""
+    """The required verdicts that fail, or that none does; the number of others that hold; coexisting attractors; else ""."""
     required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
     failed = [f"{verdict.name} ({verdict.of})" for verdict in required if not verdict.holds]
     if failed:
@@ -55,11 +55,12 @@ def conclusion(result: StudyResult) -> str:
     elif required:
         text = f"All {len(required)} required verdicts hold." if len(required) > 1 else "The one required verdict holds."
     else:
-        text = "The study requires no verdict."
+        text = ""
     if others:
         expected = sum(bool(verdict.shows) for verdict in others)
         shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
-        text += f" Of {len(others)} that are not required, {sum(verdict.holds for verdict in others)} hold{shown}."
+        which = f" Of {len(others)} that are not required" if required else f"Of {len(others)} verdicts, none of them required"
+        text += f"{which}, {sum(verdict.holds for verdict in others)} hold{shown}."
     text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
     text = " ".join(filter(None, (text, coexisting(result))))
-    return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}"
+    return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}".rstrip()

@@ -53,6 +53,15 @@ class Table:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A result of an analysis in words: a clause without a full stop, and the numbers on which it rests."""
+
+    of: str  #: the map of which it is true, such as "exact map"
+    text: str
+    numbers: tuple[tuple[str, str], ...] = ()  #: each as text, with its meaning
+
+
 class Steps:
     """What an analysis is to a run; all but `compute` have defaults that do nothing."""
 
@@ -113,6 +122,10 @@ class Steps:
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Claims about what was computed, with their numbers."""
+        return iter(())
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """Its main results in words, for the headline of a run, each with its main numbers first."""
         return iter(())
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:

@@ -1,26 +1,29 @@
 """The section `basins`: basins of attraction of the exact map over a grid, and of the composite map beside them."""
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
+from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.figures.parts import plane
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
-from nsmaps.study.conclusions.phrases import at, listed
-from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import count_of, cycle_of, grid_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Compared, Side
-from nsmaps.study.sections.base import Need, Quantified, Table
+from nsmaps.study.sections.base import Finding, Need, Quantified, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
     from nsmaps.exact.surfaces.surface import Grid
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
+MOST = 6  #: attractors that a sentence lists
 LONG = 24  #: largest number of letters of the words in a row
 
 
@@ -126,6 +129,23 @@ class BasinsSection(Quantified):
             kinds["composite"] = {"attractors": attractors, "same": alike(result)}
         return {"basins": {"attractors": rows, **kinds, "stuck_on_the_way": float(basins.stuck.mean())}}
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The number of attractors and of starts, and the share of the starts that reach each."""
+        if (found := result.basins) is None:
+            return
+        names = [each.label for each in found.attractors]
+        kinds = [f"a {cycle_of(each.period)}" if each.period else MEANING[kind_of(each.label)] for each in found.attractors]
+        shares = found.fractions.tolist()
+        each = zip(shares, kinds, names, strict=False)
+        listed = [f"{percent(share)} to {kind} ({name})" for share, kind, name in islice(each, MOST)]
+        listed += [f"{percent(sum(shares[MOST:-2]))} to the others"] if len(names) > MOST else []
+        ends = (("to none", shares[-2]), ("ended", shares[-1]))
+        listed += [f"{percent(share)} {what}" for what, share in ends if share > 0]
+        text = f"{count_of(len(names), 'attractor')} found from {len(found.label)} states of the grid: {', '.join(listed)}"
+        numbers = [(percent(share), f"of the starts reach {name}") for name, share in zip(names, shares, strict=False)]
+        numbers += [(percent(share), f"of the starts, {what}") for what, share in ends if share > 0]
+        yield Finding(result.system.map_name, text, tuple(numbers))
+
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The attractors, and the percentage of the states of the grid that reach each."""
         basins, section = result.basins, result.study.basins
@@ -139,7 +159,7 @@ class BasinsSection(Quantified):
         yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
         if result.reduced_basins is not None:
             title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
-            note = f"{_percent(alike(result))} of the states come to the attractor of the exact map."
+            note = f"{percent(alike(result))} of the states come to the attractor of the exact map."
             yield Table(
                 title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,)
             )
@@ -151,7 +171,7 @@ class BasinsSection(Quantified):
             return ""
         names = [f"{each.label or 'attractor'} ({number})" for number, each in enumerate(found.attractors, 1)]
         shares = dict(zip([*names, "no attractor", "the orbit ends"], found.fractions.tolist(), strict=True))
-        return f"{at(result)}{len(found.label):,} states, of which reach {listed(shares)}."
+        return f"{at(result)}{len(found.label):,} states, of which reach {shares_text(shares)}."
 
 
 def alike(result: "StudyResult") -> float:
@@ -176,10 +196,6 @@ def _rows(basins: "Basins", line: "BasinBoundary | None", returns: int) -> list[
         most_returns = str(arrival.max()) if arrival.size else ""
         far = "" if line is None else f"{line.distance(k):.3g}"
         period = str(attractor.period) if attractor.period else "none"
-        rows.append((attractor.label, period, words if len(words) <= LONG else "several", _percent(share), most_returns, far))
+        rows.append((attractor.label, period, words if len(words) <= LONG else "several", percent(share), most_returns, far))
     others = {f"none within {returns} returns": basins.fractions[-2], "the orbit ends": basins.fractions[-1]}
-    return rows + [(name, "", "", _percent(share), "", "") for name, share in others.items() if share > 0]
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.3g} %"
+    return rows + [(name, "", "", percent(share), "", "") for name, share in others.items() if share > 0]

@@ -13,11 +13,11 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.results import units_of
 from nsmaps.study.ahead import call_noise
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import each_text, plain, returns_text
+from nsmaps.study.conclusions.texts import each_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Compared, Name, Range
-from nsmaps.study.sections.base import Analysis, Need, Table
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.noise.impacts import ImpactDiagram
@@ -171,6 +171,21 @@ class NoiseSection(NoiseSizes, Analysis):
                 row[of] = {name: plain(getattr(stay, name)) for name in ("share", "mean", "switches", "rates", "rates_error")}
         return {"noise": rows}
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of each motion under the least and the greatest noise, and the changes from one to another."""
+        if (noise := result.noise) is None:
+            return
+        each = list(zip(self.sigma, noise.stays, strict=True))
+        ends = [each[0], *each[1:][-1:]]
+        texts = [f"under noise of sigma = {sigma:g} {shares_text(_shares(stay))}" for sigma, stay in ends]
+        numbers = [
+            (percent(share), f"of the time in {name} at sigma = {sigma:g}")
+            for sigma, stay in ends
+            for name, share in _shares(stay).items()
+        ]
+        numbers += [(f"{int(stay.switches.sum()):,}", f"changes between motions at sigma = {sigma:g}") for sigma, stay in ends]
+        yield Finding(result.system.map_name, "; ".join(texts), tuple(numbers))
+
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """Shares of the motions and changes from one to another, of both maps."""
         noise = result.noise
@@ -194,6 +209,11 @@ class NoiseSection(NoiseSizes, Analysis):
         sizes = f"sigma from {min(self.sigma):g} to {max(self.sigma):g}" if len(self.sigma) > 1 else f"sigma = {self.sigma[0]:g}"
         kind = "of independent noise on the images" if self.tau is None else f"correlation time {self.tau:g}"
         return f"{at(result)}{sizes}, {kind}, {self.realisations} realisations of {self.returns:,} returns each."
+
+
+def _shares(stay: "Residence") -> dict[str, float]:
+    """The shares of the motions in the time spent in any."""
+    return dict(zip(stay.modes, np.nan_to_num(stay.share).tolist(), strict=True))
 
 
 def _each(words: NDArray[np.str_]) -> Floats:

@@ -11,11 +11,11 @@ from nsmaps.dynamics.observables.attractors import RETURNS
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import plain, returns_text
+from nsmaps.study.conclusions.texts import LISTED, plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name
-from nsmaps.study.sections.base import Analysis, Table
+from nsmaps.study.sections.base import Analysis, Finding, Table
 from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
@@ -142,6 +142,14 @@ class ObservablesSection(Analysis):
         for branch, parts in result.branch_observables.items():
             found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
         return {"observables": found} if found else {}
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The mean of each observable, or the range of its means, on each section's motions."""
+        rows = [row for table in self.tables(result) for row in table.rows]
+        if rows:
+            texts = [f"{name} of the {of.replace('_', ' ')}: {value}" for of, name, value in rows]
+            numbers = tuple((value, f"mean {name} of the {of.replace('_', ' ')}") for of, name, value in rows)
+            yield Finding(result.system.map_name, f"means of {', '.join(texts[:LISTED])}", numbers)
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """Each observable on each section's motions: a value with its error, or the range of values."""

@@ -16,13 +16,13 @@ from nsmaps.reduced.validation.words import misleads
 from nsmaps.results import units_of
 from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
-from nsmaps.study.conclusions.phrases import at, listed, part_of
-from nsmaps.study.conclusions.texts import finite, intervals, yes
+from nsmaps.study.conclusions.phrases import at, part_of
+from nsmaps.study.conclusions.texts import count_of, finite, intervals, percent, shares_text, yes
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, MAPS
-from nsmaps.study.sections.base import Entries, Need, Verdict, claimed
+from nsmaps.study.sections.base import Entries, Finding, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.pieces import PieceSection, separable_pieces
@@ -125,6 +125,18 @@ class Pieces(Entries[PieceSection]):
             sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
         return sections
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of the grid that the pieces cover, and of the states with the words of the exact map."""
+        cover, words = result.coverage, result.misleads
+        if cover is None:
+            return
+        text = f"{count_of(len(result.composite.pieces), 'piece')} cover {percent(float(cover.fraction))} of the grid"
+        numbers = [(percent(float(cover.fraction)), "of the grid lies in a piece of the composite map")]
+        if words is not None:
+            text += f"; {percent(1 - words.wrong_words)} of its states have the impacts that the exact map gives"
+            numbers.append((percent(words.wrong_words), "of the grid's states get other impacts than under the exact map"))
+        yield Finding(MAP, text, tuple(numbers))
+
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         cover, words = result.coverage, result.misleads
         if cover is not None:
@@ -143,7 +155,7 @@ class Pieces(Entries[PieceSection]):
         shares = dict(zip(result.coverage.names, result.coverage.fractions.tolist(), strict=True))
         left = 1 - result.coverage.fraction
         none = f"; {100 * left:.2g} % in no piece" if left > 0 else ""
-        return f"{at(result)}shares of the grid {listed(shares)}{none}."
+        return f"{at(result)}shares of the grid {shares_text(shares)}{none}."
 
 
 def _separable_fit(result: "StudyResult", name: str) -> str:

@@ -21,7 +21,7 @@ from nsmaps.study.estimates import Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
-from nsmaps.study.sections.base import Analysis, Need
+from nsmaps.study.sections.base import Analysis, Finding, Need
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import SURFACES, surfaces_size
 
@@ -205,6 +205,15 @@ class DiagonalSection(Analysis):
         values, count = self.sweep.points if self.sweep else 1, states(self.grid or study.grid)
         fits = sum((fit_size(fit, count) for fit in self.orders.values()), Size())
         return surfaces_size(study, count, 1).times(values) + fits.times(1 + len(self.deltas))
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The states near the diagonals, and the box that holds them."""
+        if (region := result.diagonal) is not None:
+            box = intervals(result.system.coordinates, region.box)
+            text = f"{len(region.start):,} states of {self.family} are mapped near to themselves, within {box}"
+            yield Finding(
+                result.system.map_name, text, ((f"{len(region.start):,}", f"states of {self.family} near the diagonals"),)
+            )
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         region = result.diagonal

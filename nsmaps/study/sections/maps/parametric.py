@@ -11,10 +11,10 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import CounterpartAlong
-from nsmaps.study.conclusions.texts import finite, point, yes
+from nsmaps.study.conclusions.texts import finite, percent, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import SPEC, Points, in_order
-from nsmaps.study.sections.base import Analysis, Need, Table, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -145,6 +145,22 @@ class ParametricSection(Analysis):
             {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
         )
         return {"parametric": ends | {"nodes": return_map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """At how many values the attractors are those of the exact map."""
+        if (found := result.agreement) is not None and len(found.values):
+            alike, name = int(found.holds.sum()), found.parameter
+            text = f"its attractors are those of the {result.system.map_name} at {alike} of {len(found.values)} values of {name}"
+            numbers = [
+                (
+                    percent(alike / len(found.values)),
+                    f"of the values of {name} have the attractors of the {result.system.map_name}",
+                )
+            ]
+            if np.isfinite(found.distance[found.holds]).any():
+                far = np.nanmax(found.distance[found.holds])
+                numbers.append((f"{far:.2g}", "largest distance of these attractors, in sides of the grid"))
+            yield Finding(TITLE, text, tuple(numbers))
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""

@@ -20,11 +20,11 @@ from nsmaps.reduced.validation.destinations import MISLED
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.conclusions.texts import count_of, finite, percent, yes
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
 from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
-from nsmaps.study.sections.base import Analysis, Need, Table, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import MAP, TITLE, judged
 from nsmaps.study.sections.maps.fits import Fit, bind_fit
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -170,6 +170,28 @@ class PartitionSection(PartitionChoices, Analysis):
         if result.speed is not None:
             sections["speed"] = asdict(result.speed) | {"faster": result.speed.faster}
         return sections
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The number of regions, and the largest error of the map over them."""
+        if (found := result.partition) is not None:
+            met = (
+                f"within the tolerance {found.spec.tolerance:g}" if found.met else f"over the tolerance {found.spec.tolerance:g}"
+            )
+            largest = f"{np.max(found.max_error):.2g}"
+            count = count_of(len(found.table()), "region")
+            text = f"{count}, largest error in the attracting ones {largest}, {met} (held out)"
+            numbers = [(largest, f"largest error of an image in the attracting regions, at {found.points:,} states held out")]
+            numbers += [(percent(found.covered), "of the grid lies in a region")]
+            if not math.isnan(found.same_end):
+                numbers.append((percent(found.same_end), "of random orbits end on the attractor of the exact map"))
+            yield Finding(MAP, text, tuple(numbers))
+        if (strips := result.accurate) is not None:
+            largest = f"{max(strips.uniform.largest, strips.beside.largest):.2g}"
+            met = "within the tolerance" if strips.met else "over the tolerance at some states"
+            share = strips.strips.report.exact_share
+            numbers = [(largest, "largest error of an image at states held out")]
+            numbers += [(percent(share), "of the area is left to the exact map")]
+            yield Finding(MAP, f"largest error {largest}, {met} (held out)", tuple(numbers))
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         tolerance = partial(claimed, result.study, "tolerance")

@@ -15,13 +15,13 @@ from nsmaps.exact.surfaces.sweep import surfaces_among
 from nsmaps.exact.words import LONGER
 from nsmaps.figures.parts import plane
 from nsmaps.plugins import FAMILY, class_of
-from nsmaps.study.conclusions.phrases import at, listed, part_of
-from nsmaps.study.conclusions.texts import grid_text, intervals
+from nsmaps.study.conclusions.phrases import at, part_of
+from nsmaps.study.conclusions.texts import grid_text, intervals, percent, shares_text
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Instance, form_of
 from nsmaps.study.reading.values import Name, Side
-from nsmaps.study.sections.base import Named, Need
+from nsmaps.study.sections.base import Finding, Named, Need
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -153,7 +153,7 @@ class Spans(Named[Side]):
         shares = dict(zip(words.tolist(), (counts / len(found)).tolist(), strict=True))
         lost = 1 - float(found.valid.mean())
         none = f"; {100 * lost:.2g} % do not return" if lost else ""
-        return f"{at(result)}{len(found):,} states in {_hull(result, found.start)}, by word {listed(shares)}{none}."
+        return f"{at(result)}{len(found):,} states in {_hull(result, found.start)}, by word {shares_text(shares)}{none}."
 
 
 def _hull(result: "StudyResult", states: Floats) -> str:
@@ -163,6 +163,20 @@ def _hull(result: "StudyResult", states: Floats) -> str:
     inside = intervals([name for name, varies in zip(names, free, strict=True) if varies], box[free])
     held = "".join(f", {name} = {low:.5g}" for name, low, varies in zip(names, box[:, 0], free, strict=True) if not varies)
     return inside + held
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The impacts of the first returns, and the share of the grid with each."""
+        if result.returns is None:
+            return
+        words, counts = np.unique(result.returns.words[result.returns.valid], return_counts=True)
+        shares = dict(zip(words.tolist(), (counts / len(result.returns)).tolist(), strict=True))
+        text = f"first returns from {len(result.returns):,} states have the impacts {shares_text(shares)}"
+        ranked = sorted(shares.items(), key=lambda pair: -pair[1])
+        yield Finding(
+            result.system.map_name,
+            text,
+            tuple((percent(share), f"of the grid returns with the impacts {word}") for word, share in ranked),
+        )
 
 
 Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]

@@ -18,11 +18,11 @@ from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
-from nsmaps.study.sections.parameters.motions import NONE, attractors, digits, motions, motions_of, widest
+from nsmaps.study.sections.parameters.motions import NONE, attractors, diagram_finding, digits, motions, motions_of, widest
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
@@ -136,6 +136,11 @@ class BifurcationSection(Range, Analysis):
             yield from missing_values(f"bifurcation {of}", result.map_title(of), diagram.reasons)
         for of, diagram in result.bifurcation.items():
             yield from _ended(of, result.map_title(of), diagram)
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The windows of each map, the bifurcations between them, and where there is chaos."""
+        for of, diagram in result.bifurcation.items():
+            yield diagram_finding(diagram, result.map_title(of))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions of each map and their intervals of the parameter, the widest ones."""

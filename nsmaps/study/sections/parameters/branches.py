@@ -14,11 +14,11 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import MOST, at
-from nsmaps.study.conclusions.texts import known, yes
+from nsmaps.study.conclusions.texts import known, values_text, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name, in_order
-from nsmaps.study.sections.base import Entries, Table, Verdict
+from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -142,6 +142,24 @@ class Branches(Entries[BranchSection]):
             yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
             if section.doublings:
                 yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """Of each branch its range, and its bifurcations in the order of the branch."""
+        for section in result.study.branches:
+            parts = [part for part in result.branches.get(section.name, ()) if len(part.values)]
+            if not parts:
+                continue
+            first = [part for part in parts if part.period == section.period]
+            ends = min(part.values.min() for part in first), max(part.values.max() for part in first)
+            kinds: dict[str, list[BifurcationPoint]] = {}
+            for event in (event for part in parts for event in part.events):
+                kinds.setdefault(event.kind, []).append(event)
+            name = first[0].orbits[0].label
+            texts = [f"{name} followed for {section.parameter} from {ends[0]:.6g} to {ends[1]:.6g}"]
+            texts += [f"{kind} at {values_text([one.parameter for one in some])}" for kind, some in kinds.items()]
+            each = ((one, kind) for kind, some in kinds.items() for one in some)
+            numbers = ((f"{section.parameter} = {one.parameter:.9g}", f"{kind} of {one.orbit.label}") for one, kind in each)
+            yield Finding(result.system.map_name, ", ".join(texts), tuple(numbers))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The events on the branches, to the known digits."""

@@ -11,14 +11,21 @@ from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.phrases import at, listed
-from nsmaps.study.conclusions.texts import computed_text, range_text, returns_text
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import computed_text, percent, range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Quantified, Table, Verdict
+from nsmaps.study.sections.base import Finding, Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
-from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
+from nsmaps.study.sections.parameters.curves import (
+    CurveSection,
+    check_curves,
+    curves_of,
+    missing_curves,
+    plain_curves,
+    plane_finding,
+)
 from nsmaps.study.sections.parameters.motions import NONE
 
 if TYPE_CHECKING:
@@ -134,6 +141,14 @@ class ChartSection(Quantified):
         )
         return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of each motion, where several coexist, and the bifurcation curves."""
+        if (found := result.chart) is not None:
+            several = float((found.counts > 1).mean())
+            more = ((percent(several), "of the pixels have several attractors"),) if several else ()
+            spans = self.sweep, self.across
+            yield plane_finding(result.system.map_name, spans, found.shares(), result.chart_curves, more)
+
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.chart
         if found is not None and found.refused.any():
@@ -163,7 +178,9 @@ class ChartSection(Quantified):
         filled = "" if found.computed.all() else f" {computed_text(found)}"
         over = f"{range_text(self.sweep)}, {range_text(self.across)}"
         motions = {label or "none": share for label, share in found.shares().items()}
-        text = f"{over}; motions {listed(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
+        text = (
+            f"{over}; motions {shares_text(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
+        )
         return f"{at(result, (self.sweep.parameter, self.across.parameter))}{text}{filled}{self._star(result.optimum)}"
 
     def _star(self, found: "Optimum | None") -> str:

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from nsmaps.dynamics.curves.problem import Kind
+from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
-from nsmaps.study.conclusions.texts import plain
+from nsmaps.study.conclusions.texts import percent, plain, shares_text
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.base import Finding, Verdict
 from nsmaps.study.sections.parameters.branches import mapped
 
 if TYPE_CHECKING:
@@ -90,6 +91,45 @@ def plain_curves(curves: "Mapping[str, BifurcationCurve]") -> dict[str, Any]:
         }
         for name, curve in curves.items()
     }
+
+
+def plane_finding(
+    of: str,
+    spans: tuple[Range, Range],
+    shares: Mapping[str, float],
+    curves: "Mapping[str, BifurcationCurve]",
+    more: tuple[tuple[str, str], ...] = (),
+) -> Finding:
+    """The shares of the motions in a plane of two parameters, its curves, and their points of codimension two.
+
+    Args:
+        of: the name of the map.
+        spans: the ranges of both parameters.
+        shares: of the points of the plane, by motion.
+        curves: by event and branch.
+        more: further numbers with their meanings.
+    """
+    names = {_in_words(name): share for name, share in shares.items()}
+    plane = " and ".join(f"{span.parameter} from {span.low:g} to {span.high:g}" for span in spans)
+    traced = [name for name, curve in curves.items() if len(curve.parameters)]
+    texts = [f"{shares_text(names)} of the plane of {plane}", *([f"curves of {', '.join(traced)}"] if traced else [])]
+    special = [point for curve in curves.values() for point in curve.special]
+    both = " and ".join(span.parameter for span in spans)
+    numbers = [(percent(share), f"of the points of the plane have {name}") for name, share in _largest(names)]
+    numbers += [*more]
+    numbers += [(", ".join(f"{x:.6g}" for x in point.parameters), f"{both} of a {point.kind}") for point in special]
+    return Finding(of, "; ".join(texts), tuple(numbers))
+
+
+def _in_words(name: str) -> str:
+    """The name of a motion, with its kind where it has no period."""
+    kind = kind_of(name)
+    return f"{MEANING[kind]} ({name})" if kind else name or "no attractor"
+
+
+def _largest(shares: Mapping[str, float]) -> list[tuple[str, float]]:
+    """The largest shares."""
+    return sorted(shares.items(), key=lambda pair: -pair[1])[:3]
 
 
 def missing_curves(key: str, of: str, curves: "Mapping[str, BifurcationCurve]") -> Iterator[Verdict]:

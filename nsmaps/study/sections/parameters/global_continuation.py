@@ -1,6 +1,7 @@
 """The section `global_continuation`: attractors of the exact map over a parameter, and their stability against kicks."""
 
 from collections.abc import Iterator, Mapping
+from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -10,17 +11,18 @@ from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import plain, range_text
+from nsmaps.study.conclusions.texts import count_of, percent, plain, range_text, values_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, Range
-from nsmaps.study.sections.base import Quantified, Table, Verdict
+from nsmaps.study.sections.base import Finding, Quantified, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
+NAMED = 3  #: motions of one attractor that are named
 ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
 
 
@@ -103,6 +105,24 @@ class GlobalContinuationSection(Range, Quantified):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         if result.global_continuation is not None:
             yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The number of attractors, the greatest share of each, and the births and deaths on the way up."""
+        found = result.global_continuation
+        if found is None:
+            return
+        kinds: dict[str, list[float]] = {}
+        for change in found.changes:
+            kinds.setdefault(change.kind, []).append((change.low + change.high) / 2)
+        changes = [f"{kind} near {self.parameter} = {values_text(values)}" for kind, values in kinds.items()]
+        several = int((found.found.sum(axis=1) > 1).sum())
+        text = f"{count_of(found.share.shape[1], 'attractor')} for {self.parameter} from {self.low:g} to {self.high:g}"
+        text += f", several of them at {several} of {len(found.values)} values" if several else ""
+        numbers = []
+        for k, share in enumerate(np.where(found.found, found.share, 0.0).max(axis=0).tolist()):
+            names = dict.fromkeys(found.labels[found.found[:, k], k].tolist())
+            numbers.append((percent(share), f"of the starts reach {', '.join(islice(names, NAMED))}, at most"))
+        yield Finding(result.system.map_name, "; ".join([text, *changes]), tuple(numbers))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The attractors with the ranges of their quantities, and the births and deaths."""

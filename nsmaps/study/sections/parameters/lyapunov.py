@@ -10,11 +10,11 @@ from pydantic import Field
 from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import each_text, plain, range_text, returns_text
+from nsmaps.study.conclusions.texts import each_text, percent, plain, range_text, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Range
-from nsmaps.study.sections.base import Analysis, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 from nsmaps.study.sections.parameters.motions import Row
 
@@ -85,6 +85,22 @@ class LyapunovSection(Range, Analysis):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         if result.lyapunov is not None:
             yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """Where the largest exponent is positive, and its greatest value."""
+        sweep = result.lyapunov
+        if sweep is None or not np.isfinite(sweep.exponents[:, 0]).any():
+            return
+        largest, error, name = sweep.exponents[..., 0].ravel(), sweep.error[..., 0].ravel(), self.parameter
+        with np.errstate(invalid="ignore"):
+            chaos = largest > SURE * error
+        where = f" from {sweep.values[chaos].min():.6g} to {sweep.values[chaos].max():.6g}" if chaos.any() else ""
+        top = int(np.nanargmax(largest))
+        text = f"the largest Lyapunov exponent is positive, as in chaos, at {chaos.sum()} of {len(chaos)} values of {name}{where}"
+        value = f"{largest[top]:.3g} +- {error[top]:.1g}"
+        meaning = f"the greatest exponent per return, at {name} = {sweep.values[top]:.6g}"
+        shares = (percent(float(chaos.mean())), f"of the values of {name} have a positive exponent")
+        yield Finding(result.system.map_name, text, ((value, meaning), shares))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The intervals over which the largest exponent has one sign, those with most values."""

@@ -2,23 +2,28 @@
 
 from collections.abc import Sequence
 from itertools import groupby
-from math import ceil, log10
+from math import ceil, isfinite, isnan, log10
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.dynamics.motion import kinds_explained
+from nsmaps.dynamics.diagrams.borders import LABEL, RANGE
+from nsmaps.dynamics.motion import CHAOS, kind_of, kinds_explained
+from nsmaps.study.conclusions.texts import percent, values_text
+from nsmaps.study.sections.base import Finding
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from nsmaps.dynamics.attractors.coexistence import Coexistence
-    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Window
     from nsmaps.study.result import StudyResult
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
 MOTIONS = 6  #: of a diagram that a sentence lists
+WIDEST = 3  #: windows whose intervals it states
+UNNAMED = (RANGE, LABEL, "not located")  #: kinds of borders other than bifurcations
 PAIRS = 5  #: of coexisting motions that a sentence names
 Row = dict[str, Any]
 
@@ -70,6 +75,44 @@ def widest(diagram: "BifurcationDiagram", max_rows: int) -> tuple[list[Row], int
     order = sorted(range(len(rows)), key=lambda k: -counts[k])
     kept = [rows[k] | {"values": counts[k]} for k in sorted(order[:max_rows])]
     return kept, len(rows) - len(kept), max((counts[k] for k in order[max_rows:]), default=0)
+
+
+def diagram_finding(diagram: "BifurcationDiagram", of: str) -> Finding:
+    """The intervals of the widest windows, the bifurcations between windows, and where there is chaos."""
+    name, labels = diagram.parameter, diagram.labels[:, 0].tolist()
+    named = [window for window in diagram.windows if window.label and not kind_of(window.label)]
+    widest = sorted(named, key=lambda window: window.seen[0] - window.seen[1])[:WIDEST]
+    texts = [f"{window.label} {_held(window, name)}" for window in sorted(widest, key=lambda window: window.seen)]
+    events: dict[str, list[float]] = {}
+    for border in (border for window in diagram.windows for border in (window.low, window.high)):
+        if not isnan(border.value) and border.kind not in UNNAMED:
+            events.setdefault(border.kind, []).append(border.value)
+    texts += [f"{kind} at {name} = {values_text(values)}" for kind, values in events.items()]
+    chaos = [value for value, label in zip(diagram.values.tolist(), labels, strict=True) if kind_of(label) == CHAOS]
+    if chaos:
+        where = f"from {min(chaos):.6g} to {max(chaos):.6g}" if len(chaos) > 1 else f"at {name} = {chaos[0]:.6g}"
+        texts.append(f"chaos {where}, {len(chaos)} of {len(labels)} values")
+    numbers = [(f"{name} = {value:.6g}", kind) for kind, values in events.items() for value in dict.fromkeys(values)]
+    numbers += [
+        (percent(labels.count(window.label) / len(labels)), f"of the values of {name} have {window.label}") for window in widest
+    ]
+    numbers += [(percent(len(chaos) / len(labels)), f"of the values of {name} have chaos")] if chaos else []
+    if not texts:
+        texts = [f"{motions_of(diagram)} for {name} from {diagram.values.min():g} to {diagram.values.max():g}"]
+        numbers = [(str(len(set(labels))), f"motions at {len(labels)} values of {name}")]
+    return Finding(of, "; ".join(texts), tuple(numbers))
+
+
+def _held(window: "Window", name: str) -> str:
+    """Where a window lies: above a value, below one, between two, or over the range."""
+    low, high = (
+        f"{end.value if isfinite(end.value) else seen:.6g}"
+        for end, seen in zip((window.low, window.high), window.seen, strict=True)
+    )
+    first, last = (end.kind == RANGE for end in (window.low, window.high))
+    if first and last:
+        return f"at every {name} from {low} to {high}"
+    return f"for {name} < {high}" if first else f"for {name} > {low}" if last else f"for {name} from {low} to {high}"
 
 
 def coexisting(result: "StudyResult") -> str:

@@ -14,7 +14,7 @@ from nsmaps.study.ahead import call_noise
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import SPEC, Bounds, Side
-from nsmaps.study.sections.base import Analysis, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
@@ -145,6 +145,20 @@ class OptimumSection(Analysis):
             count, total = same(found), len(found.attempts)
             text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
             yield Verdict("optimum: the same from every start", result.system.map_name, count == total, False, text)
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The optimum, the parameters at which it lies, and the motion that has it."""
+        if (found := result.optimum) is None:
+            return
+        unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
+        where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
+        what = f"{found.sense}imum of {found.observable.name} of {found.orbit.label}"
+        numbers = [(f"{found.value:.6g}", f"{what}, {unit}")]
+        numbers += [(f"{name} = {value:.6g}", "at the optimum") for name, value in found.parameters.items()]
+        numbers += [
+            (f"{one.value:.5g}", f"{one.name} at the optimum, which is its bound") for one in found.conditions if one.active
+        ]
+        yield Finding(result.system.map_name, f"{what}: {found.value:.5g} {unit} at {where}", tuple(numbers))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The optimum, its conditions, what attracts there, and the means under noise."""

@@ -10,15 +10,22 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.phrases import at, listed
-from nsmaps.study.conclusions.texts import range_text, returns_text
+from nsmaps.study.conclusions.phrases import at
+from nsmaps.study.conclusions.texts import range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Analysis, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.branches import Way
-from nsmaps.study.sections.parameters.curves import CurveSection, check_curves, curves_of, missing_curves, plain_curves
+from nsmaps.study.sections.parameters.curves import (
+    CurveSection,
+    check_curves,
+    curves_of,
+    missing_curves,
+    plain_curves,
+    plane_finding,
+)
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -98,6 +105,13 @@ class StabilitySection(Analysis):
         shares = {names.get(period, str(period)): diagram.share(period) for period in np.unique(diagram.period).tolist()}
         return {"stability": {"shares": shares, "curves": plain_curves(result.curves)}}
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of each motion, and the bifurcation curves."""
+        if (diagram := result.stability) is not None:
+            names, counts = np.unique(diagram.labels, return_counts=True)
+            shares = dict(zip(names.tolist(), (counts / diagram.labels.size).tolist(), strict=True))
+            yield plane_finding(result.system.map_name, (self.sweep, self.across), shares, result.curves)
+
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         diagram = result.stability
         if diagram is not None and (diagram.outcome == Outcome.invalid).any() and any(diagram.reasons):
@@ -113,4 +127,4 @@ class StabilitySection(Analysis):
         labels = found.labels.ravel().tolist()
         shares = {label or "none": labels.count(label) / len(labels) for label in dict.fromkeys(labels)}
         over = f"{range_text(self.sweep)}, {range_text(self.across)}"
-        return f"{at(result, (self.sweep.parameter, self.across.parameter))}{over}; motions {listed(shares)}."
+        return f"{at(result, (self.sweep.parameter, self.across.parameter))}{over}; motions {shares_text(shares)}."

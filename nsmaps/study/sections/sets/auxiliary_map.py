@@ -12,10 +12,10 @@ from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Analysis, Need, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
-from nsmaps.study.sections.sets.exit_times import row_numbers
+from nsmaps.study.sections.sets.exit_times import exits_finding, row_numbers
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -130,6 +130,11 @@ class AuxiliaryMapSection(Analysis):
         yield Verdict(
             "auxiliary map: other regions are left", OF, not stay, False, f"{yes(not stay)}: {'; '.join(texts)} (enclosed)"
         )
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of the window that is shown to arrive in A_1."""
+        if (found := result.auxiliary_exits) is not None:
+            yield exits_finding(found, OF, found.rows[-1])
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The shares of each region that are left, and that arrive in A_1."""

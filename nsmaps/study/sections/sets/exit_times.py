@@ -10,14 +10,14 @@ from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import finite
+from nsmaps.study.conclusions.texts import finite, percent
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Analysis, Need, Table
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
-    from nsmaps.cells.times import ExitTimes
+    from nsmaps.cells.times import ExitTimes, TransientRow
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -91,6 +91,11 @@ class ExitTimesSection(Analysis):
             sections["exit_times"] = row_numbers(result.exit_times)
         return sections
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The share of the regions that all their orbits leave."""
+        if (found := result.exit_times) is not None and (found.region >= 0).any():
+            yield exits_finding(found, found.of, found.rows[-1])
+
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The remaining share of each region, and the coverage of the search for cycles."""
         if result.exit_times is not None:
@@ -110,6 +115,16 @@ class ExitTimesSection(Analysis):
         return (
             f"{at(result)}{shape} cells; of those in a region {100 * left:.4g} % are left by all their orbits of the {found.of}."
         )
+
+
+def exits_finding(found: "ExitTimes", of: str, whole: "TransientRow") -> Finding:
+    """The share of the cells of regions that all orbits leave, and that come to the closed set, if there is one."""
+    text = f"{percent(whole.left)} of the cells in regions are left by all their orbits"
+    text += f", and {percent(whole.arrives)} arrive in the closed set" if found.arrived is not None else ""
+    numbers = [(percent(whole.left), f"of the cells are left within {whole.left_steps} returns")]
+    if found.arrived is not None:
+        numbers.append((percent(whole.arrives), "of the cells are shown to arrive in the closed set"))
+    return Finding(of, f"{text} (enclosed)", tuple(numbers))
 
 
 def row_numbers(times: "ExitTimes") -> list[dict[str, Any]]:

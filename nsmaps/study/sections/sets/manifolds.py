@@ -13,11 +13,11 @@ from nsmaps.errors import NsmapsError
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import yes
+from nsmaps.study.conclusions.texts import point, yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name
-from nsmaps.study.sections.base import Entries, Table, Verdict
+from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 from nsmaps.study.sections.maps.surfaces import mesh_by_surface, over_plane
 
 if TYPE_CHECKING:
@@ -142,6 +142,19 @@ class Manifolds(Entries[ManifoldSection]):
             yield Verdict(
                 f"manifolds of {each.name}: grown to their length or to an attractor", result.system.map_name, holds, False, text
             )
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """Each saddle, with the multiplier along each manifold, and the length that this has."""
+        for name, some in result.manifolds.items():
+            if not some:
+                continue
+            saddle = point(result.system.coordinates, some[0].saddle[0])
+            lengths = [(one, float(one.arclength.max())) for one in some]
+            grown = " and ".join(f"its {one.which} manifold of length {length:.3g} to a side" for one, length in lengths)
+            numbers = [(f"{one.multiplier:.5g}", f"multiplier of {name} along its {one.which} manifold") for one in some]
+            numbers += [(f"{len(one.states):,}", f"states of the {one.which} manifold of {name}") for one in some]
+            period = f" of {len(some[0].saddle)} returns" if len(some[0].saddle) > 1 else ""
+            yield Finding(result.system.map_name, f"a saddle{period} ({name}) at {saddle}, with {grown}", tuple(numbers))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The saddles, with what was grown from them."""

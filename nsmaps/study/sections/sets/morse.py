@@ -3,16 +3,17 @@
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import intervals, yes
+from nsmaps.study.conclusions.texts import count_of, intervals, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Bounds
-from nsmaps.study.sections.base import Analysis, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Verdict, claimed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,6 +83,21 @@ class MorseSection(Analysis):
         cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
         edges, minimal = cover.edges.tolist(), list(cover.minimal)
         return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        """The recurrent components, and the cells in which every orbit stays."""
+        cover, held = result.morse, result.trap
+        if cover is None:
+            return
+        count, total = len(cover.hulls), int(np.prod(cover.cells.shape))
+        text = f"{count_of(count, 'recurrent component')} in {len(cover.numbers):,} of {total:,} cells of the window (enclosed)"
+        numbers = [(f"{len(cover.numbers):,}", f"of {total:,} cells may hold an orbit that never leaves the window")]
+        numbers += [(str(count), "recurrent components, outside of which no orbit returns near to itself")]
+        if held is not None and held.forward_invariant:
+            hull = intervals(held.cells.coordinates, held.hull)
+            text += f"; every orbit from {len(held.numbers):,} cells within {hull} stays in them (enclosed)"
+            numbers.append((f"{len(held.numbers):,}", "cells that no orbit leaves"))
+        yield Finding(cover.of, text, tuple(numbers))
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         section, cover, held = result.study.morse, result.morse, result.trap
