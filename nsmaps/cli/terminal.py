@@ -142,10 +142,12 @@ def summary(result: "StudyResult", folder: Path, whole: bool = True, with_verdic
     places = {"picture": picture.path} if picture else {}
     places |= {"report": folder / "report.html", "data": folder / "result.json"}
     given = [f"{name:8}{path}" for name, path in places.items() if path.is_file()]
-    more = "" if whole else f"\nAll tables: nsmaps show {shlex.quote(str(folder))}; all verdicts: with --verdicts."
+    more = [] if whole else [f"All tables: nsmaps show {shlex.quote(str(folder))}; all verdicts: with --verdicts."]
     begin = "\n\n".join(filter(None, (result.study.title or result.study.name, headline(result))))
     above = [*_lines(begin), "", *_aligned(key_numbers(result, KEY_NUMBERS))]
-    below = _lines("\n".join([f"{conclusion(result)}{more}", "", *given]))
+    failed = [verdict for verdict in result.verdicts if verdict.required and not verdict.holds]
+    reasons = [f"  {each.name}: {each.text.partition(': ')[2]}" for each in failed]
+    below = _lines("\n".join([f"{conclusion(result)}", *reasons, *more, "", *given]))
     printed, room = list[str](), LINES - len(above) - len(below)
     for table in tables(result):
         lines = table_lines(table)

@@ -99,7 +99,8 @@ def test_run_writes_under_runs_and_ends_with_the_verdicts() -> None:
     assert answer.exit_code == 0, answer.output
     assert (Path("runs/ball/drop") / "result.json").is_file()
     lines = answer.stdout.splitlines()
-    assert lines[-1] == "written to runs/ball/drop; to be read: runs/ball/drop/report.html"
+    assert lines[-2:] == ["report  runs/ball/drop/report.html", "data    runs/ball/drop/result.json"]
+    lines = CliRunner().invoke(app, ["show", "runs/ball/drop", "--verdicts"]).stdout.splitlines()
     words = ["covered", "composite", "map", "yes", "yes", "every", "state", "of", "the", "grid", "lies", "in", "a", "piece"]
     (covered,) = [line for line in lines if line.split()[:1] == ["covered"]]
     assert covered.split() == words

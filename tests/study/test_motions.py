@@ -82,13 +82,8 @@ def test_motions_beside_each_other_again_and_again_are_told_once(both: Path) -> 
 
 def test_one_orbit_tells_of_no_coexistence() -> None:
     Path("s.yaml").write_text(PAIR.replace("direction: both", "direction: up"))
-<<<<<<< HEAD
     result = nsmaps.run_study("s.yaml")
-    assert conclusion(result) == "The study requires no verdict."
-=======
-    result = nsmaps.run("s.yaml")
     assert conclusion(result) == ""
->>>>>>> cfe0460d (A run ends with its headline, main numbers, counts of verdicts and where its picture and report are; every analysis has findings; progress never wraps)
     assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions", "windows"}
 
 

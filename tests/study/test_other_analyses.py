@@ -66,6 +66,11 @@ class Fastest(nsmaps.Analysis):
             text = f"{'yes' if holds else 'no'}: {largest:.3g}"
             yield nsmaps.study.Verdict(f"{self.key}: below its limit", "exact map", holds, False, text)
 
+    def findings(self, result):
+        for largest in [result[self.key].largest] if self.key in result else []:
+            text = f"the images are at most {largest.max():.3g}"
+            yield nsmaps.study.Finding("exact map", text, ((f"{largest[0]:.3g}", "the fastest"),))
+
     def tables(self, result):
         if self.key in result:
             row = self.coordinate, f"{result[self.key].largest[0]:.3g}"
@@ -102,7 +107,11 @@ def answers(site: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
         (folder / f"{name}.yaml").write_text(text)
     commands = [["check", "s.yaml"], ["schema"], ["check", "f.yaml", "--installed-only"]]
     commands += [[*words.split(), f"{name}.yaml", "--out", name] for name in "sf" for words in ("run", "run --resume")]
-    commands += [["show", "s", "--verdicts"], ["show", "f", "--verdicts"], *(["check", f"s{number}.yaml"] for number in range(len(WRONG)))]
+    commands += [
+        ["show", "s", "--verdicts"],
+        ["show", "f", "--verdicts"],
+        *(["check", f"s{number}.yaml"] for number in range(len(WRONG))),
+    ]
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(site))
         return folder, told(folder, *commands)
@@ -121,6 +130,8 @@ def test_an_analysis_of_others_is_computed_stored_drawn_and_reported(
     assert [verdict["text"] for verdict in record["verdicts"]] == [f"no: {largest[0]:.3g}"]
     assert key in record["timings"]
     assert "Fastest" in first[1]
+    assert f"Exact map: the images are at most {max(largest):.3g}" in first[1]
+    assert f"  {largest[0]:.3g}" in first[1]
     with np.load(folder / name / "arrays.npz") as arrays:
         assert arrays[f"{key}/largest"].tolist() == largest
     assert (folder / name / "figures" / f"{key}.png").stat().st_size > 1000

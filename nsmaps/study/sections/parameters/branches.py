@@ -156,9 +156,9 @@ class Branches(Entries[BranchSection]):
                 kinds.setdefault(event.kind, []).append(event)
             name = first[0].orbits[0].label
             texts = [f"{name} followed for {section.parameter} from {ends[0]:.6g} to {ends[1]:.6g}"]
-            texts += [f"{kind} at {values_text([one.parameter for one in some])}" for kind, some in kinds.items()]
+            texts += [f"{kind} at {values_text([one.value for one in some])}" for kind, some in kinds.items()]
             each = ((one, kind) for kind, some in kinds.items() for one in some)
-            numbers = ((f"{section.parameter} = {one.parameter:.9g}", f"{kind} of {one.orbit.label}") for one, kind in each)
+            numbers = ((f"{section.parameter} = {one.value:.9g}", f"{kind} of {one.orbit.label}") for one, kind in each)
             yield Finding(result.system.map_name, ", ".join(texts), tuple(numbers))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
