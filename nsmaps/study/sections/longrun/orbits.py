@@ -1,7 +1,6 @@
 """The section `orbits`: orbits of starts under the exact and the reduced map, and their limit sets."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import isfinite
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -13,9 +12,10 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.trajectory import track
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import counterpart
+from nsmaps.study.conclusions.attraction import orbits_findings
 from nsmaps.study.conclusions.diagnostics import beyond, grid_ends, no_image
 from nsmaps.study.conclusions.phrases import MOST, at
-from nsmaps.study.conclusions.texts import count_of, counted, cycle_of, finite, point
+from nsmaps.study.conclusions.texts import cycle_of, finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
-ONE = 1e-5  #: relative to the extent of the orbits: largest distance of cycles that are taken as one
-STABLE = {True: "stable ", False: "unstable ", None: ""}
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
 
 
@@ -165,6 +163,9 @@ class Orbits(Entries[OrbitSection]):
             ends.append((pair, f"{_end(result, pair.ends)} under the exact map{other}"))
         return _from_to(result, ends)
 
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        yield from orbits_findings(result)
+
 
 def _from_to(result: "StudyResult", ends: "Sequence[tuple[OrbitPair, str]]") -> str:
     """The starts of orbits by where they end."""
@@ -183,70 +184,6 @@ def _end(result: "StudyResult", end: "LimitSet | None") -> str:
         return f"the fixed point {point(result.system.coordinates, end.states[0])}"
     name = f" ({end.name})" if end.name else ""
     return f"a {cycle_of(end.period)}{name}" if end.period else f"{end.meaning}{name}"
-
-    def findings(self, result: "StudyResult") -> Iterator[Finding]:
-        """What the orbits of the exact map end on; nothing where none completes all returns."""
-        ends, total = [pair.ends for pair in result.orbits if pair.ends is not None], len(result.orbits)
-        kinds = _kinds(result, ends)
-        if not kinds:
-            return
-        each = [_kind(kind[0]) for kind in kinds]
-        lost = f"; {counted(total - len(ends))} of the {total} orbits followed ends" if len(ends) < total else ""
-        if len(kinds) == 1:
-            which = {1: "the one orbit followed ends", 2: "both orbits followed end"}.get(
-                total, f"all {total} orbits followed end"
-            )
-            which = f"{counted(len(ends))} of the {total} orbits followed end{'s' * (len(ends) == 1)}" if lost else which
-            text = f"{each[0]}, on which {which}{lost}"
-        elif len(ends) == len(kinds):
-            text = f"{' and '.join(each)}, on each of which one of the {counted(total)} orbits followed ends{lost}"
-        else:
-            shares = " and ".join(counted(len(kind)) for kind in kinds)
-            text = f"{' and '.join(each)}, on which {shares} of the {total} orbits followed end{lost}"
-        numbers = (number for kind in kinds for number in _numbers(result, kind[0]))
-        yield Finding(result.system.map_name, text, tuple(numbers))
-
-
-def _kinds(result: "StudyResult", ends: "Sequence[LimitSet]") -> "list[list[LimitSet]]":
-    """Limit sets in groups: cycles with the same states, and all sets without a period, which need not be the same set."""
-    from nsmaps.dynamics.attractors.distance import hausdorff
-
-    kinds: list[list[LimitSet]] = []
-    states = np.concatenate([np.empty((0, len(result.system.coordinates))), *(pair.exact.states for pair in result.orbits)])
-    near = ONE * float(np.linalg.norm(np.ptp(states[np.isfinite(states).all(axis=1)], axis=0))) if ends else 0.0
-    for end in ends:
-        for kind in kinds:
-            first = kind[0]
-            if end.period == first.period and (
-                not end.period or hausdorff(end.states, first.states, result.system.coordinates) <= near
-            ):
-                kind.append(end)
-                break
-        else:
-            kinds.append([end])
-    return kinds
-
-
-def _kind(end: "LimitSet") -> str:
-    """The name of a cycle or of a motion without a period."""
-    name = f" ({end.name})" if end.name else ""
-    if end.period:
-        return f"one {STABLE[end.stable]}{cycle_of(end.period)}{name}"
-    exponent = f", largest Lyapunov exponent {end.exponent:.2g} +- {end.exponent_error:.1g}" if isfinite(end.exponent) else ""
-    return f"{end.meaning}{name}{exponent}"
-
-
-def _numbers(result: "StudyResult", end: "LimitSet") -> Iterator[tuple[str, str]]:
-    """A state of a cycle and the modulus of its largest multiplier, or the exponent of a motion without a period."""
-    if not end.period:
-        if isfinite(end.exponent):
-            yield f"{end.exponent:.3g} +- {end.exponent_error:.1g}", f"largest Lyapunov exponent per return of {end.label}"
-        return
-    what = f"the {STABLE[end.stable]}{cycle_of(end.period)}"
-    yield point(result.system.coordinates, end.states[0]).strip("()"), f"a state of {what}" if end.period > 1 else what
-    if len(end.multipliers):
-        factor = abs(complex(end.multipliers[0]))
-        yield f"{factor:.4g}", f"factor by which small deviations from it change in {count_of(end.period, 'return')}"
 
 
 def _pair(pair: "OrbitPair") -> dict[str, Any]:

@@ -155,15 +155,6 @@ class Spans(Named[Side]):
         none = f"; {100 * lost:.2g} % do not return" if lost else ""
         return f"{at(result)}{len(found):,} states in {_hull(result, found.start)}, by word {shares_text(shares)}{none}."
 
-
-def _hull(result: "StudyResult", states: Floats) -> str:
-    """The intervals of coordinates that vary, and the values of the others."""
-    box, names = np.stack([states.min(axis=0), states.max(axis=0)], axis=1), result.system.coordinates
-    free = np.ptp(box, axis=1) > 0
-    inside = intervals([name for name, varies in zip(names, free, strict=True) if varies], box[free])
-    held = "".join(f", {name} = {low:.5g}" for name, low, varies in zip(names, box[:, 0], free, strict=True) if not varies)
-    return inside + held
-
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The impacts of the first returns, and the share of the grid with each."""
         if result.returns is None:
@@ -177,6 +168,15 @@ def _hull(result: "StudyResult", states: Floats) -> str:
             text,
             tuple((percent(share), f"of the grid returns with the impacts {word}") for word, share in ranked),
         )
+
+
+def _hull(result: "StudyResult", states: Floats) -> str:
+    """The intervals of coordinates that vary, and the values of the others."""
+    box, names = np.stack([states.min(axis=0), states.max(axis=0)], axis=1), result.system.coordinates
+    free = np.ptp(box, axis=1) > 0
+    inside = intervals([name for name, varies in zip(names, free, strict=True) if varies], box[free])
+    held = "".join(f", {name} = {low:.5g}" for name, low, varies in zip(names, box[:, 0], free, strict=True) if not varies)
+    return inside + held
 
 
 Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]

@@ -7,7 +7,6 @@ import numpy as np
 from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
-from nsmaps.auxiliary.bounds import ESTIMATED
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.parts import invariant_or_first
 from nsmaps.progress import Progress
@@ -15,9 +14,10 @@ from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.ahead import call_boxes
-from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, inside, on_domain, share_carried_out
+from nsmaps.study.conclusions.attraction import domains_findings
+from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
 from nsmaps.study.conclusions.phrases import at, part_of
-from nsmaps.study.conclusions.texts import COMPOSITE, EXACT, finite, intervals
+from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
@@ -31,9 +31,6 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.worst_case_limits import TwoCycle
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
-
-ALL = 0.99  #: smallest ratio of sides at which the last box is taken as the start box
-DOUBTS = {ESTIMATED: "estimated by the held-out error of the fit: ", "sampled": "sampled on a grid of states: "}
 
 
 class DomainSection(BaseModel):
@@ -146,17 +143,7 @@ class Domains(Entries[DomainSection]):
         return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
-        """The box in which orbits stay: the smallest forward invariant one of the surest kind."""
-        invariant = [domain for domain in result.domains.values() if domain.forward_invariant]
-        exact = [domain for domain in invariant if domain.of == EXACT and domain.status not in DOUBTS]
-        if not invariant or (not exact and result.trap is not None and result.trap.forward_invariant):
-            return
-        domain = min(invariant, key=_rank)
-        sides = " x ".join(f"{size:.3g}" for size in domain.sizes[-1])
-        before = " x ".join(f"{size:.3g}" for size in domain.sizes[0])
-        yield Finding(
-            domain.of, _stays(result, domain), ((sides, f"sides of the box that keeps every orbit from one of {before}"),)
-        )
+        yield from domains_findings(result)
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         for section in result.study.domains:
@@ -243,31 +230,6 @@ def _bounded(
     if section.bounds == "inflated" and isinstance(return_map, PolyMap):
         how |= {"error": held_out_error(return_map, plan.system, box), "of": f"exact map, by {of}"}
     return attracting_domain(return_map, box, section.updates, **how)
-
-
-def _rank(domain: "AttractingDomain") -> tuple[bool, int, float]:
-    """A key by which what is enclosed precedes the rest, the exact map, then the composite one others, small boxes large ones."""
-    maps = [domain.of.startswith(EXACT), domain.of == COMPOSITE, True]
-    return domain.status in DOUBTS, maps.index(True), float(np.prod(domain.sizes[-1] / domain.sizes[0]))
-
-
-def _stays(result: "StudyResult", domain: "AttractingDomain") -> str:
-    """The statement that orbits from the start box enter the last box and stay, and whether that contains the attractors."""
-    start, end = intervals(domain.coordinates, domain.boxes[0], inward=True), intervals(domain.coordinates, domain.boxes[-1])
-    how = "" if domain.status in DOUBTS else " (enclosed)"
-    goes = f"enters {end} and stays there" if (domain.sizes[-1] < ALL * domain.sizes[0]).any() else f"stays in {end}"
-    return f"{DOUBTS.get(domain.status, '')}every orbit from {start} {goes}{how}{_holds(result, domain)}"
-
-
-def _holds(result: "StudyResult", domain: "AttractingDomain") -> str:
-    """Whether a box of the exact map contains the limit sets of the orbits of that map."""
-    ends = [pair.ends.states for pair in result.orbits if pair.ends is not None]
-    if not ends or domain.of != EXACT:
-        return ""
-    held = [bool(inside(domain, states).all()) for states in ends]
-    if all(held):
-        return ", which contains the attractors of the orbits"
-    return ", which contains no attractor of the orbits" if not any(held) else ""
 
 
 def _domain(domain: "AttractingDomain") -> dict[str, Any]:
