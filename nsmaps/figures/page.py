@@ -64,14 +64,15 @@ class Sheet:
             projection = self.projection[number] if isinstance(self.projection, tuple) else self.projection
             ax = figure.add_subplot(rows, columns, number + 1, projection=projection)
             panel(ax)
-            letter = self._letter(number)
+            letter, raised = self._letter(number), cast(Any, ax).titleOffsetTrans.transform((0.0, 0.0))[1]
+            pad = raised * 72 / figure.dpi  # as the panel set it
             for side in ("center", "right"):
                 title = ax.get_title(side)
                 if title and noted(f"({letter}) {title}" if letter else title):
                     title = ""
-                ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))), loc=side)
+                ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))), loc=side, pad=pad)
             if letter:
-                ax.set_title(f"({letter})", loc="left", fontweight="bold")
+                ax.set_title(f"({letter})", loc="left", fontweight="bold", pad=pad)
             ax.title.set_y(1.0)  # which axes in space lower, into the picture
         if self.title and not noted(self.title):
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")

@@ -33,6 +33,8 @@ LOOKS = (
     (MAGENTA, ":", "D"),
     (BLACK, "-", "v"),
 )  #: of lines: colour, dashes, marker
+INKS = (BLACK, "#8A0B67", "#0574B4", "#B86000", "#00531F")  #: of dots and thin lines, dark on white; `INK` is that of all others
+INK = "#7B796D"
 FAMILIES = (BLACK, MAGENTA, YELLOW, "#1A14F0", "#3B6303", "#C56FFF", "#F1DAA4", "#030B72")
 PIECES = ("#858585", "#C0D284", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
 FILL = 0.4  #: of white in the colour of an area
@@ -105,7 +107,7 @@ def fill_of(colour: str) -> tuple[float, float, float]:
     return tint(colour, 0.0 if colour in (REST, "#FFFFFF") else FILL)
 
 
-def family_colours(names: Sequence[str]) -> dict[str, str]:
+def family_colours(names: Sequence[str], colours: Sequence[str] = FAMILIES) -> dict[str, str]:
     """A colour a family, by the length of its word: two impacts black, three magenta, four yellow, as in the paper.
 
     Eight are distinguished; all further ones are grey.
@@ -116,7 +118,7 @@ def family_colours(names: Sequence[str]) -> dict[str, str]:
     chosen: dict[str, str] = {}
     for name in names:
         wish = max(len(name) - 2, 0)
-        slots = [FAMILIES[(wish + k) % len(FAMILIES)] for k in range(len(FAMILIES))]
+        slots = [colours[(wish + k) % len(colours)] for k in range(len(colours))]
         chosen[name] = next((colour for colour in slots if colour not in chosen.values()), GREY)
     return chosen
 

@@ -7,13 +7,16 @@ import numpy as np
 import pytest
 from figures.conftest import COORDINATES, WALLS
 from matplotlib.colors import to_hex, to_rgb
+from matplotlib.markers import TICKUP
 
 import nsmaps
 from nsmaps import bifurcation_diagram as compute
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.words import encode
-from nsmaps.figures.parameters.bifurcation import ROWS, bifurcation, raster, sheets
-from nsmaps.figures.style import BLACK, GREY, MAGENTA
+from nsmaps.figures.parameters.bifurcation import bifurcation, sheets
+from nsmaps.figures.parameters.raster import ROWS, raster
+from nsmaps.figures.style import BLACK, INK, INKS, MAGENTA
 from nsmaps.study.sections.parameters.bifurcation import DIAGRAMS
 
 START = np.array([0.83, 0.36])
@@ -39,34 +42,33 @@ def test_the_raster_has_a_column_a_value_and_its_marks_are_the_states(pair, ax):
 
 
 def test_a_cycle_is_darker_than_chaos_and_has_the_colour_of_its_word(ax):
-    orbits = np.zeros((2, 1, 200, 2))
-    orbits[1, 0, :, 0] = np.linspace(-1, 1, 200)
-    blank = np.zeros(orbits.shape[:3])
-    codes = np.full(blank.shape, encode("BTB", WALLS))
-    values, turns, period = np.array([0.0, 1.0]), np.zeros(orbits.shape, np.int32), np.array([[1], [0]])
-    about = turns, codes, blank[..., 0].astype(np.int8), ("", ""), period, np.ones(2), np.array([["1:1/T"], ["C"]]), period
-    made = BifurcationDiagram(COORDINATES, WALLS, "d", values, orbits, *about)
-    image, ends = raster(made, 0, (-1.0, 1.0), {"BTB": MAGENTA})
+    states = np.array([[np.zeros(200)], [np.linspace(-1, 1, 200)]])
+    image, ends = raster(np.array([0.0, 1.0]), states, np.zeros(states.shape, int), [MAGENTA], (-1.0, 1.0))
     assert np.allclose(image[:, 0].min(axis=0), to_rgb(MAGENTA))
     assert (image[:, 1].min(axis=0) > image[:, 0].min(axis=0)).all()
     assert ends == (-0.5, 1.5)
 
 
 def test_values_that_are_not_equidistant_keep_their_places():
-    made = replace(diagram(["1:1/T"] * 3), values=np.array([0.0, 0.1, 1.0]))
-    made.states[:, 0, :, 0] = np.array([-1.0, 0.0, 1.0])[:, None]
-    image, (left, right) = raster(made, 0, (-1.0, 1.0), {"BTB": MAGENTA})
+    values, states = np.array([0.0, 0.1, 1.0]), np.array([-1.0, 0.0, 1.0]).reshape(3, 1, 1)
+    image, (left, right) = raster(values, states, np.zeros(states.shape, int), [MAGENTA], (-1.0, 1.0))
     middles = left + (np.arange(image.shape[1]) + 0.5) * (right - left) / image.shape[1]
     rows = [int(np.flatnonzero((image[:, k] < 1).any(axis=1)).mean()) for k in range(image.shape[1])]
-    assert [rows[int(np.abs(middles - value).argmin())] for value in made.values] == [0, ROWS // 2, ROWS - 2]
+    assert [rows[int(np.abs(middles - value).argmin())] for value in values] == [0, ROWS // 2, ROWS - 2]
+
+
+def ticks(ax):
+    """Where the borders of motions are marked above a panel."""
+    return [float(x) for line in ax.lines if line.get_marker() == TICKUP for x in line.get_xdata()]
 
 
 def test_motions_are_named_between_their_borders(pair, ax):
     drawn(ax, pair, 0.28, 0.35, 0)
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
     assert set(places) == {"1:1/T", "1:1/2T"}
-    borders = {line.get_xdata()[0] for line in ax.lines}
-    assert any(border == pytest.approx(0.32418854, abs=1e-8) for border in borders)
+    assert any(border == pytest.approx(0.32418854, abs=1e-8) for border in ticks(ax))
+    assert not any(ax.get_window_extent().overlaps(text.get_window_extent()) for text in ax.texts), "names stand above"
+    assert ax.get_ylim()[1] < 1.1 * ax.images[0].get_extent()[3], "and take no room of the states"
     assert 0.28 < places["1:1/2T"] < 0.32418854 < places["1:1/T"] < 0.35
 
 
@@ -75,7 +77,7 @@ def test_a_chaotic_region_that_windows_cut_is_named(pair, ax):
     motions = made.labels[made.values < 0.2683, 0].tolist()
     assert len(set(motions)) > 1, "there are windows in it"
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
-    first = min(x for line in ax.lines if (x := line.get_xdata()[0]) > 0.2601)
+    first = min(x for x in ticks(ax) if x > 0.2601)
     assert places["1:1/C"] == pytest.approx((0.26 + first) / 2, abs=1e-4), "up to the first window with borders"
 
 
@@ -83,7 +85,7 @@ def test_words_have_their_colours_and_gaps_are_grey(result, ax):
     bifurcation(result.bifurcation, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
     present = {to_hex(colour) for colour in np.unique(ax.images[0].get_array().reshape(-1, 3), axis=0)}
-    assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK.lower(), MAGENTA.lower()}
+    assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK, INKS[1].lower()}
     assert len(present) > 1
     assert len(ax.patches) == 1
     assert ax.patches[0].get_x() == -0.1
@@ -98,12 +100,13 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     maps = DIAGRAMS.of(result.with_parts({"bifurcation": {"composite": composite, "exact": exact}}), "bifurcation")
     (sheet,) = sheets(maps)
     figure = sheet.figure()
-    for one, other in zip(figure.axes[:2], figure.axes[2:], strict=True):
+    for one, other in zip(figure.axes[::2], figure.axes[1::2], strict=True):
         assert (one.get_xlim(), one.get_ylim()) == (other.get_xlim(), other.get_ylim())
-        assert [text.get_text() for text in one.texts] == [text.get_text() for text in other.texts] == ["1:1/T"]
-    assert [ax.get_title(loc="right") for ax in figure.axes] == ["composite map"] * 2 + ["exact map"] * 2
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["BTB"]
+        assert [text.get_text() for text in one.texts] == [text.get_text() for text in other.texts]
+    assert [[text.get_text() for text in ax.texts] for ax in figure.axes] == [["1:1/T"]] * 2 + [[]] * 2
+    assert [ax.get_title(loc="right") for ax in figure.axes] == ["composite map", "exact map", "", ""]
+    assert [ax.xaxis.label.get_visible() for ax in figure.axes] == [False] * 2 + [True] * 2
+    assert not figure.legends, "all returns have one word"
 
 
 def test_flights_that_are_integrated_make_no_exact_map(result):
@@ -132,19 +135,22 @@ def diagram(motions, state=0.0):
     return BifurcationDiagram(COORDINATES, WALLS, "d", np.linspace(0, 1, count), *about)
 
 
-def test_a_narrow_window_is_named_upwards(ax):
+def test_a_name_that_does_not_fit_is_a_number_of_the_legend(ax):
     ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
     names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
     found = [Window(name, name, *pair, (pair[0].value, pair[1].value)) for name, pair in zip(names, pairwise(ends), strict=True)]
     bifurcation(replace(diagram(["1:1/T"] * 60), windows=tuple(found)), ax)
-    assert {text.get_text(): text.get_rotation() for text in ax.texts} == {"1:1/T": 0, "1:1/2T": 90, "2:1/T": 0}
+    assert [text.get_text() for text in ax.texts] == ["1:1/T", "1", "C", "2:1/T"]
+    entries = {text.get_text(): handle.get_marker() for text, handle in zip(*legend_of(ax), strict=True)}
+    assert entries == {"1:1/2T": "$1$"}
+    assert ticks(ax) == [0.6, 0.66, 0.68]
 
 
 def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(ax):
     ends = [Border(0.0, 0.0, "end of the range"), Border(0.4, 0.3, "change of motion"), Border(0.8, 0.01, "fold")]
     found = [Window("1:1/T", "", *ends[:2], (0.0, 0.25)), Window("1:1/2T", "", *ends[1:], (0.3, 0.8))]
     bifurcation(replace(diagram(["1:1/T"] * 21), windows=tuple(found)), ax)
-    assert {float(line.get_xdata()[0]) for line in ax.lines} == {0.0, 0.8}
+    assert ticks(ax) == [0.8, 0.25, 0.3], "where the orbits show the end of a motion best"
     assert ax.texts[0].get_position()[0] == pytest.approx(0.125)
 
 
@@ -164,5 +170,80 @@ def test_words_beyond_the_colours_are_one_entry(ax):
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels[-1] == f"{12 - len(labels) + 1} more words"
     assert set(labels[:-1]) < set(words)
-    grey = np.isclose(ax.images[0].get_array(), to_rgb(GREY)).all(axis=-1)
+    grey = np.isclose(ax.images[0].get_array(), to_rgb(INK)).all(axis=-1)
     assert grey.any(axis=0).sum() == 12 - len(labels) + 1
+
+
+def legend_of(ax):
+    return ax.get_legend().get_texts(), ax.get_legend().legend_handles
+
+
+def beside(one, other, **about):
+    """The diagram of two orbits."""
+    rows = {name: np.concatenate([getattr(one, name), getattr(other, name)], axis=1) for name in ROWS_OF}
+    return replace(one, **rows, **about)
+
+
+ROWS_OF = ("states", "turns", "codes", "outcome", "period", "labels", "length")
+
+
+def test_orbits_on_other_attractors_have_their_rows_and_colours(ax):
+    made = beside(diagram(["1:1/T"] * 20), diagram(["1:1/T"] * 10 + ["1:1/2T"] * 10, 0.5), direction="both")
+    bifurcation(made, ax)
+    assert [(text.get_text(), text.get_position()[0]) for text in ax.texts if "/" in text.get_text()] == [
+        ("1:1/T", 0.5),
+        ("1:1/T", pytest.approx(0.25, abs=0.03)),
+        ("1:1/2T", pytest.approx(0.75, abs=0.03)),
+    ]
+    assert [text.get_text() for text in ax.texts if "/" not in text.get_text()] == ["→", "←"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["→ followed upwards", "← followed downwards"]
+    image = ax.images[0].get_array()
+    seen = [{to_hex(c) for c in column[(column < 1).any(axis=1)]} for column in np.moveaxis(image, 1, 0)]
+    assert seen == [{INKS[0], INKS[1].lower()}] * 20, "the cycle at 0.5 is apart from that at 0, whatever its name"
+    ax.clear()
+    bifurcation(beside(diagram(["1:1/T"] * 20), diagram(["1:1/T"] * 20)), ax)
+    assert (ax.get_legend(), [text.get_text() for text in ax.texts]) == (None, ["1:1/T"]), "one attractor"
+
+
+def test_an_angle_is_cut_in_the_widest_gap_of_its_states(ax):
+    made = diagram(["1:1/T"] * 20)
+    made.states[..., 1] = np.linspace(-0.4, 0.3, 20)[:, None, None] % (2 * np.pi)
+    bifurcation(made, ax, coordinate=1)
+    low, high = ax.get_ylim()
+    assert -0.45 < low < -0.4
+    assert 0.3 < high < 0.35
+    rows = [int(np.flatnonzero((column < 1).any(axis=1)).mean()) for column in np.moveaxis(ax.images[0].get_array(), 1, 0)]
+    assert (np.diff(rows) > 0).all(), "one line without a jump"
+    ax.clear()
+    made.states[..., 1] = np.linspace(0, 2 * np.pi, 41)[:-1].reshape(20, 1, 2)
+    bifurcation(made, ax, coordinate=1)
+    assert ax.get_ylim() == (0.0, 2 * np.pi)
+    assert 2 * np.pi in ax.get_yticks()
+
+
+def test_colours_by_density_or_an_unknown_name(ax):
+    made = diagram(["2:1/T"] * 5)
+    bifurcation(made, ax, by="density")
+    assert ax.get_legend() is None
+    with pytest.raises(NsmapsError, match="by 'words'; expected: density, word, start"):
+        bifurcation(made, ax, by="words")
+
+
+def test_branches_and_exponents_of_the_same_parameter_stand_in_the_diagram(pair):
+    values = np.linspace(0.3, 0.35, 11)
+    made = compute(pair, "d", values, START, n_returns=20, transient=300, direction="down")
+    branch = nsmaps.continue_branch(pair, "d", nsmaps.periodic_orbit(pair(0.35), START), 0.35, (0.3, 0.35), "both")
+    exponents = nsmaps.lyapunov_sweep(pair, "d", values, START, n_returns=50)
+    figure = made.plot(branches=[branch], lyapunov=exponents)
+    speed, phase, below = figure.axes
+    assert [ax.get_xlim() for ax in figure.axes] == [(0.3, 0.35)] * 3
+    assert [ax.xaxis.label.get_visible() for ax in figure.axes] == [False, False, True]
+    for k, ax in enumerate((speed, phase)):
+        shown = [line.get_ydata() for line in ax.lines if len(line.get_xdata()) == len(branch.values)]
+        assert np.array_equal(np.nanmax(shown, axis=0), branch.points[:, 0, k])
+        assert any(line.get_marker() == "o" and line.get_xdata() == [branch.events[0].value] for line in ax.lines)
+    assert np.array_equal(below.lines[0].get_ydata(), exponents.exponents[:, 0])
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"stable cycle", "unstable cycle", "period doubling"} < set(texts)
+    other = replace(branch, parameter="r"), replace(exponents, parameter="r")
+    assert len(sheets(made, [other[0]], other[1])[0].panels) == 2

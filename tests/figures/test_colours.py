@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from nsmaps.figures.style import FAMILIES, LOOKS, PIECES, REST, fill_of, tint
+from nsmaps.figures.style import FAMILIES, INK, INKS, LOOKS, PIECES, REST, fill_of, tint
 
 #: From linear RGB to what is seen: Machado, Oliveira and Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
 SIGHT = {
@@ -55,6 +55,13 @@ def test_families_are_told_apart_at_every_tint(sight, amount):
 def test_lines_differ_in_colour_and_in_dashes_or_marker(sight):
     assert least([colour for colour, *_ in LOOKS], sight) >= 17
     assert len({look[1:] for look in LOOKS}) == len(LOOKS)
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_inks_are_told_apart_and_dark_on_white(sight):
+    """The contrast is that of WCAG 2, from luminances as of CIELAB's lightness."""
+    assert least([*INKS, INK], sight) >= 25
+    assert max(float(((lab(colour)[0] + 16) / 116) ** 3) for colour in (*INKS, INK)) <= 1.05 / 4.3 - 0.05
 
 
 def test_distances_without_missing_cones_are_larger_for_red_and_green():

@@ -16,7 +16,7 @@ def test_exponents_run_along_the_parameter(result, ax):
     assert np.array_equal(ax.lines[0].get_xdata(), [0.1, 0.2, 0.3])
     assert np.array_equal(drawn[0], [np.nan, -1, -1], equal_nan=True)
     assert np.array_equal(drawn[1], [np.nan, -2, -2], equal_nan=True)
-    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", "exponents per return")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", r"$\lambda$ per return")
     assert {text.get_text() for text in ax.get_legend().get_texts()} == {r"$\lambda_{1}$", r"$\lambda_{2}$"}
 
 

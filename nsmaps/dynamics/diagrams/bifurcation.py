@@ -75,7 +75,7 @@ def bifurcation_diagram(
     else:
         found = _diagram(map_of, parameter, along, now, n_returns, transient, tolerance, direction, parallel)
     wide = windows(found, map_of, now, transient, direction) if borders else ()
-    return replace(found, windows=wide, units=units_of(system))
+    return replace(found, windows=wide, units=units_of(system), direction=direction or "")
 
 
 def _diagram(

@@ -20,6 +20,7 @@ from nsmaps.exact.words import words_of
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, names_among
 from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, frequent, range_text
 
+NAMED = 6  #: motions in the text of a diagram
 FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
 
 
@@ -80,6 +81,15 @@ class BifurcationDiagram(WithCoordinates, Result):
     )
     windows: tuple[Window, ...] = ()  #: the widest windows of the first orbit, if their borders were asked for
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
+    direction: str = ""  #: in which orbits were followed, "up", "down" or "both"; "" where each value has the same starts
+
+    def __str__(self) -> str:
+        """The range, the number of orbits, and the motions of the first one, in the order of the values."""
+        order = np.argsort(self.values, kind="stable")
+        names = list(dict.fromkeys(name for name in self.labels[order, 0].tolist() if name))
+        motions = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+        ends = f"{self.parameter} from {self.values.min():.6g} to {self.values.max():.6g}, {len(self.values)} values"
+        return f"Bifurcation diagram, {ends}, {self.states.shape[1]} orbits: {motions or 'no attractor'}"
 
     def summary(self) -> str:
         """The numbers that matter."""

@@ -1,87 +1,136 @@
-"""Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the maps beside each other."""
+"""Bifurcation diagrams: figs. bifexact and bifapprox, a panel for each coordinate, the exponents below."""
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial
-from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 
-from nsmaps.arrays import Floats, Ints
-from nsmaps.dynamics.motion import CHAOS, kind_of
+from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.errors import NsmapsError
 from nsmaps.exact.words import CHATTER, LONGER, REST, words_of
 from nsmaps.figures.lines import window
-from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import GREY, dress, family_colours
+from nsmaps.figures.page import Panel, Sheet
+from nsmaps.figures.parameters.branches import overlay
+from nsmaps.figures.parameters.lyapunov import lyapunov as draw_exponents
+from nsmaps.figures.parameters.motions import ROW, intervals, is_sharp, orbit_names, strip
+from nsmaps.figures.parameters.raster import raster
+from nsmaps.figures.style import INK, INKS, dress, family_colours
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border
+    from nsmaps.dynamics.continuation.branch import Branch
+    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
 
     Diagrams = Mapping[str, BifurcationDiagram]
 
-Named = tuple[str, float, float]  #: a motion, and the interval of the parameter over which it attracts
-ROWS = 400  #: of a raster
-MOST = 4096  #: columns of a raster, where values are not equidistant
-_LETTER, _LINE = 0.065, 0.15  #: inches that a letter and a line of the name of a motion need
-_REACH = 1  #: rows on either side to which a state belongs: lines of half a point
-_FAINTEST = 0.45  #: opacity of a place that one state of an orbit visits
-_TICK = 0.2  #: inches from one tick to the next at least
-_UPRIGHT = 8  #: letters of the longest name that is written upwards
 _MARGIN = 0.04  #: of the height of the states that is left free above and below them
+_GAP = 0.25  #: radians without a state, from which on the circle of an angle is cut there
+_FEW = 0.05  #: share of the states with another word than most, from which on colours are by word, if attractors coexist
+_NEAR = 0.01  #: of the scale: distance from the cycle of another orbit within which a state is on it
+_FAR = 1.0  #: heights of the states within which states of branches are shown
+BY = ("density", "word", "start")
 
 
-def sheets(result: "BifurcationDiagram | Diagrams") -> tuple[Sheet, ...]:
-    """One sheet: a row a map, a column a coordinate; `result` as of `bifurcation`."""
+def sheets(
+    result: "BifurcationDiagram | Diagrams",
+    branches: "Sequence[Branch] | None" = None,
+    lyapunov: "LyapunovSweep | None" = None,
+    by: str = "",
+) -> tuple[Sheet, ...]:
+    """One sheet: a row a coordinate and one of exponents, a column a map.
+
+    Args:
+        result: as of `bifurcation`.
+        branches: drawn over the states, if they are over the same parameter.
+        lyapunov: exponents over the same parameter, drawn below.
+        by: as of `bifurcation`.
+    """
     diagrams = _by_title(result)
-    coordinates = range(len(next(iter(diagrams.values())).coordinates))
-    panels = tuple(partial(bifurcation, diagrams, of=of, coordinate=i) for of in diagrams for i in coordinates)
-    return (Sheet("bifurcation", panels, min(len(coordinates), 2), 0.8, legend=True),)
+    first = next(iter(diagrams.values()))
+    over = [each for each in branches or () if each.parameter == first.parameter and len(each.values)]
+    columns = 2 if len(diagrams) == 2 else 1
+    panels: list[Panel] = [
+        partial(bifurcation, diagrams, of=of, coordinate=i, by=by, branches=over, named=i == 0)
+        for i in range(len(first.coordinates))
+        for of in diagrams
+    ]
+    if lyapunov is not None and lyapunov.parameter == first.parameter:
+        panels.append(partial(_exponents, lyapunov, first))
+    inner = len(panels) - columns
+    panels = [partial(_without_label, panel) if k < inner else panel for k, panel in enumerate(panels)]
+    return (Sheet("bifurcation", tuple(panels), columns, 0.8 if columns == 2 else 0.4, legend=True),)
 
 
-def bifurcation(result: "BifurcationDiagram | Diagrams", ax: Axes, of: str = "", coordinate: int = 0) -> Axes:
-    """One coordinate of the attractors over the parameter: a colour for the word of the return to each state, further words grey.
+def _without_label(panel: Panel, ax: Axes) -> Axes:
+    """A panel above another one with the same parameter along."""
+    panel(ax).xaxis.label.set_visible(False)
+    ax.tick_params(labelbottom=False)
+    return ax
 
-    The darker a place, the more of the states kept at a value lie there. The widest windows of the first orbit are named above,
-    between lines at their computed borders, where these are known to the distance of neighbouring values; grey bands: values
-    without an attractor. All maps have the same limits, and a motion of a fitted map has the name of that of the exact one
-    with the same impacts and period in returns.
+
+def _exponents(result: "LyapunovSweep", diagram: "BifurcationDiagram", ax: Axes) -> Axes:
+    """The exponents over the range of a diagram."""
+    draw_exponents(result, ax).set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+    return ax
+
+
+def bifurcation(
+    result: "BifurcationDiagram | Diagrams",
+    ax: Axes,
+    of: str = "",
+    coordinate: int = 0,
+    by: str = "",
+    branches: "Sequence[Branch]" = (),
+    named: bool = True,
+) -> Axes:
+    """One coordinate of the attractors over the parameter: the darker a place, the more of the states kept at a value lie there.
+
+    The motions of each orbit that differ are named in a strip above, between ticks at their borders; names that do not fit are
+    numbers, which the legend explains. Grey bands are values without an attractor. An angle is cut where no state lies. All maps
+    have the same limits, and a motion of a fitted map has the name of that of the exact one with the same impacts and period.
 
     Args:
         result: one diagram, or those of several maps by the titles of these.
         of: the title of the map, the first one if empty.
+        by: `density` draws all states black; `word` has a colour for the word of the return to each state, the most frequent
+            ones, `start` one for each orbit where it is on another attractor than the first. If empty it is by word, where there
+            are two or more, but by start where attractors coexist and nearly all states have one word.
+        branches: of cycles over the same parameter, drawn as lines with their events, dashed where they are not stable.
+        named: whether there is a strip of names.
+
+    Raises:
+        NsmapsError: `by` is something else.
     """
     diagrams = _by_title(result)
     of = of or next(iter(diagrams))
-    diagram, ends = diagrams[of], _range(diagrams, coordinate)
-    colours = _colours(diagrams)
-    ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
+    diagram, cut = diagrams[of], _cut(diagrams, coordinate, branches)
+    ends = _range(diagrams, coordinate, branches, cut)
+    limits = float(diagram.values.min()), float(diagram.values.max())
+    handles: list[Line2D] = []
     if ends is None:
         ax.text(0.5, 0.5, "no attractor", transform=ax.transAxes, ha="center")
     else:
-        image, beside = raster(diagram, coordinate, ends, colours)
+        groups, colours = _groups(diagrams, of, by)
+        states = _cut_at(cut, diagram.states[..., coordinate])
+        image, beside = raster(diagram.values, states, groups, list(colours.values()), ends)
         ax.imshow(image, extent=(*beside, *ends), origin="lower", aspect="auto", interpolation="antialiased", zorder=0)
-        ax.set_xlim(float(diagram.values.min()), float(diagram.values.max()))
         ax.set_ylim(ends)
-        _legend(ax, colours)
+        look = {"ls": "", "marker": "o", "ms": 4}
+        handles += [Line2D([], [], color=colour, label=name, **look) for name, colour in colours.items() if len(colours) > 1]  # type: ignore[arg-type]
+        handles += overlay(branches, ax, coordinate, partial(_cut_at, cut))
+    ax.set_xlim(limits)
     for low, high in _gaps(diagram):
         ax.axvspan(low, high, color="0.92", lw=0)
-    ax.set_title(of, loc="right")
     dress(ax, (diagram.parameter, ""), (diagram.coordinates[coordinate], "k"))
-    if ends is not None:
-        borders = [end for each in diagram.windows for end in (each.low, each.high)]
-        for border in dict.fromkeys(end.value for end in borders if is_sharp(end, diagram)):
-            ax.axvline(border, color="0.6", lw=0.4)
-        named = {each: _motions(diagrams, each) for each in diagrams}
-        tall = max(_height(ax, each) for each in named.values())  # the same for all maps, so that their states are comparable
-        _name_motions(ax, named[of])
-        ticks = [tick for tick in ax.get_yticks() if ends[0] <= tick <= ends[1]]  # none beside the names
-        many = len(ticks) * _TICK * (1 + tall) * ax.figure.dpi / ax.bbox.height
-        ax.set_yticks(ticks[:: max(ceil(many), 1)])
-        ax.set_ylim(ends[0], ends[1] + tall * (ends[1] - ends[0]))
+    rows = intervals(diagrams, of) if named and ends is not None else {}
+    ax.set_title(of if named else "", loc="right", pad=4 + ROW * len(rows))
+    borders = [end for each in diagram.windows for end in (each.low, each.high)]
+    handles += strip(ax, rows, [end.value for end in borders if is_sharp(end, diagram)])
+    if handles:
+        ax.legend(handles=handles)
     return ax
 
 
@@ -89,117 +138,92 @@ def _by_title(result: "BifurcationDiagram | Diagrams") -> "Diagrams":
     return result if isinstance(result, Mapping) else {"": result}
 
 
-def _motions(diagrams: "Diagrams", of: str) -> list[Named]:
-    """The windows of a map and its chaotic regions between them."""
-    windows = _named(diagrams, of)
-    return [*windows, *_chaotic(diagrams[of], windows)]
-
-
-def _named(diagrams: "Diagrams", of: str) -> list[Named]:
-    """The windows of a map, each to its borders or, where these are not sharp, to the values at which it was seen."""
+def _groups(diagrams: "Diagrams", of: str, by: str) -> tuple[Ints, dict[str, str]]:
+    """The index of the colour of each state of a map, shape (V, S, K), and the colours of all maps by their names."""
+    if by not in ("", *BY):
+        raise NsmapsError(f"the colours are by {by!r}; expected: {', '.join(BY)}, or nothing")
     diagram = diagrams[of]
-    all_windows = [window for each in diagrams.values() for window in each.windows]
-    names = {window.by_returns: window.label for window in all_windows if window.label != window.by_returns}
-    found = []
-    for each in diagram.windows:
-        borders = zip((each.low, each.high), each.seen, strict=True)
-        low, high = (border.value if is_sharp(border, diagram) else seen for border, seen in borders)
-        name = each.label if each.label != each.by_returns else names.get(each.by_returns, each.label)
-        found.append((name, low, high))
+    counts = _words(diagrams)
+    if not by:
+        other = any(_elsewhere(each).any() for each in diagrams.values())
+        many = sum(counts.values()) - max(counts.values(), default=0) >= _FEW * sum(counts.values())
+        by = "word" if len(counts) > 1 and (many or not other) else "start" if other else "density"
+    if by == "density":
+        return np.zeros(diagram.codes.shape, int), {"": INKS[0]}
+    if by == "start":
+        arrows = {"→": "→ followed upwards", "←": "← followed downwards"}
+        names = [" ".join(arrows.get(part, part) for part in name.split()) for name in orbit_names(diagram)]
+        colours = {name: INKS[k] if k < len(INKS) else INK for k, name in enumerate(names)}
+        own = np.where(_elsewhere(diagram), np.arange(len(names)), 0)
+        return np.broadcast_to(own[..., None], diagram.codes.shape), colours
+    frequent = sorted(counts, key=lambda word: -counts[word])[: len(INKS)]
+    ordered = sorted(frequent, key=lambda word: (any(mark in word for mark in (CHATTER, REST, LONGER)), len(word), word))
+    colours = family_colours(ordered, INKS)
+    if len(counts) > len(colours):
+        colours[f"{len(counts) - len(colours)} more words"] = INK
+    position = {word: k for k, word in enumerate(colours)}
+    codes, places = np.unique(diagram.codes, return_inverse=True)
+    index = np.array([position.get(word, len(colours) - 1) for word in words_of(codes, diagram.walls).tolist()])
+    return index[places.reshape(diagram.codes.shape)], colours
+
+
+def _words(diagrams: "Diagrams") -> dict[str, int]:
+    """The number of states of each word of all maps."""
+    found = dict[str, int]()
+    for each in diagrams.values():
+        codes, counts = np.unique(each.codes[np.isfinite(each.states).all(axis=-1)], return_counts=True)
+        for word, count in zip(words_of(codes, each.walls).tolist(), counts.tolist(), strict=True):
+            if word:
+                found[word] = found.get(word, 0) + count
     return found
 
 
-def is_sharp(border: "Border", diagram: "BifurcationDiagram") -> bool:
-    """True if a border is known to the mean distance of neighbouring values; others say less than the states that are drawn."""
-    return bool(border.precision <= np.ptp(diagram.values) / (len(diagram.values) - 1))
+def _elsewhere(diagram: "BifurcationDiagram") -> Bools:
+    """Where an orbit is on another attractor than the first one, shape (V, S): another motion, or a cycle apart from it."""
+    settled, first = diagram.settled, diagram.settled[:, :1]
+    other = diagram.labels != diagram.labels[:, :1]
+    for s in range(1, settled.shape[1]):
+        near = diagram.coordinates.near(settled[:, s, -1:], first[:, 0], _NEAR, diagram.scale).any(axis=1)
+        other[:, s] |= (diagram.period[:, s] > 0) & ~near
+    return np.asarray(other & diagram.held)
 
 
-def _chaotic(diagram: "BifurcationDiagram", windows: Sequence[Named]) -> list[Named]:
-    """The intervals between windows at most of whose values the first orbit is chaotic, with the name that most of these have.
-
-    They are chaotic regions that are cut by windows too narrow to have borders.
-    """
-    ends = [float(diagram.values.min()), *(end for _, *window in windows for end in window), float(diagram.values.max())]
-    found = []
-    for low, high in zip(ends[::2], ends[1::2], strict=True):
-        names = diagram.labels[(diagram.values >= low) & (diagram.values <= high), 0].tolist()
-        (name, count), *_ = [*Counter(name for name in names if kind_of(name) == CHAOS).most_common(1), ("", 0)]
-        if high > low and 2 * count > len(names):
-            found.append((name, low, high))
-    return found
+def _all_states(diagrams: "Diagrams", coordinate: int) -> list[Floats]:
+    """The finite states of each map that has any."""
+    states = [each.states[..., coordinate] for each in diagrams.values()]
+    return [each[np.isfinite(each)] for each in states if np.isfinite(each).any()]
 
 
-def raster(
-    diagram: "BifurcationDiagram", coordinate: int, ends: tuple[float, float], colours: Mapping[str, str]
-) -> tuple[Floats, tuple[float, float]]:
-    """The states of one coordinate as an image on white (ROWS, columns, 3), the lowest row first, and its left and right end.
-
-    A column has the orbits at the value next to its middle: all V values, where they are equidistant. Opacity grows with the
-    logarithm of the share of an orbit's states that lie within a row of a place, and is full where all of them do.
-
-    Args:
-        ends: the least and the greatest value of the coordinate in the image.
-        colours: by word.
-    """
-    near, beside = _columns(diagram.values)
-    states, codes = diagram.states[near, ..., coordinate], diagram.codes[near]
-    with np.errstate(invalid="ignore"):
-        places = (states - ends[0]) / (ends[1] - ends[0]) * (ROWS - 1)
-        shown = (places > -0.5) & (places < ROWS - 0.5)
-    column = np.broadcast_to(np.arange(len(near))[:, None, None], states.shape)[shown]
-    cells, codes = np.rint(places[shown]).astype(np.int64) * len(near) + column, codes[shown]
-    layers, total = np.zeros((ROWS, len(near), 3)), np.zeros((ROWS, len(near)))
-    for code in np.unique(codes):
-        word = str(words_of(code, diagram.walls))
-        count = np.bincount(cells[codes == code], minlength=total.size).reshape(total.shape)
-        rows = np.pad(count, ((_REACH, _REACH), (0, 0)))
-        wide = np.lib.stride_tricks.sliding_window_view(rows, 2 * _REACH + 1, axis=0).sum(axis=-1)
-        layers += wide[..., None] * np.array(to_rgb(colours[word]))
-        total += wide
-    kept, seen = diagram.states.shape[2], np.maximum(total, 1)
-    share = np.clip(1 + np.log(seen / kept) / np.log(max(kept, 2)), 0, 1)
-    opacity = np.where(total > 0, _FAINTEST + (1 - _FAINTEST) * share, 0.0)[..., None]
-    return np.asarray(1 - opacity * (1 - layers / seen[..., None])), beside
+def _cut(diagrams: "Diagrams", coordinate: int, branches: "Sequence[Branch]") -> float | None:
+    """The least angle that is shown: in the middle of the widest gap of all states; 0 without a gap, None of what is no angle."""
+    if not next(iter(diagrams.values())).coordinates.angles[coordinate]:
+        return None
+    every = [*_all_states(diagrams, coordinate), *(branch.points[..., coordinate].ravel() for branch in branches), np.zeros(0)]
+    angles = np.unique(np.mod(np.concatenate(every), 2 * np.pi))
+    gaps = np.diff(angles, append=angles[:1] + 2 * np.pi)
+    if not len(gaps) or gaps.max() < _GAP:
+        return 0.0
+    middle = angles[gaps.argmax()] + gaps.max() / 2
+    return float(np.mod(middle + 1.5 * np.pi, 2 * np.pi) - 1.5 * np.pi)  # so that the middle of what is shown is nearest to pi/2
 
 
-def _columns(values: Floats) -> tuple[Ints, tuple[float, float]]:
-    """The index of the value that each column of a raster shows, and the left and right end of all columns."""
-    order = np.argsort(values, kind="stable")
-    along, steps = values[order], np.diff(np.unique(values))
-    if not len(steps):
-        return order[:1], (float(along[0]) - 0.5, float(along[0]) + 0.5)
-    equal = np.allclose(steps, steps[0], rtol=1e-6) and len(steps) + 1 == len(values)
-    count = len(values) if equal else int(min(max(np.ptp(values) / steps.min() + 1, len(values)), MOST))
-    middles, half = np.linspace(along[0], along[-1], count), np.ptp(values) / (count - 1) / 2
-    return order[np.searchsorted((along[1:] + along[:-1]) / 2, middles)], (along[0] - half, along[-1] + half)
+def _cut_at(cut: float | None, values: Floats) -> Floats:
+    """Angles from where the circle is cut; other values as they are."""
+    return values if cut is None else cut + np.mod(values - cut, 2 * np.pi)
 
 
-def _colours(diagrams: "Diagrams") -> dict[str, str]:
-    """A colour for each word of all maps."""
-    words = {word for each in diagrams.values() for word in words_of(np.unique(each.codes), each.walls).tolist() if word}
-    ordered = sorted(words, key=lambda word: (any(mark in word for mark in (CHATTER, REST, LONGER)), len(word), word))
-    own = family_colours([word for word in ordered if LONGER not in word])
-    return {word: own.get(word, GREY) for word in ordered}
-
-
-def _range(diagrams: "Diagrams", coordinate: int) -> tuple[float, float] | None:
+def _range(diagrams: "Diagrams", coordinate: int, branches: "Sequence[Branch]", cut: float | None) -> tuple[float, float] | None:
     """The limits of the states of all maps with a margin; those of the first map, where another map's are far beyond them."""
-    all_states = [each.states[..., coordinate] for each in diagrams.values()]
-    finite = [states[np.isfinite(states)] for states in all_states if np.isfinite(states).any()]
+    finite = [_cut_at(cut, states) for states in _all_states(diagrams, coordinate)]
     if not finite:
         return None
+    if cut == 0.0:
+        return 0.0, 2 * np.pi
     low, high = window(float(finite[0].min()), float(finite[0].max()), np.concatenate(finite))
+    cycles = [_cut_at(cut, branch.points[..., coordinate].ravel()) for branch in branches]
+    low, high = window(low, high, np.concatenate([*cycles, finite[0][:1]]), _FAR)
     margin = _MARGIN * (high - low) or 0.1
     return low - margin, high + margin
-
-
-def _legend(ax: Axes, colours: Mapping[str, str]) -> None:
-    """A dot for each word with a colour of its own, and one for all others."""
-    named = {word: colour for word, colour in colours.items() if colour != GREY}
-    if len(colours) > len(named):
-        named[f"{len(colours) - len(named)} more words"] = GREY
-    dots = [Line2D([], [], marker="o", ms=4, ls="", color=colour, label=word) for word, colour in named.items()]
-    ax.legend(handles=dots, handletextpad=0.0)
 
 
 def _gaps(diagram: "BifurcationDiagram") -> list[tuple[float, float]]:
@@ -209,29 +233,3 @@ def _gaps(diagram: "BifurcationDiagram") -> list[tuple[float, float]]:
     middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
     starts, stops = (np.flatnonzero(np.diff(np.pad(none.astype(int), 1)) == sign) for sign in (1, -1))
     return list(zip(middles[starts].tolist(), middles[stops].tolist(), strict=True))
-
-
-def _name_motions(ax: Axes, named: Sequence[Named]) -> None:
-    """The names of intervals along the upper edge."""
-    for name, low, high, upright in _fitting(ax, named):
-        look: dict[str, Any] = {"ha": "center", "va": "top", "rotation": 90 * upright}
-        ax.text((low + high) / 2, 0.985, name, transform=ax.get_xaxis_transform(), **look)
-
-
-def _height(ax: Axes, named: Sequence[Named]) -> float:
-    """The height that names need, as a share of that of the states below them."""
-    height = float(ax.bbox.height) / ax.figure.dpi
-    tall = max([0.0, *((len(name) + 1) * _LETTER if upright else _LINE for name, *_, upright in _fitting(ax, named))]) / height
-    return tall / max(1 - tall, 0.5)
-
-
-def _fitting(ax: Axes, named: Sequence[Named]) -> list[tuple[str, float, float, bool]]:
-    """The intervals wide enough for their names, and whether these are written upwards."""
-    (left, right), width = ax.get_xlim(), float(ax.bbox.width) / ax.figure.dpi
-    found = []
-    for name, low, high in named:
-        share = (high - low) / (right - left) * width
-        upright = share < _LETTER * (len(name) + 1)
-        if name and share >= _LINE and not (upright and len(name) > _UPRIGHT):
-            found.append((name, low, high, upright))
-    return found

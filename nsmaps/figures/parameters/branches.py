@@ -1,6 +1,6 @@
 """Branches of periodic orbits over a parameter: stable and unstable parts, with the events on them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -23,6 +23,7 @@ _SIDES = np.array([[x, y] for x in (0, 1, -1) for y in (1, -1)])  #: of a line, 
 _CORNERS = np.array([[x, y] for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)])  #: of a name, and points between them
 _WEIGHT = {True: 1.5, False: 1.0, None: 1.0}  #: points, of lines
 _TRIED, _BETWEEN = 300, 8  #: places along the lines of a motion; points between two of a line
+_FLAT = 1e-6  #: of the scale of a coordinate: least height of a panel
 _ASYMPTOTE = {"color": BLACK, "ls": ":", "lw": 0.8}  #: of the lines to a cycle at infinity
 _MARKERS = {
     "period doubling": "o",
@@ -77,29 +78,53 @@ def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
     colours = {motion: _COLOURS[k % len(_COLOURS)] for k, motion in enumerate(motions)}
     for branch in shown:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
-    for event, places in ((event, event.orbit.states[:, coordinate]) for branch in shown for event in branch.events):
-        if event.kind == AT_INFINITY:
-            ax.axvline(event.value, **_ASYMPTOTE)  # type: ignore[arg-type]
-            continue
-        size = _fineness(len(places))
-        look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
-        ax.plot(np.full(len(places), event.value), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+    _events(shown, ax, coordinate)
     ax.margins(0.03, 0.09)
+    low, high = ax.get_ylim()
+    least = _FLAT * max(branch.scale[coordinate] for branch in shown)
+    if high - low < least:  # constant but for rounding
+        ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
     dress(ax, (shown[0].parameter, ""), (shown[0].coordinates[coordinate], "k"))
     left = _name_lines(ax, shown, coordinate, colours)
     ax.legend(handles=_handles(shown, {motion: colours[motion] for motion in left}))
     return ax
 
 
-def _handles(shown: Sequence[Branch], colours: Mapping[str, str]) -> list[Line2D]:
+def overlay(found: Found, ax: Axes, coordinate: int, onto: Callable[[Floats], Floats]) -> list[Line2D]:
+    """The cycles of branches over a picture of attractors in one colour, with their events; the entries of the legend.
+
+    Args:
+        onto: from the states of the coordinate to what is drawn, as where the circle of an angle is cut.
+    """
+    shown = [branch for branch in _all(found) if len(branch.values)]
+    for branch in shown:
+        _lines(branch, ax, coordinate, RED, onto, slim=0.6)
+    _events(shown, ax, coordinate, onto)
+    return _handles(shown, {}, RED, " cycle")
+
+
+def _events(shown: Sequence[Branch], ax: Axes, coordinate: int, onto: Callable[[Floats], Floats] = np.asarray) -> None:
+    """A mark at each state of the orbit of each event, a line where there is none."""
+    for event in (event for branch in shown for event in branch.events):
+        if event.kind == AT_INFINITY:
+            ax.axvline(event.value, **_ASYMPTOTE)  # type: ignore[arg-type]
+            continue
+        places = onto(event.orbit.states[:, coordinate])
+        size = _fineness(len(places))
+        look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
+        ax.plot(np.full(len(places), event.value), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+
+
+def _handles(shown: Sequence[Branch], colours: Mapping[str, str], plain: str = "0.3", of: str = "") -> list[Line2D]:
     """The entries of the legend: motions without a name beside their lines, kinds of events, and kinds of lines."""
     kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
     present = {stable for branch in shown for stable in branch.stable}
     motions = [Line2D([], [], color=colour, label=motion) for motion, colour in colours.items()]
-    lines = [Line2D([], [], color="0.3", ls=ls, label=label) for stable, (ls, label) in _LOOKS.items() if stable in present]
+    looks = [look for stable, look in _LOOKS.items() if stable in present]
+    lines = [Line2D([], [], color=plain, ls=ls, label=label + of) for ls, label in looks]
     look: dict[str, Any] = {"color": BLACK, "mfc": "white", "ms": 4.6, "mew": 0.8, "ls": ""}
-    looks = {kind: _ASYMPTOTE if kind == AT_INFINITY else {"marker": _MARKERS[kind], **look} for kind in kinds}
-    return [*motions, *lines, *(Line2D([], [], label=kind, **own) for kind, own in looks.items())]
+    marks = {kind: _ASYMPTOTE if kind == AT_INFINITY else {"marker": _MARKERS[kind], **look} for kind in kinds}
+    return [*motions, *lines, *(Line2D([], [], label=kind, **own) for kind, own in marks.items())]
 
 
 def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Mapping[str, str]) -> list[str]:
@@ -158,15 +183,17 @@ def _dense(path: Floats) -> Floats:
     return np.concatenate([(path[:-1, None] + share * np.diff(path, axis=0)[:, None]).reshape(-1, 2), path[-1:]])
 
 
-def _lines(branch: Branch, ax: Axes, coordinate: int, colour: str) -> None:
+def _lines(
+    branch: Branch, ax: Axes, coordinate: int, colour: str, onto: Callable[[Floats], Floats] = np.asarray, slim: float = 1.0
+) -> None:
     """A line for each state of the cycle, solid where it is stable, dashed where it is not, dotted where that is unknown."""
-    for path in branch.points[..., coordinate].T:
+    for path in onto(branch.points[..., coordinate]).T:
         for stable, (dashes, _) in _LOOKS.items():
             own = np.array([each is stable for each in branch.stable], bool)
             chosen = own if stable else neighbours(own)
             line = np.where(chosen, path, np.nan)
             line = cut(line, np.pi) if branch.returns.coordinates.angles[coordinate] else line
-            ax.plot(branch.values, line, ls=dashes, color=colour, lw=_WEIGHT[stable] * _fineness(branch.period))
+            ax.plot(branch.values, line, ls=dashes, color=colour, lw=slim * _WEIGHT[stable] * _fineness(branch.period))
 
 
 def _fineness(period: int) -> float:

@@ -44,6 +44,6 @@ def lyapunov(result: "LyapunovSweep", ax: Axes, per_time: bool = False) -> Axes:
     ax.axhline(0, color="black", lw=0.5, zorder=0)
     ax.set_xlim(x[0], x[-1])
     ax.set_xlabel(label(result.parameter))
-    ax.set_ylabel(f"exponents per {'unit of time' if per_time else 'return'}")
+    ax.set_ylabel(rf"$\lambda$ per {'unit of time' if per_time else 'return'}")
     ax.legend()
     return ax

@@ -1,6 +1,6 @@
 """The section `bifurcation`: attractors of maps over a parameter."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -25,7 +25,9 @@ from nsmaps.study.sections.maps.surfaces import grid_size
 from nsmaps.study.sections.parameters.motions import NONE, attractors, diagram_finding, digits, motions, motions_of, widest
 
 if TYPE_CHECKING:
+    from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
+    from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table, per map
@@ -35,6 +37,10 @@ DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
     ("bifurcation",),
     lambda result: {result.map_title(of): diagram for of, diagram in result.bifurcation.items()},
 )
+BRANCHES: "FigurePart[Sequence[Branch]]" = FigurePart(
+    "branches of periodic orbits", (), lambda result: [each for some in result.branches.values() for each in some], optional=True
+)
+EXPONENTS: "FigurePart[LyapunovSweep]" = FigurePart("exponents", (), lambda result: result.lyapunov, optional=True)
 
 
 class BifurcationSection(Range, Analysis):
@@ -50,13 +56,13 @@ class BifurcationSection(Range, Analysis):
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "parameters.bifurcation",
-            "The states of the attractors against the parameter, coloured by word.",
-            "The attractors over the parameter by word; the darker a place, the more states lie there. Lines are the computed "
-            "borders of the widest windows of the first orbit (of two, of the one followed through growing values), where they "
-            "are known to the distance of neighbouring values, and motions are named above where there is room; C is chaos, "
-            "between windows at most of the values. A motion of the composite map has the name of the exact one with the same "
-            "words and period in returns. Grey: no attractor.",
-            (DIAGRAMS,),
+            "The states of the attractors against the parameter, with the names of the motions above.",
+            "The attractors over the parameter; the darker a place, the more states lie there. The motions of each orbit that "
+            "differ are named above, the first orbit's lowest, between ticks at their borders; a number is explained below. C is "
+            "chaos, between windows at most of the values. A motion of the composite map has the name of the exact one with the "
+            "same words and period in returns. Angles are cut where no state lies. Grey: no attractor. Lines, if any, are "
+            "branches of cycles, dashed where unstable, with their events.",
+            (DIAGRAMS, BRANCHES, EXPONENTS),
         ),
     )
 
