@@ -240,7 +240,7 @@ def test_branches_and_exponents_of_the_same_parameter_stand_in_the_diagram(pair)
     assert [ax.xaxis.label.get_visible() for ax in figure.axes] == [False, False, True]
     for k, ax in enumerate((speed, phase)):
         shown = [line.get_ydata() for line in ax.lines if len(line.get_xdata()) == len(branch.values)]
-        assert np.array_equal(np.nanmax(shown, axis=0), branch.points[:, 0, k])
+        assert np.allclose(np.nanmax(shown, axis=0), branch.points[:, 0, k], rtol=0, atol=1e-14)
         assert any(line.get_marker() == "o" and line.get_xdata() == [branch.events[0].value] for line in ax.lines)
     assert np.array_equal(below.lines[0].get_ydata(), exponents.exponents[:, 0])
     texts = [text.get_text() for text in figure.legends[0].get_texts()]

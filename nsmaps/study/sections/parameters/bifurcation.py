@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, known, range_text, returns_text
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
-from nsmaps.study.pictures.figure import FigurePart, StudyFigure
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import Range
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
@@ -27,7 +27,6 @@ from nsmaps.study.sections.parameters.motions import NONE, attractors, diagram_f
 if TYPE_CHECKING:
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
-    from nsmaps.dynamics.lyapunov import LyapunovSweep
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 ROWS = 12  #: largest number of intervals in a table, per map
@@ -40,7 +39,6 @@ DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
 BRANCHES: "FigurePart[Sequence[Branch]]" = FigurePart(
     "branches of periodic orbits", (), lambda result: [each for some in result.branches.values() for each in some], optional=True
 )
-EXPONENTS: "FigurePart[LyapunovSweep]" = FigurePart("exponents", (), lambda result: result.lyapunov, optional=True)
 
 
 class BifurcationSection(Range, Analysis):
@@ -62,7 +60,7 @@ class BifurcationSection(Range, Analysis):
             "chaos, between windows at most of the values. A motion of the composite map has the name of the exact one with the "
             "same words and period in returns. Angles are cut where no state lies. Grey: no attractor. Lines, if any, are "
             "branches of cycles, dashed where unstable, with their events.",
-            (DIAGRAMS, BRANCHES, EXPONENTS),
+            (DIAGRAMS, BRANCHES, optional("lyapunov")),
         ),
     )
 
