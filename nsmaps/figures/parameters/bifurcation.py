@@ -195,7 +195,7 @@ def _all_states(diagrams: "Diagrams", coordinate: int) -> list[Floats]:
 
 
 def _cut(diagrams: "Diagrams", coordinate: int, branches: "Sequence[Branch]") -> float | None:
-    """The least angle that is shown: in the middle of the widest gap of all states; 0 without a gap, None for other coordinates."""
+    """The least angle that is shown: in the middle of the widest gap of all states; 0 without one, None for others."""
     if not next(iter(diagrams.values())).coordinates.angles[coordinate]:
         return None
     every = [*_all_states(diagrams, coordinate), *(branch.points[..., coordinate].ravel() for branch in branches), np.zeros(0)]
