@@ -27,15 +27,9 @@ from nsmaps.dynamics.design.optimum import optimize as optimize
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram as bifurcation_diagram
 from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
-from nsmaps.dynamics.lyapunov import lyapunov_sweep as lyapunov_sweep
 from nsmaps.dynamics.manifolds.manifold import manifold as manifold
 from nsmaps.dynamics.noise.law import Noise as Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
-from nsmaps.dynamics.observables.attractors import observe_attractors as observe_attractors
-from nsmaps.dynamics.observables.attractors import observe_diagram as observe_diagram
-from nsmaps.dynamics.observables.attractors import observe_noisy as observe_noisy
-from nsmaps.dynamics.observables.cycles import observe_branch as observe_branch
-from nsmaps.dynamics.observables.cycles import observe_orbit as observe_orbit
 from nsmaps.dynamics.observables.observe import observe as observe
 from nsmaps.dynamics.orbit import orbit as orbit
 from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
@@ -43,7 +37,6 @@ from nsmaps.dynamics.rotation.number import rotation_number as rotation_number
 from nsmaps.dynamics.rotation.staircase import staircase as staircase
 from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
 from nsmaps.errors import NsmapsError as NsmapsError
-from nsmaps.exact.batches import return_batch as return_batch
 from nsmaps.exact.observables.spec import Observable as Observable
 from nsmaps.exact.outcome import Outcome as Outcome
 from nsmaps.exact.returns import Returns as Returns

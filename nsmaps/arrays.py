@@ -18,6 +18,7 @@ else:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Random = int | Sequence[int] | np.random.Generator | None  #: of arguments `rng`, as of `numpy.random.default_rng`
 
 
 class Storable:
@@ -25,6 +26,13 @@ class Storable:
 
     __slots__ = ()
     from_files: ClassVar[bool] = True  #: False where fields of a file could be evaluated, as texts by sympy
+
+
+def entropy_of(rng: Random) -> int | Sequence[int]:
+    """What seeds a `numpy.random.SeedSequence`: numbers as they are, four drawn from a generator, for None of the machine."""
+    if isinstance(rng, np.random.Generator):
+        return [int(number) for number in rng.integers(2**32, size=4)]
+    return int(np.random.SeedSequence().entropy) if rng is None else rng  # type: ignore[arg-type]
 
 
 def finite_rows(values: Floats) -> Bools:

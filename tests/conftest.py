@@ -50,8 +50,8 @@ COMPILED = [
     lambda: call_boxes(RECOIL),
     lambda: call_noise(RECOIL),
     lambda: RECOIL.arrivals([[0.0, 0.1, 0.2, 0.3, 1.0]]),
-    lambda: observe(RECOIL, [0.5, 0.1, -0.6, 1.0], 2, ["loss"], batches=1),
-    lambda: observe(PAIR, [0.5, 1.0], 2, ["loss"], batches=1),
+    lambda: observe(RECOIL, [0.5, 0.1, -0.6, 1.0], ["loss"], n_returns=2, n_batches=1),
+    lambda: observe(PAIR, [0.5, 1.0], ["loss"], n_returns=2, n_batches=1),
 ]
 
 

@@ -55,7 +55,7 @@ def check_cycles(system: nsmaps.PiecewiseMap, references: list[dict[str, Any]], 
 def check_exponents(system: nsmaps.PiecewiseMap, reference: dict[str, Any], returns: int = 500_000) -> None:
     """The exponents of a long orbit, and its share of R, within five standard errors of both runs."""
     start = np.full(len(system.coordinates), 0.1234567)
-    found = nsmaps.lyapunov(system, start, returns)
+    found = nsmaps.lyapunov(system, starts=start, n_returns=returns)
     values, errors = (np.array([number(text) for text in reference[name]]) for name in ("values", "standard_errors"))
     assert (np.abs(found.exponents - values) <= 5 * np.hypot(found.error, errors)).all()
     assert found.error.max() < 2e-3

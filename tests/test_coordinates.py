@@ -87,17 +87,19 @@ def test_everything_that_takes_a_box_takes_it_in_one_way(name: str, pair) -> Non
 
 STARTED = {
     "orbit": lambda system, state: nsmaps.orbit(system, state, 2).states,
-    "lyapunov": lambda system, state: nsmaps.lyapunov(system, state, 32).exponents,
+    "lyapunov": lambda system, state: nsmaps.lyapunov(system, starts=state, n_returns=32).exponents,
     "periodic_orbit": lambda system, state: nsmaps.periodic_orbit(system, state).states,
     "impacts": lambda system, state: system.impacts(state, 3).time,
     "trajectory": lambda system, state: np.array(system.trajectory(state, 3)),
-    "noisy_orbits": lambda system, state: nsmaps.noisy_orbits(system, state, 3, nsmaps.Noise(sigma=0.01, tau=0.5), 2).states,
+    "noisy_orbits": lambda system, state: (
+        nsmaps.noisy_orbits(system, state, nsmaps.Noise(sigma=0.01, tau=0.5), n_returns=3, n_realisations=2).states
+    ),
 }
 
 
 SWEPT = {
     "bifurcation": lambda of, state: nsmaps.bifurcation_diagram(of, "p", [0.34, 0.35], state, n_returns=3, transient=2).states,
-    "lyapunov_sweep": lambda of, state: nsmaps.lyapunov_sweep(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
+    "lyapunov over values": lambda of, state: nsmaps.lyapunov(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
     "stability_diagram": lambda of, state: (
         nsmaps.stability_diagram(
             lambda d, r: of(d).at(r=r), {"d": [0.34, 0.35], "r": [0.5]}, state, max_period=2, transient=9

@@ -76,7 +76,7 @@ def swept(system: Any) -> nsmaps.dynamics.BifurcationDiagram:
 
 @cache
 def noisy(system: Any) -> Any:
-    return nsmaps.noisy_orbits(system, STARTS[system], 2, nsmaps.Noise(sigma=0.1, tau=1), 2)
+    return nsmaps.noisy_orbits(system, STARTS[system], nsmaps.Noise(sigma=0.1, tau=1), n_returns=2, n_realisations=2)
 
 
 @cache
@@ -94,9 +94,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "StripMap": lambda s: nsmaps.reduced.StripMap(s, None),
     "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
-    "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(
-        plane(s), near(s), getattr(s, SECOND[s]), (tuple(values(s)), (0.0, 1.0))
-    ),
+    "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(s, {SWEPT[s]: tuple(values(s)), SECOND[s]: (0.0, 1.0)}, near(s)),
     "bifurcation_diagram": swept,
     "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
     "box_map": lambda s: nsmaps.cells.box_map(s),
@@ -126,8 +124,8 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "certificate_of": lambda s: nsmaps.proof.certificate_of(s, [near(s)]),
     "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), 3, "sampled"),
     "periodic_orbits_by_word": lambda s: nsmaps.dynamics.periodic_orbits_by_word(s, 1),
-    "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], 4, 0),
-    "staircase": lambda s: nsmaps.staircase(along(s), tuple(values(s)), STARTS[s], 2, 4),
+    "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], n_returns=4, transient=0),
+    "staircase": lambda s: nsmaps.staircase(s, SWEPT[s], tuple(values(s)), STARTS[s], max_period=2, transient=4),
     "surfaces": lambda s: nsmaps.surfaces(s, grid(s), [nsmaps.WordFamily(name="any", words=(2 * s.letters[0],))]),
     "topological_entropy": lambda s: nsmaps.symbolic.topological_entropy(s),
     "track": lambda s: nsmaps.track(s, STARTS[s], 2),
@@ -138,25 +136,26 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     ),
     "held_iterate": lambda s: nsmaps.symbolic.held_iterate(s, [0.1]),
     "symbolic_iterate": lambda s: nsmaps.symbolic.symbolic_iterate(s, 2),
-    "lyapunov": lambda s: nsmaps.lyapunov(s, STARTS[s], 32, 4),
-    "lyapunov_sweep": lambda s: nsmaps.lyapunov_sweep(along(s), "p", values(s), STARTS[s], n_returns=32, transient=4),
+    "lyapunov": lambda s: nsmaps.lyapunov(s, starts=STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
     "morse_sets": lambda s: nsmaps.cells.morse_sets(s, box(s), 0, 2),
     "noisy_orbits": noisy,
-    "observe": lambda s: nsmaps.observe(s, STARTS[s], 4, ["work"], batches=2),
-    "observe_attractors": lambda s: nsmaps.observe_attractors(s, settled(s).attractors, ["work"], 64),
-    "observe_branch": lambda s: nsmaps.observe_branch(along(s), branch(s), ["work"]),
-    "observe_diagram": lambda s: nsmaps.observe_diagram(along(s), swept(s), ["work"], 64),
-    "observe_noisy": lambda s: nsmaps.observe_noisy(s, noisy(s), ["work"]),
-    "observe_orbit": lambda s: nsmaps.observe_orbit(s, near(s), ["work"]),
+    "observe": lambda s: [
+        nsmaps.observe(s, STARTS[s], ["work"], n_returns=4, n_batches=2),
+        nsmaps.observe(s, settled(s).attractors, ["work"], n_returns=64),
+        nsmaps.observe(along(s), branch(s), ["work"]),
+        nsmaps.observe(along(s), swept(s), ["work"], n_returns=64),
+        nsmaps.observe(s, noisy(s), ["work"]),
+        nsmaps.observe(s, near(s), ["work"]),
+    ],
     "optimize": lambda s: nsmaps.optimize(
-        s.at, "work", {SWEPT[s]: tuple(values(s))}, {SWEPT[s]: values(s)[0]}, near(s).states, starts=1
+        s.at, "work", {SWEPT[s]: tuple(values(s))}, x0={SWEPT[s]: values(s)[0]}, start=near(s).states, n_starts=1
     ),
     "orbit": lambda s: nsmaps.orbit(s, STARTS[s], 3),
     "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),
+    "phase_portrait": lambda s: nsmaps.dynamics.phase_portrait(s, settled(s).attractors, n_points=200),
     "periodic_orbit": near,
     "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
-    "return_batch": lambda s: nsmaps.return_batch(s, [STARTS[s]], 2),
     "second_iterate": lambda s: nsmaps.symbolic.second_iterate(s, 0.1, 0.2),
     "stability_diagram": lambda s: nsmaps.stability_diagram(
         plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
@@ -180,6 +179,7 @@ OTHERS |= {
     "parametric_map",
     "write_certificate",
     "chatter_scaling",
+    "graze",
     "hausdorff",
     "load_study",
     "load_system",
@@ -252,7 +252,7 @@ EMPTY: dict[str, Callable[[Any, Any], int]] = {
     "image_boxes": lambda s, none: len(s.image_boxes(np.empty((0, none.shape[1], 2))).source),
     "IteratedMap": lambda s, none: len(nsmaps.dynamics.IteratedMap(s, 2).first_return(none, derivative=True)),
     "orbit": lambda s, none: nsmaps.orbit(s, none, 3).states.shape[1],
-    "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, none, 32, 2).exponents),
+    "lyapunov": lambda s, none: len(nsmaps.lyapunov(s, starts=none, n_returns=32, transient=2).exponents),
     "basins": lambda s, none: len(nsmaps.basins(s, none, max_returns=9).label),
     "bifurcation": lambda s, none: nsmaps.bifurcation_diagram(
         along(s), "p", values(s), none, n_returns=4, transient=2
@@ -278,7 +278,7 @@ PLANE: dict[str, Callable[[Any], int]] = {
     "ConditionRegion": lambda none: len(nsmaps.ConditionRegion(text="v > phi", coordinates=NAMES).contains(none)),
     "image_boxes": lambda none: len(nsmaps.cells.box_map(exported.composite()).image_boxes(np.empty((0, 2, 2))).source),
     "orbit": lambda none: nsmaps.orbit(exported.composite(), none, 3).states.shape[1],
-    "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), none, 32, 2).exponents),
+    "lyapunov": lambda none: len(nsmaps.lyapunov(exported.composite(), starts=none, n_returns=32, transient=2).exponents),
     "basins": lambda none: len(nsmaps.basins(exported.composite(), none, max_returns=9).label),
     "ParametricMap": lambda none: len(exported.parametric().at(exported.parametric().low).first_return(none)),
     "StripMap": lambda none: len(strips().first_return(none)),

@@ -33,7 +33,7 @@ def slopes(states: int) -> Any:
 
 
 def noisy(returns: int, realisations: int) -> Any:
-    return noisy_orbits(BELT, STARTS[BELT], returns, Noise(sigma=0.01, tau=0.5), realisations)
+    return noisy_orbits(BELT, STARTS[BELT], Noise(sigma=0.01, tau=0.5), n_returns=returns, n_realisations=realisations)
 
 
 def under_way(given: Any, result: Any) -> bool:

@@ -219,6 +219,6 @@ def test_the_energy_of_the_device_is_that_of_its_impacts_by_hand(written):
     at_T = abs(speed(brentq(gap, times[first - 1], times[first], xtol=1e-15)))
     by_impacts = 0.0035 * 0.75 * (v**2 + at_T**2) / 2
     energy = {"name": "energy", "formula": "(v**2 - v_after**2)/2", "scale": 0.0035, "unit": "J"}
-    found = nsmaps.observe(device, [v, phase], 50, [energy]).per_period.value[0]
+    found = nsmaps.observe(device, [v, phase], [energy], n_returns=50).per_period.value[0]
     assert found == pytest.approx(by_impacts, rel=1e-9)
     assert found == pytest.approx(0.0845755, rel=1e-6), "as on the page"

@@ -157,14 +157,14 @@ def test_every_progress_is_a_fraction_that_ends_with_one(name, pair):
         lambda system, parallel: nsmaps.basins(
             system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200, parallel=parallel
         ),
-        lambda system, parallel: nsmaps.lyapunov_sweep(
+        lambda system, parallel: nsmaps.lyapunov(
             system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=64, transient=20, parallel=parallel
         ),
         lambda system, parallel: nsmaps.noisy_orbits(
-            system, [0.8, 0.3], 2, nsmaps.Noise(sigma=0.01, tau=0.5), 20, parallel=parallel
+            system, [0.8, 0.3], nsmaps.Noise(sigma=0.01, tau=0.5), n_returns=2, n_realisations=20, parallel=parallel
         ),
     ],
-    ids=["bifurcation", "basins", "lyapunov_sweep", "noisy_orbits"],
+    ids=["bifurcation", "basins", "lyapunov", "noisy_orbits"],
 )
 def test_the_progress_of_jobs_is_such_a_fraction(call, pair):
     seen = []

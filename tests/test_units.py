@@ -127,8 +127,8 @@ def test_doublings(unit):
 @few
 def test_exponents(name, unit):
     plain, there, begun = SYSTEMS[name][0], Units(*unit), start(name, 1)[0]
-    one = nsmaps.lyapunov(plain, begun, 3000, 500)
-    other = nsmaps.lyapunov(there.of(plain), there.states(begun), 3000, 500)
+    one = nsmaps.lyapunov(plain, starts=begun, n_returns=3000, transient=500)
+    other = nsmaps.lyapunov(there.of(plain), starts=there.states(begun), n_returns=3000, transient=500)
     assert np.allclose(one.exponents, other.exponents, rtol=1e-6, atol=5e-3)
 
 

@@ -115,11 +115,11 @@ def noise():
         (pair, [0.8, 0.3]),
         (nsmaps.load_system("recoil_pair", **given, r=0.5, g_bar=0.2113), [0.5, 0.1, -0.6, 1.0]),
     ):
-        quiet = nsmaps.noisy_orbits(system, start, 1, Noise(sigma=0, tau=0.5))
+        quiet = nsmaps.noisy_orbits(system, start, Noise(sigma=0, tau=0.5), n_returns=1)
         assert quiet.states[1, 0] == pytest.approx(system.first_return([start]).image[0], abs=1e-9)
     for system, start, scale in ((pair, [0.8, 0.3], {"v": 1, "phi": 1}), (Logistic(r=2.5), [0.5], None)):
         kicks = (
-            nsmaps.noisy_orbits(system, start, 1, Noise(sigma=1e-3, scale=scale), 4000).states[1]
+            nsmaps.noisy_orbits(system, start, Noise(sigma=1e-3, scale=scale), n_returns=1, n_realisations=4000).states[1]
             - system.first_return([start]).image
         )
         assert kicks.std(axis=0) == pytest.approx(np.full(len(start), 1e-3), rel=0.06)  # five standard errors of 1/sqrt(8000)
@@ -278,9 +278,9 @@ def own_map():
     for return_map in (Logistic(r=2.5), InPython(a=2.5)):
         orbit = nsmaps.periodic_orbit(return_map, [0.5])
         assert (orbit.states[0, 0], orbit.multipliers[0].real) == pytest.approx((0.6, -0.5))
-        square = nsmaps.observe(return_map, [0.6], 5, [{"name": "square", "formula": "x**2"}])
+        square = nsmaps.observe(return_map, [0.6], [{"name": "square", "formula": "x**2"}], n_returns=5)
         assert square.per_return.value == pytest.approx([0.36])
-        noisy = nsmaps.noisy_orbits(return_map, [0.6], 20, Noise(sigma=1e-4), 2000).states[-1]
+        noisy = nsmaps.noisy_orbits(return_map, [0.6], Noise(sigma=1e-4), n_returns=20, n_realisations=2000).states[-1]
         assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
         with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
             track(return_map, [0.5], 2)

@@ -33,7 +33,7 @@ def timed(work: Callable[[Any, Any, int], object], return_map: Any, returns: int
 
 def exponents(return_map: Any, start: Any, returns: int) -> object:
     """Lyapunov exponents without a transient."""
-    return nsmaps.lyapunov(return_map, start, returns, 0)
+    return nsmaps.lyapunov(return_map, starts=start, n_returns=returns, transient=0)
 
 
 def main() -> None:

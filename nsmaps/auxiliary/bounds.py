@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Random
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
 from nsmaps.auxiliary.sampled import Sampled
@@ -67,11 +67,11 @@ def auxiliary_maps(return_map: AnyMap, how: How | None = None, error: ErrorBound
     return lambda box: Sampled.of(return_map, box, samples)
 
 
-def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_000, seed: int = 0) -> ErrorBound:
+def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int = 20_000, rng: Random = 0) -> ErrorBound:
     """The largest error of a polynomial map at random states and at the corners of a box (n, 2); infinite without image."""
     array = as_box(box, polynomial.coordinates)
     corners = np.stack(np.meshgrid(*array, indexing="ij"), axis=-1).reshape(-1, len(array))
-    inside = array[:, 0] + np.ptp(array, axis=1) * np.random.default_rng(seed).random((states, len(array)))
+    inside = array[:, 0] + np.ptp(array, axis=1) * np.random.default_rng(rng).random((states, len(array)))
     x = np.concatenate([corners, inside])
     ours, exact = image_function(polynomial, array)(x), image_function(truth, array)(x)
     difference = np.abs(polynomial.coordinates.difference(exact, ours))

@@ -28,7 +28,7 @@ from nsmaps.dynamics.manifolds.manifold import Manifold as Manifold
 from nsmaps.dynamics.noise.orbits import NoisyOrbits as NoisyOrbits
 from nsmaps.dynamics.observables.attractors import AttractorMeans as AttractorMeans
 from nsmaps.dynamics.observables.cycles import CycleMeans as CycleMeans
-from nsmaps.dynamics.observables.observe import ObservableMeans as ObservableMeans
+from nsmaps.dynamics.observables.orbits import ObservableMeans as ObservableMeans
 from nsmaps.dynamics.orbit import Orbit as Orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
 from nsmaps.dynamics.portraits.graze import Graze as Graze

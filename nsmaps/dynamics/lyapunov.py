@@ -3,21 +3,19 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.returnmap import followed, map_along, starts_under
+from nsmaps.dynamics.returnmap import Model, followed, map_along, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
-from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
-from nsmaps.progress import shows
 from nsmaps.results import NONE, Result, array, array_property, range_text, units_of
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
@@ -62,26 +60,8 @@ class Lyapunov(WithCoordinates, Result):
             return np.asarray(np.abs(self.exponents.sum(axis=-1) - self.log_det))
 
 
-@shows
-def lyapunov(model: ReturnMap, starts: StateLike, n_returns: int, transient: int = 1000) -> Lyapunov:
-    """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim).
-
-    A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
-    Gram-Schmidt; the exponents are the means of the logarithms of its growth factors. The error is that of 32 batch means, as if
-    their autocorrelation were that of a first-order process with their correlation at lag one, where that is positive:
-    s/sqrt(32) sqrt((1 + rho)/(1 - rho)). It does not account for events that are rarer than
-    a batch is long, such as escapes from an attractor.
-
-    Args:
-        model: a return map with derivatives, such as an exact system or a composite map.
-        starts: phases in radians.
-        n_returns: returns over which the exponents are averaged.
-        transient: returns before these, in which the frame converges to the directions of the exponents.
-
-    Raises:
-        StateError: the state does not have the map's coordinates.
-        NsmapsError: `n_returns` is below 32, the number of batches, or `transient` is negative.
-    """
+def exponents_of(model: ReturnMap, starts: StateLike, n_returns: int, transient: int) -> Lyapunov:
+    """The Lyapunov exponents of the orbits of some states, as of `lyapunov`."""
     start, dim = as_starts(starts, ReturnMap.require(model, "exponents").coordinates), len(model.coordinates)
     if n_returns < BATCHES or transient < 0:
         raise NsmapsError(
@@ -220,25 +200,80 @@ class LyapunovSweep(Lyapunov):
         return f"{range_text(self.parameter, self.values)}, largest exponent positive at {positive}"
 
 
-@divides
-def lyapunov_sweep(
-    system: System | Callable[[float], ReturnMap],
+@overload
+def lyapunov(system: ReturnMap, *, starts: StateLike, n_returns: int = ..., transient: int = ...) -> Lyapunov: ...
+
+
+@overload
+def lyapunov(
+    system: Model,
     parameter: str,
     values: ArrayLike,
     starts: StateLike,
     *,
-    n_returns: int,
+    n_returns: int = ...,
+    transient: int = ...,
+    direction: Literal["up", "down"] | None = ...,
+    parallel: Parallel = ...,
+) -> LyapunovSweep: ...
+
+
+@divides
+def lyapunov(
+    system: Any,
+    parameter: str | None = None,
+    values: ArrayLike | None = None,
+    starts: StateLike | None = None,
+    *,
+    n_returns: int = 10_000,
     transient: int = 1000,
     direction: Literal["up", "down"] | None = None,
     parallel: Parallel = SERIAL,
-) -> LyapunovSweep:
-    """The Lyapunov exponents over the values of a parameter; arguments as for `lyapunov` and `bifurcation`.
+) -> Lyapunov | LyapunovSweep:
+    """The Lyapunov exponents of the orbit of one state, shape (dim,), or of many, shape (..., dim), maybe over a parameter.
 
-    Every value is a part of `parallel`, see `nsmaps.Parallel`; with `direction` all of them are one part.
+    A frame of tangent vectors is carried through the returns by the map's derivative and made orthonormal after each by modified
+    Gram-Schmidt; the exponents are the means of the logarithms of its growth factors. The error is that of 32 batch means, as if
+    their autocorrelation were that of a first-order process with their correlation at lag one, where that is positive:
+    s/sqrt(32) sqrt((1 + rho)/(1 - rho)). It does not account for events that are rarer than
+    a batch is long, such as escapes from an attractor.
+
+    Args:
+        system: a return map with derivatives, such as an exact system or a composite map; with `parameter` and `values` a system
+            or a function of the parameter's value, as of `bifurcation_diagram`.
+        parameter: its name, of exponents over its values.
+        values: of the parameter, shape (V,).
+        starts: phases in radians.
+        n_returns: returns over which the exponents are averaged.
+        transient: returns before these, in which the frame converges to the directions of the exponents.
+        direction: as of `bifurcation_diagram`, "up" or "down".
+        parallel: see `nsmaps.Parallel`; every value is a part, with `direction` all of them are one part.
 
     Raises:
-        StateError, NsmapsError: as `lyapunov`, the system has no such parameter, or no value has a map.
+        StateError: the state does not have the map's coordinates.
+        NsmapsError: `n_returns` is below 32, the number of batches, `transient` is negative, there is no such parameter, or no
+            value has a map; a parameter without values, or no starts.
     """
+    if starts is None or (parameter is None) != (values is None):
+        raise NsmapsError(
+            "no starts, or a parameter without values; expected: `starts=` by name, and over a parameter its name and `values`"
+        )
+    if parameter is None:
+        return exponents_of(system, starts, n_returns, transient)
+    return _sweep(system, parameter, values, starts, n_returns, transient, direction, parallel)
+
+
+def _sweep(
+    system: Model,
+    parameter: str,
+    values: Any,
+    starts: StateLike,
+    n_returns: int,
+    transient: int,
+    direction: Literal["up", "down"] | None,
+    parallel: Parallel,
+) -> LyapunovSweep:
+    """The exponents over the values of a parameter."""
     map_of, along = map_along(system, parameter), np.atleast_1d(np.asarray(values, float))
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
@@ -275,8 +310,10 @@ def _over_all(along: Floats, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> 
 def _exponents(
     map_of: Callable[[float], ReturnMap], values: Floats, starts: Floats, n_returns: int, transient: int, directed: bool
 ) -> Arrays:
-    """The arrays of `lyapunov` at values, taken in this order, where there are maps."""
-    found, reasons, _ = followed(map_of, values, starts, partial(lyapunov, n_returns=n_returns, transient=transient), directed)
+    """The arrays of exponents at values, taken in this order, where there are maps."""
+    found, reasons, _ = followed(
+        map_of, values, starts, partial(exponents_of, n_returns=n_returns, transient=transient), directed
+    )
     about = {"reasons": np.array(reasons, str)}
     if not found:
         return about

@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike, as_numbers, as_starts
+from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.along import Along
@@ -28,13 +29,16 @@ class Ended(Protocol):
 Run = TypeVar("Run", bound=Ended)
 
 
-def map_along(model: System | Callable[..., ReturnMap], *parameters: str) -> Callable[..., ReturnMap]:
-    """The return map as a function of one or two parameters: of a system, or a function of their values as it is.
+Model = System | CompleteChatter | Callable[..., ReturnMap]  #: a map with parameters, or a function of their values
+
+
+def map_along(model: Model, *parameters: str) -> Callable[..., ReturnMap]:
+    """The return map as a function of one or two parameters: of a system or its `CompleteChatter`, or a function as it is.
 
     Raises:
         NsmapsError: the system has no such parameter.
     """
-    if not isinstance(model, System):
+    if not isinstance(model, System | CompleteChatter):
         return model
     for name in parameters:
         if name not in model.parameters:

@@ -18,32 +18,25 @@ ROWS = ("image", "turns", "codes", "outcome", "time", "derivative", "number")  #
 
 
 @divides
-def return_batch(
-    system: ReturnMap, states: ArrayLike, n: int = 1, derivative: bool = False, *, parallel: Parallel = SERIAL
+def divided_returns(
+    system: ReturnMap, states: ArrayLike, n: int, derivative: bool, *, parallel: Parallel = SERIAL, **how: Any
 ) -> Returns:
     """The first n returns of each of M states, as `system.orbits(states, n, derivative)`, in parts of `parallel`.
 
     The numbers are the same to the last bit. n M rows, the first return of every state first.
-
-    Args:
-        system: any return map.
-        states: shape (M, dim), as of `first_return`.
-        n: number of returns.
-        derivative: also the derivative of each image by its start.
-        parallel: see `nsmaps.Parallel`; a part is as many states as make 20,000 returns.
 
     Raises:
         StateError: `states` is not a batch of states.
         NsmapsError: n is below 1.
         Interrupted: Ctrl-C; `result` has the returns of the first states, up to a part that was not finished.
     """
-    start = as_states(states, ReturnMap.require(system, "returns").coordinates)
+    start = as_states(states, system.coordinates)
     if n < 1:
         raise NsmapsError(f"n is {n}; expected: at least one return")
     if not (parallel.divided and len(start)):
-        return system.orbits(start, n, derivative)
+        return system.orbits(start, n, derivative, **how)
     cuts = parallel.cuts(len(start), max(1, PART // n))
-    like = system.orbits(start[:0], n, derivative)
+    like = system.orbits(start[:0], n, derivative, **how)
 
     def join_parts(parts: Sequence[Arrays]) -> Returns | None:
         if not parts:
@@ -54,14 +47,14 @@ def return_batch(
         flat = {name: row.reshape(-1, *row.shape[2:]) for name, row in rows.items()}
         return replace(like, start=starts, **flat)
 
-    parts = [(system, start[k], n, derivative) for k in cuts]
+    parts = [(system, start[k], n, derivative, how) for k in cuts]
     found = join_parts(parallel.run(_part, parts, lambda found: join_parts(begun(found))))
     assert found is not None, "there are states"
     return found
 
 
-def _part(system: ReturnMap, start: Floats, n: int, derivative: bool) -> Arrays:
+def _part(system: ReturnMap, start: Floats, n: int, derivative: bool, how: dict[str, Any]) -> Arrays:
     """The first n returns of some states, in arrays of n rows."""
-    returns = system.orbits(start, n, derivative)
+    returns = system.orbits(start, n, derivative, **how)
     found = {name: getattr(returns, name) for name in ROWS}
     return {name: row.reshape(n, len(start), *row.shape[1:]) for name, row in found.items() if row is not None}

@@ -52,7 +52,7 @@ def call_noise(system: "System") -> None:
     from nsmaps.exact.systems.flow import FlowSystem
 
     noise = {"noise": Noise(sigma=0, tau=1), "step": 1} if isinstance(system, FlowSystem) else {"noise": Noise(sigma=0)}
-    noisy_orbits(system, np.zeros(len(system.coordinates)), 1, **noise)
+    noisy_orbits(system, np.zeros(len(system.coordinates)), n_returns=1, **noise)
 
 
 def calls_of(study: "Study") -> list[Call]:

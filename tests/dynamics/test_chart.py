@@ -89,7 +89,7 @@ def test_the_exponent_of_chaos_is_that_of_a_long_orbit(made: Any) -> None:
     chaos = np.argwhere(made.period[..., 0] == 0)
     assert len(chaos) > 2
     i, j = max(chaos.tolist(), key=lambda place: made.exponent[place[0], place[1], 0])
-    exact = nsmaps.lyapunov(PAIR.at(d=PLANE["d"][j], r=PLANE["r"][i]), made.state[i, j, 0], 20_000)
+    exact = nsmaps.lyapunov(PAIR.at(d=PLANE["d"][j], r=PLANE["r"][i]), starts=made.state[i, j, 0], n_returns=20_000)
     assert made.exponent[i, j, 0] == pytest.approx(exact.exponents[0], abs=0.1)
     assert made.exponent[i, j, 0] > 0.1
 
@@ -170,7 +170,7 @@ def test_means_are_those_of_long_orbits() -> None:
     )
     assert found.observables == ("loss", "impacts")
     for j, d in enumerate(plane["d"]):
-        long = nsmaps.observe(PAIR.at(d=d, r=0.5), found.state[0, j, 0], 50_000, ["loss", "impacts"])
+        long = nsmaps.observe(PAIR.at(d=d, r=0.5), found.state[0, j, 0], ["loss", "impacts"], n_returns=50_000)
         near = 1e-9 if found.period[0, j, 0] else 0.03
         assert np.allclose(found.means[0, j, 0], long.per_period.value, rtol=near)
     assert found.period[0, :, 0].tolist() == [0, 1]

@@ -49,7 +49,7 @@ def test_means_of_observables_sum_the_impacts_without_number():
         loss = float(sum((1 - mp.mpf(R) ** 2) * v**2 / 2 for v, _ in impacts))
         wave = float(sum(v * mp.cos(phase) for v, phase in impacts))
     chosen = ["loss", {"name": "wave", "formula": "v*cos(phi)"}, {"name": "hardest", "formula": "v", "largest": True}, "impacts"]
-    found = nsmaps.observe_orbit(BALL, cycle, chosen)
+    found = nsmaps.observe(BALL, cycle, chosen)
     expected = [loss, wave, float(impacts[0][0]), np.inf]
     for means in (found.per_return, found.per_period):
         assert means.value == pytest.approx(expected, rel=1e-12)
@@ -66,7 +66,7 @@ SUMMED = [
 @pytest.mark.parametrize(("name", "by"), [("Gamma", (1, 0)), ("r", (0, 1))])
 def test_derivatives_of_means_are_those_of_the_summed_impacts(name, by):
     cycle = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
-    found = nsmaps.observe_orbit(BALL, cycle, SUMMED, {name: 1.0})
+    found = nsmaps.observe(BALL, cycle, SUMMED, rates={name: 1.0})
     value, slope = sums_to_rest(GAMMA, R).astype(float), slopes_to_rest(GAMMA, R, by)
     held = np.array([0, 0, np.pi])  # what the second part of the last formula adds, in flight and rest
     assert found.per_period.value[:3] == pytest.approx(value + GAMMA * held, rel=1e-12)
@@ -79,7 +79,7 @@ def test_derivatives_of_means_are_those_of_the_summed_impacts(name, by):
 def test_the_balance_of_energy_holds_in_the_derivatives_by_every_parameter(name):
     return_map = CompleteChatter(ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6))
     cycle = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.2, 0.1], 30).states[-1])
-    work, loss, damping = nsmaps.observe_orbit(return_map, cycle, ["work", "loss", "damping"], {name: 1.0}).per_time.derivative
+    work, loss, damping = nsmaps.observe(return_map, cycle, ["work", "loss", "damping"], rates={name: 1.0}).per_time.derivative
     assert min(abs(work), abs(loss), abs(damping)) > 0.01
     assert work == pytest.approx(loss + damping, abs=1e-12 * max(abs(loss), abs(damping)))
 
@@ -90,7 +90,7 @@ def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatte
         return_map, map_of, value = CompleteChatter(system), chattering(system, name), getattr(system, name)
         cycle = nsmaps.periodic_orbit(return_map, nsmaps.orbit(return_map, [0.2, 0.1], 30).states[-1])
         branch = continue_branch(map_of, "p", cycle, value, (0.98 * value, 1.02 * value))
-        means = nsmaps.observe_branch(map_of, branch, ["work", *losses]).per_period
+        means = nsmaps.observe(map_of, branch, ["work", *losses]).per_period
         for work, *lost in (means.value.T, means.derivative.T):
             assert len(work) > 1
             assert (work > 0).all()
@@ -153,7 +153,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
     assert abs(below.value - 1 / np.hypot(1, k)) < 1e-11
-    curve = nsmaps.bifurcation_curve(nsmaps.exact.Along(system, "a", "drag"), below, k, ((0.5, 3.0), (0.1, 1.0)), step=0.2)
+    curve = nsmaps.bifurcation_curve(system, {"a": (0.5, 3.0), "drag": (0.1, 1.0)}, below, k, step=0.2)
     a, drag = curve.parameters.T
     assert (drag[0], drag[-1]) == (0.1, 1.0)
     assert np.abs(a * np.hypot(1, drag) - 1).max() < 1e-12
@@ -251,7 +251,7 @@ def measured(return_map, name, orbit, value, bounds, reach, orbits):
     branch = continue_branch(lambda x: return_map.at(**{name: x}), "x", orbit, value, bounds)
     end = branch.events[-1]
     assert end.kind == ENDS
-    found = chatter_cascade(lambda x: return_map.at(**{name: x}), name, end, (bounds[0], end.value + reach), orbits)
+    found = chatter_cascade(return_map, name, end, (bounds[0], end.value + reach), orbits)
     numbers = [each.impacts for each in found]
     assert numbers == list(range(numbers[0], numbers[0] + orbits))
     assert all(each.near.ended == "grazing" for each in found)
@@ -284,10 +284,10 @@ def test_what_has_no_chatter_or_no_cascade_is_refused():
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
     event = nsmaps.dynamics.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
     with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
-        chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", event, (1.0, 2.0), 3)
+        chatter_cascade(BALL, "Gamma", event, (1.0, 2.0), 3)
     with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
-        nsmaps.observe_orbit(BALL.system, orbit, ["loss"])
+        nsmaps.observe(BALL.system, orbit, ["loss"])
     with pytest.raises(NsmapsError, match=r"no impact of the first state follows after 6\.28319, the time round the orbit"):
-        nsmaps.observe_orbit(BALL.at(Gamma=1.5), orbit, ["loss"])
+        nsmaps.observe(BALL.at(Gamma=1.5), orbit, ["loss"])
     lost = BALL.first_return([[np.nan, 1.0], [1.0, 2.0]])
     assert lost.counts() == {"returned": 1, "invalid": 1}

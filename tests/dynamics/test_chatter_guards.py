@@ -73,7 +73,7 @@ def test_a_branch_ends_where_that_of_the_impact_system_ends():
     (end,) = branch.events
     assert (cycle.words, end.kind) == (("B~B",), "end of complete chatter")
     assert end.value == pytest.approx(1.59734883, abs=2e-8)
-    (first,) = chatter_cascade(lambda gamma: BALL.at(Gamma=gamma), "Gamma", end, (1, end.value + 2e-6), 1)
+    (first,) = chatter_cascade(BALL, "Gamma", end, (1, end.value + 2e-6), 1)
     assert (first.impacts, first.near.ended, first.far.ended) == (19, "grazing", "period doubling")
     assert first.near.events[-1].value == pytest.approx(1.5973498688241232, abs=1e-13)  # of the impact system
 
@@ -86,7 +86,7 @@ def test_means_and_their_derivatives_are_those_of_the_summed_impacts(name, by):
         {"name": "gap", "formula": "x + Gamma*sin(phi)**2", "of": "flights"},
     ]
     cycle, held = nsmaps.periodic_orbit(BALL, [-1.0, 2.0]), np.array([0, 0, np.pi])
-    found = nsmaps.observe_orbit(BALL, cycle, chosen, {name: 1.0})
+    found = nsmaps.observe(BALL, cycle, chosen, rates={name: 1.0})
     value, slope = sums_to_rest(1.3, 0.5).astype(float), slopes_to_rest(1.3, 0.5, by)
     assert found.per_period.value == pytest.approx(value + 1.3 * held, rel=1e-11)
     assert found.per_period.derivative == pytest.approx(slope + by[0] * held, rel=1e-10)

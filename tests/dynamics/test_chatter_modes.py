@@ -105,9 +105,7 @@ def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
     held = nsmaps.periodic_orbit(Table(Gamma=0.9, r=0.5), [0.0, 0.0])
     branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), "gamma", held, 0.9, (0.5, 1.5), step=0.3)
     assert (held.words, branch.ended) == (("cc",), "grazing")
-    curve = nsmaps.bifurcation_curve(
-        lambda gamma, r: Table(Gamma=gamma, r=r), branch.events[0], 0.5, ((0.5, 1.5), (0.4, 0.6)), step=0.5
-    )
+    curve = nsmaps.bifurcation_curve(Table(Gamma=1.0, r=0.5), {"Gamma": (0.5, 1.5), "r": (0.4, 0.6)}, branch.events[0], step=0.5)
     assert np.abs(curve.parameters[:, 0] - 1).max() < 1e-12
     assert curve.parameters[[0, -1], 1] == pytest.approx([0.4, 0.6], abs=1e-14)
 
@@ -122,7 +120,7 @@ def test_means_and_their_derivatives_are_those_of_the_summed_impacts():
     cycle, held = nsmaps.periodic_orbit(table, [0.1, 0.1]), np.array([0, np.pi])
     value = sums_to_rest(1.3, 0.5).astype(float)[[0, 2]]
     for name, by in (("Gamma", (1, 0)), ("r", (0, 1))):
-        found, slope = nsmaps.observe_orbit(table, cycle, chosen, {name: 1.0}), slopes_to_rest(1.3, 0.5, by)[[0, 2]]
+        found, slope = nsmaps.observe(table, cycle, chosen, rates={name: 1.0}), slopes_to_rest(1.3, 0.5, by)[[0, 2]]
         assert found.per_period.value == pytest.approx(value + 1.3 * held, rel=1e-12)
         assert found.per_period.derivative == pytest.approx(slope + by[0] * held, rel=1e-11)
 

@@ -184,7 +184,7 @@ def test_attractors_are_matched_through_folds_and_over_refused_values():
 def test_an_attractor_whose_basin_has_no_start_is_followed():
     values = np.linspace(-0.3, 0.35, 8)
     few = nsmaps.global_continuation(
-        Cubic, "p", values, {"x": (-0.2, 1.2)}, n_samples=4, max_returns=400, scale=2.4, n_kicks=2, seed=3
+        Cubic, "p", values, {"x": (-0.2, 1.2)}, n_samples=4, max_returns=400, scale=2.4, n_kicks=2, rng=3
     )
     held = [not reason for reason in few.reasons]
     assert few.found[held].all()

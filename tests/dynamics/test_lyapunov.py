@@ -9,7 +9,7 @@ import pytest
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.frames import carried
-from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -70,7 +70,7 @@ class Linear(ReturnMap):
 
 def test_logistic_map_has_log_2():
     starts = np.random.default_rng(1).uniform(0.01, 0.99, (200, 2))
-    made = nsmaps.lyapunov(Logistic(), starts, 3200, transient=100)
+    made = nsmaps.lyapunov(Logistic(), starts=starts, n_returns=3200, transient=100)
     off = made.exponents - [np.log(2), -np.log(3)]
     assert np.abs(off[:, 1]).max() < 5e-3
     assert abs(off[:, 0].mean()) < 1e-3
@@ -82,7 +82,7 @@ def test_logistic_map_has_log_2():
 def test_the_error_says_how_far_single_orbits_are_off():
     """The skewed tent stretches by 1/a or 1/(1 - a) with probabilities a and 1 - a, independently: all is known."""
     a, n = 0.2, 3200
-    made = nsmaps.lyapunov(Tent(a), np.random.default_rng(1).uniform(0.01, 0.99, (200, 1)), n, transient=100)
+    made = nsmaps.lyapunov(Tent(a), starts=np.random.default_rng(1).uniform(0.01, 0.99, (200, 1)), n_returns=n, transient=100)
     exact = -a * np.log(a) - (1 - a) * np.log(1 - a)
     spread = np.sqrt(a * (1 - a) / n) * abs(np.log(a / (1 - a)))
     assert abs(made.exponents.mean() - exact) < 4 * spread / np.sqrt(200)
@@ -93,7 +93,7 @@ def test_the_error_says_how_far_single_orbits_are_off():
 @pytest.mark.parametrize("count", [3, 4])
 def test_linear_maps_have_the_moduli_of_their_eigenvalues(count):
     matrix = np.random.default_rng(count).integers(-3, 4, (count, count)) + 4.0 * np.diag(np.arange(count))
-    made = nsmaps.lyapunov(Linear(matrix), np.ones(count), 2000, transient=2000)
+    made = nsmaps.lyapunov(Linear(matrix), starts=np.ones(count), n_returns=2000, transient=2000)
     assert np.allclose(made.exponents, np.sort(np.log(np.abs(np.linalg.eigvals(matrix))))[::-1], atol=5e-3)
     assert made.exponents.sum() == pytest.approx(np.log(abs(np.linalg.det(matrix))), abs=1e-12)
     assert np.isnan(made.per_time).all()
@@ -110,18 +110,18 @@ def test_linear_maps_have_the_moduli_of_their_eigenvalues(count):
     ],
 )
 def test_resets_keep_the_exponents_of_what_they_do_not_reset(matrix, largest, transient):
-    made = nsmaps.lyapunov(Linear(np.array(matrix, float)), np.ones(len(matrix)), 4000, transient)
+    made = nsmaps.lyapunov(Linear(np.array(matrix, float)), starts=np.ones(len(matrix)), n_returns=4000, transient=transient)
     assert np.allclose(made.exponents[: len(largest)], np.log(largest), atol=2e-3)
     assert (made.exponents[len(largest) :] == -np.inf).all()
 
 
 def test_cycles_have_the_logarithms_of_their_multipliers(pair):
-    fixed = nsmaps.lyapunov(pair(0.35), [0.8, 0.4], 320)
+    fixed = nsmaps.lyapunov(pair(0.35), starts=[0.8, 0.4], n_returns=320)
     assert np.allclose(fixed.exponents, np.log([0.82672902, 0.07559914]), atol=2e-7)
     assert (fixed.error < 1e-12).all()
     assert np.allclose(fixed.per_time, fixed.exponents / 2, atol=1e-9)  # one period of the forcing a return
     assert fixed.running.shape == (32, 2)
-    cycle = nsmaps.lyapunov(pair(0.27), [0.8, 0.4], 6400)
+    cycle = nsmaps.lyapunov(pair(0.27), starts=[0.8, 0.4], n_returns=6400)
     own = nsmaps.periodic_orbit(pair(0.27), nsmaps.orbit(pair(0.27), [0.8, 0.4], 3000).final, 4)
     expected = np.log(np.abs(own.multipliers)) / 4
     assert np.allclose(cycle.exponents, expected, atol=2e-3)
@@ -132,7 +132,7 @@ def test_cycles_have_the_logarithms_of_their_multipliers(pair):
 def test_the_sum_is_log_det_and_what_the_pair_conserves(pair, d):
     """Flights keep v dv dphi and impacts on either wall shrink it by r^2: an independent sum over the impacts."""
     system, start, n = pair(d, r=0.45), [0.8, 0.4], 6400
-    made = nsmaps.lyapunov(system, start, n, transient=0)
+    made = nsmaps.lyapunov(system, starts=start, n_returns=n, transient=0)
     path = nsmaps.orbit(system, start, n)
     impacts = sum(len(word) - 1 for word in path.words)
     expected = (2 * impacts * np.log(0.45) + np.log(path.states[0, 0] / path.states[-1, 0])) / n
@@ -142,7 +142,7 @@ def test_the_sum_is_log_det_and_what_the_pair_conserves(pair, d):
 
 
 def test_chaos_is_told_from_order(pair):
-    made = nsmaps.lyapunov(pair(0.26), [0.8, 0.4], 20_000)
+    made = nsmaps.lyapunov(pair(0.26), starts=[0.8, 0.4], n_returns=20_000)
     frame, path, grown = np.eye(2), nsmaps.orbit(pair(0.26), [0.8, 0.4], 21_000).states, np.zeros(2)
     for k, step in enumerate(pair(0.26).first_return(path[:-1], derivative=True).derivative):
         frame, r = np.linalg.qr(step @ frame)
@@ -163,7 +163,9 @@ class Slow(ReturnMap):
 
 def test_the_compiled_loop_is_that_of_single_returns(pair):
     starts = np.random.default_rng(2).uniform([0.3, 0], [1, 2 * np.pi], (3, 2, 2))
-    quick, slow = (nsmaps.lyapunov(formulas, starts, 64, 100) for formulas in (pair(0.30), Slow(pair(0.30))))
+    quick, slow = (
+        nsmaps.lyapunov(formulas, starts=starts, n_returns=64, transient=100) for formulas in (pair(0.30), Slow(pair(0.30)))
+    )
     assert quick.exponents.shape == (3, 2, 2)
     assert quick.outcome.shape == (3, 2)
     assert np.allclose(quick.exponents, slow.exponents, atol=1e-9, equal_nan=True)
@@ -171,15 +173,15 @@ def test_the_compiled_loop_is_that_of_single_returns(pair):
 
 
 def test_orbits_that_end_and_none_at_all_are_data():
-    made = nsmaps.lyapunov(Logistic(), [[0.3, 0.1], [2.0, 0.1], [np.nan, 0.0]], 64, transient=10)
+    made = nsmaps.lyapunov(Logistic(), starts=[[0.3, 0.1], [2.0, 0.1], [np.nan, 0.0]], n_returns=64, transient=10)
     assert made.outcome.tolist() == [Outcome.returned, Outcome.escaped, Outcome.invalid]
     assert np.isfinite(made.exponents).all(axis=-1).tolist() == [True, False, False]
     assert np.isnan(made.error[1:]).all()
-    assert nsmaps.lyapunov(Logistic(), np.empty((0, 2)), 64).exponents.shape == (0, 2)
+    assert nsmaps.lyapunov(Logistic(), starts=np.empty((0, 2)), n_returns=64).exponents.shape == (0, 2)
 
 
 def test_a_rest_forgets_where_it_came_from(pair):
-    made = nsmaps.lyapunov(pair(0.35), [[0.2, 0.1], [0.8, 0.4]], 64, transient=0)
+    made = nsmaps.lyapunov(pair(0.35), starts=[[0.2, 0.1], [0.8, 0.4]], n_returns=64, transient=0)
     assert nsmaps.orbit(pair(0.35), [0.2, 0.1], 64).outcome.max() == Outcome.stuck
     assert (made.exponents[0] == -np.inf).all()
     assert made.log_det[0] == -np.inf
@@ -195,33 +197,33 @@ def test_a_plastic_impact_forgets_the_speed():
     ahead, behind = (plastic.first_return(path.states[:-1] + side * np.array(h)).image[:, 1] for side in (1, -1))
     slopes = np.log(np.abs((ahead - behind + np.pi) % (2 * np.pi) - np.pi) / 2e-6)[100:]
     for return_map in (plastic, Slow(plastic)):
-        made = nsmaps.lyapunov(return_map, path.states[80], 220, transient=20)
+        made = nsmaps.lyapunov(return_map, starts=path.states[80], n_returns=220, transient=20)
         assert made.exponents[0] == pytest.approx(slopes.mean(), abs=1e-6)
         assert made.exponents[1] == -np.inf
 
 
 def test_sweeps_are_loops_over_values(pair):
-    made = lyapunov_sweep(pair(0.3), "d", [0.26, -1.0, 0.35], [0.8, 0.4], n_returns=640, direction="down")
-    first = nsmaps.lyapunov(pair(0.35), [0.8, 0.4], 640)
+    made = lyapunov(pair(0.3), "d", [0.26, -1.0, 0.35], [0.8, 0.4], n_returns=640, direction="down")
+    first = nsmaps.lyapunov(pair(0.35), starts=[0.8, 0.4], n_returns=640)
     assert np.array_equal(made.exponents[2], first.exponents)
-    assert np.array_equal(made.exponents[0], nsmaps.lyapunov(pair(0.26), first.final, 640).exponents)
+    assert np.array_equal(made.exponents[0], nsmaps.lyapunov(pair(0.26), starts=first.final, n_returns=640).exponents)
     assert np.isnan(made.exponents[1]).all()
     assert "greater than 0" in made.reasons[1]
     with pytest.raises(NsmapsError, match="no map at any of 1 values"):
-        lyapunov_sweep(lambda d: pair(0.3).at(d=d), "d", [-1.0], [0.8, 0.4], n_returns=640)
+        lyapunov(lambda d: pair(0.3).at(d=d), "d", [-1.0], [0.8, 0.4], n_returns=640)
 
 
 def test_wrong_calls_are_errors(pair):
     with pytest.raises(StateError, match=r"shape \(3,\)"):
-        nsmaps.lyapunov(pair(0.3), [1, 2, 3], 64)
+        nsmaps.lyapunov(pair(0.3), starts=[1, 2, 3], n_returns=64)
     with pytest.raises(NsmapsError, match="10 returns after 1000"):
-        nsmaps.lyapunov(pair(0.3), [0.8, 0.4], 10)
+        nsmaps.lyapunov(pair(0.3), starts=[0.8, 0.4], n_returns=10)
 
 
 def test_sweeps_of_no_points_are_errors(pair):
     for values in ([], [np.nan], [[0.3, 0.3]]):
         with pytest.raises(NsmapsError, match=r"the values have shape .*; expected: one or more finite numbers, shape"):
-            lyapunov_sweep(lambda d: pair(d), "d", values, [0.8, 0.4], n_returns=640)
+            lyapunov(lambda d: pair(d), "d", values, [0.8, 0.4], n_returns=640)
 
 
 @pytest.mark.parametrize("count", [1, 40])

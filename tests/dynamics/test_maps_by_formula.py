@@ -97,6 +97,6 @@ EXPONENTS = [  #: by independent runs of 1.5e8 to 6e8 returns, in closed form of
 
 @pytest.mark.parametrize(("return_map", "expected"), EXPONENTS, ids=lambda each: type(each).__name__)
 def test_exponents(return_map, expected):
-    found = nsmaps.lyapunov(return_map, np.full(len(return_map.coordinates), 0.05), 100_000)
+    found = nsmaps.lyapunov(return_map, starts=np.full(len(return_map.coordinates), 0.05), n_returns=100_000)
     assert found.exponents == pytest.approx(expected, abs=6e-3)
     assert (np.abs(found.exponents - expected) <= 5 * found.error + 2e-4).all()

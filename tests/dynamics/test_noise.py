@@ -90,13 +90,13 @@ class Bent(ImpactSystem):
 
 def test_flights_without_a_linear_law_are_refused():
     with pytest.raises(SystemDefinitionError, match=r"w\*\*2 is not linear in hit.z and hit.w"):
-        noisy_orbits(Bent(), [0.1, 0.1], 3, QUIET)
+        noisy_orbits(Bent(), [0.1, 0.1], QUIET, n_returns=3)
 
 
 def test_the_deterministic_limit_is_the_exact_map(pair):
     starts = np.random.default_rng(0).uniform([0.01, 0], [1.5, 2 * np.pi], (60, 2))
     for system in (pair(0.35), pair(0.2275, r=0.25, beta=np.pi / 6), Oscillator(zeta=0.1, w=2.0, gap=0.2), BouncingBall(a=1.5)):
-        made = noisy_orbits(system, starts, 20, QUIET, 60)
+        made = noisy_orbits(system, starts, QUIET, n_returns=20, n_realisations=60)
         exact = nsmaps.orbit(system, starts, 20, chatter=1e-6)
         assert np.array_equal(made.words, exact.words)
         assert np.array_equal(made.outcome, exact.outcome)
@@ -110,7 +110,7 @@ def test_finer_steps_of_the_same_path_agree_to_order_three_halves(pair, monkeypa
     def at(parts):
         monkeypatch.setattr(orbits, "SUBSTEPS", parts)
         noise = Noise(sigma=0.05, tau=0.5)
-        return noisy_orbits(pair(0.35), [0.833, 0.364], 3, noise, 200, seed=1, step=0.1 / 64 * parts)
+        return noisy_orbits(pair(0.35), [0.833, 0.364], noise, n_returns=3, n_realisations=200, rng=1, step=0.1 / 64 * parts)
 
     fine = at(1)
     off = [np.sqrt(((at(parts).states[-1] - fine.states[-1]) ** 2).mean(axis=0)) for parts in (8, 64)]
@@ -120,7 +120,7 @@ def test_finer_steps_of_the_same_path_agree_to_order_three_halves(pair, monkeypa
 
 
 def test_the_forcing_along_an_orbit_has_its_law(pair):
-    made = noisy_orbits(pair(0.35), [0.833, 0.364], 4000, Noise(sigma=0.1, tau=2.0), 1, seed=3)
+    made = noisy_orbits(pair(0.35), [0.833, 0.364], Noise(sigma=0.1, tau=2.0), n_returns=4000, n_realisations=1, rng=3)
     eta = made.eta[:, 0]
     assert eta.std() == pytest.approx(0.1, rel=0.1)
     apart = eta - eta.mean()
@@ -131,7 +131,7 @@ def test_the_forcing_along_an_orbit_has_its_law(pair):
 def test_noise_spreads_a_return_as_eulers_method_has_it(pair):
     """The spread of a first return beside that of Euler's method with steps of 1e-3 and impacts at their ends."""
     system, sigma, tau, count, h = pair(0.35), 0.05, 0.5, 400, 1e-3
-    made = noisy_orbits(system, [0.83338599, 0.36361156], 1, Noise(sigma=sigma, tau=tau), 4000, seed=2)
+    made = noisy_orbits(system, [0.83338599, 0.36361156], Noise(sigma=sigma, tau=tau), n_returns=1, n_realisations=4000, rng=2)
     rng = np.random.default_rng(7)
     t, z = np.full(count, 0.36361156 / np.pi), np.full(count, 0.175)
     w, eta = np.full(count, -0.5 * 0.83338599), sigma * rng.standard_normal(count)
@@ -149,11 +149,11 @@ def test_noise_spreads_a_return_as_eulers_method_has_it(pair):
 
 def test_realisations_depend_on_seed_and_number_alone(pair):
     noise, system = Noise(sigma=0.03, tau=0.5), pair(0.3)
-    alone = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=4)
+    alone = noisy_orbits(system, [0.8, 0.4], noise, n_returns=30, n_realisations=3, rng=4)
     with ThreadPoolExecutor(2) as pool:
-        pooled = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4, parallel=nsmaps.Parallel(pool))
-    many = noisy_orbits(system, [0.8, 0.4], 30, noise, 20, seed=4)
-    other = noisy_orbits(system, [0.8, 0.4], 30, noise, 3, seed=5)
+        pooled = noisy_orbits(system, [0.8, 0.4], noise, n_returns=30, n_realisations=20, rng=4, parallel=nsmaps.Parallel(pool))
+    many = noisy_orbits(system, [0.8, 0.4], noise, n_returns=30, n_realisations=20, rng=4)
+    other = noisy_orbits(system, [0.8, 0.4], noise, n_returns=30, n_realisations=3, rng=5)
     assert np.array_equal(alone.states, many.states[:, :3])
     assert np.array_equal(pooled.states, many.states)
     assert not np.isclose(other.states[1:], alone.states[1:]).any()
@@ -162,33 +162,35 @@ def test_realisations_depend_on_seed_and_number_alone(pair):
 
 def test_processes_give_the_same_numbers(pair):
     noise = Noise(sigma=0.03, tau=0.5)
-    here = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4)
+    here = noisy_orbits(pair(0.3), [0.8, 0.4], noise, n_returns=5, n_realisations=9, rng=4)
     with ProcessPoolExecutor(1) as pool:
-        there = noisy_orbits(pair(0.3), [0.8, 0.4], 5, noise, 9, seed=4, parallel=nsmaps.Parallel(pool))
+        there = noisy_orbits(pair(0.3), [0.8, 0.4], noise, n_returns=5, n_realisations=9, rng=4, parallel=nsmaps.Parallel(pool))
     assert np.array_equal(here.states, there.states)
 
 
 def test_chatter_rest_and_escape_under_noise_end(pair):
-    made = noisy_orbits(pair(0.35), [0.2, 0.1], 60, Noise(sigma=0.02, tau=0.5), 20, seed=1)
+    made = noisy_orbits(pair(0.35), [0.2, 0.1], Noise(sigma=0.02, tau=0.5), n_returns=60, n_realisations=20, rng=1)
     assert made.held.all()
     assert (made.outcome == Outcome.stuck).any(axis=0).all()
     assert any(word in ("B~", "B_") for word in made.words.ravel())
     heavy = pair(0.35).at(g_bar=5.0)  # pressed on B for ever
-    still = noisy_orbits(heavy, [0.1, 0.1], 200, Noise(sigma=0.02, tau=0.5), 1, step=0.1)
+    still = noisy_orbits(heavy, [0.1, 0.1], Noise(sigma=0.02, tau=0.5), n_returns=200, n_realisations=1, step=0.1)
     assert still.ended() == {"rests": 1}
-    assert noisy_orbits(heavy, [0.1, 0.1], 200, QUIET, 1).ended() == {"rests": 1}
-    away = noisy_orbits(BouncingBall(a=0.1), [[1.0, 0.0], [np.nan, 0.0], [-1.0, 0.0]], 3, QUIET, 3)
+    assert noisy_orbits(heavy, [0.1, 0.1], QUIET, n_returns=200, n_realisations=1).ended() == {"rests": 1}
+    away = noisy_orbits(BouncingBall(a=0.1), [[1.0, 0.0], [np.nan, 0.0], [-1.0, 0.0]], QUIET, n_returns=3, n_realisations=3)
     assert away.outcome[-1].tolist()[1:] == [Outcome.invalid] * 2
     assert np.isnan(away.states[1:, 1:]).all()
-    assert noisy_orbits(pair(0.3), np.empty((0, 2)), 3, QUIET, 0).states.shape == (4, 0, 2)
+    assert noisy_orbits(pair(0.3), np.empty((0, 2)), QUIET, n_returns=3, n_realisations=0).states.shape == (4, 0, 2)
 
 
 def test_impacts_are_those_of_the_trajectory(pair):
-    made = noisy_orbits(pair(0.3), [0.8, 0.4], 10, QUIET, 1, impacts=12)
+    made = noisy_orbits(pair(0.3), [0.8, 0.4], QUIET, n_returns=10, n_realisations=1, max_impacts=12)
     exact = pair(0.3).impacts([0.8, 0.4], 13)
     assert np.array_equal(made.impacts[0, :, 0], exact.wall[1:])
     assert np.allclose(made.impacts[0, :, 1:], np.column_stack([exact.speed, exact.phase])[1:], atol=1e-9)
-    assert np.isnan(noisy_orbits(pair(0.3), [0.8, 0.4], 2, QUIET, 1, impacts=12).impacts[0, 4:]).all()
+    assert np.isnan(
+        noisy_orbits(pair(0.3), [0.8, 0.4], QUIET, n_returns=2, n_realisations=1, max_impacts=12).impacts[0, 4:]
+    ).all()
 
 
 def test_residence_of_a_telegraph_has_its_rates():
@@ -216,7 +218,7 @@ def test_noise_leads_to_two_to_one_beyond_the_window(pair):
     """As fig. comp_stoch: at d where only 1:1 lives on, noise makes 2:1 appear, and more of it the larger it is."""
     system, modes, shares = pair(0.24, r=0.25, beta=np.pi / 6), {"1:1": ["BTB"], "2:1": ["BB", "BTB"]}, []
     for sigma in (0.0, 0.0447):
-        made = noisy_orbits(system, [0.68, 0.5], 600, Noise(sigma=sigma, tau=0.5), 16, seed=1)
+        made = noisy_orbits(system, [0.68, 0.5], Noise(sigma=sigma, tau=0.5), n_returns=600, n_realisations=16, rng=1)
         shares.append(residence(made.words[100:], made.time[100:], modes, min_returns=4).share[1])
     assert shares[0] == 0
     assert shares[1] > 0.005
@@ -233,6 +235,6 @@ def test_impact_diagrams_follow_a_parameter(pair):
 
 def test_wrong_calls_are_errors(pair):
     with pytest.raises(StateError, match=r"expected: \(2,\) or \(3, 2\)"):
-        noisy_orbits(pair(0.3), [[0.8, 0.4]] * 2, 3, QUIET, 3)
+        noisy_orbits(pair(0.3), [[0.8, 0.4]] * 2, QUIET, n_returns=3, n_realisations=3)
     with pytest.raises(NsmapsError, match=r"a step of 2, 0 impacts, .*at most tau = 1"):
-        noisy_orbits(pair(0.3), [0.8, 0.4], 3, QUIET, step=2.0)
+        noisy_orbits(pair(0.3), [0.8, 0.4], QUIET, n_returns=3, step=2.0)

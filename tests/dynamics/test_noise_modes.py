@@ -82,7 +82,7 @@ class Linear(HybridSystem):
 @SYSTEMS
 @pytest.mark.parametrize("step", [None, 0.003, 0.5])
 def test_without_strength_every_return_is_that_of_the_map(system, step):
-    made = noisy_orbits(system, STARTS[system], 30, QUIET, step=step)
+    made = noisy_orbits(system, STARTS[system], QUIET, n_returns=30, step=step)
     assert made.held.all()
     alone = system.first_return(made.states[:-1, 0])
     np.testing.assert_allclose(made.states[1:, 0], alone.image, rtol=1e-12, atol=1e-12)
@@ -95,7 +95,7 @@ def test_without_strength_every_return_is_that_of_the_map(system, step):
 
 def test_without_strength_contact_lasts_as_without_noise():
     system = BallUnderNoise()
-    made = noisy_orbits(system, [-0.6, 1.0], 40, QUIET)
+    made = noisy_orbits(system, [-0.6, 1.0], QUIET, n_returns=40)
     alone = system.first_return(made.states[:-1, 0], chatter=1e-6)
     assert (made.outcome == Outcome.stuck).any()
     assert made.outcome[:, 0].tolist() == alone.outcome.tolist()
@@ -107,8 +107,8 @@ def test_a_light_ball_moves_as_in_the_pair_of_one_displacement():
     """The capsule is not acted on, without spring and damping: the same numbers drive the same path."""
     pair = RecoilPair(eta=0, kappa=0, Lambda=0, d=0.35, r=0.5, g_bar=0.2113)
     plain = VIPair(d=0.35, r=0.5, g_bar=0.2113)
-    made = noisy_orbits(pair, [0.83, 0.19, -0.67, 0.36], 40, LOUD, 6, seed=3, impacts=60)
-    known = noisy_orbits(plain, [0.83, 0.36], 40, LOUD, 6, seed=3, impacts=60)
+    made = noisy_orbits(pair, [0.83, 0.19, -0.67, 0.36], LOUD, n_returns=40, n_realisations=6, rng=3, max_impacts=60)
+    known = noisy_orbits(plain, [0.83, 0.36], LOUD, n_returns=40, n_realisations=6, rng=3, max_impacts=60)
     np.testing.assert_allclose(made.states[..., [0, 3]], known.states, atol=1e-11)
     np.testing.assert_allclose(made.time, known.time, atol=1e-11)
     np.testing.assert_allclose(made.eta, known.eta, atol=1e-11)
@@ -123,8 +123,8 @@ def test_a_light_ball_moves_as_in_the_pair_of_one_displacement():
 def test_chatter_and_rest_are_those_of_the_bouncing_ball():
     """Releases are zeros of the same force, so that paths agree through them; impacts that are summed up differ a little."""
     ball, same = BouncingBall(Gamma=1.2, r=0.4), BallUnderNoise()
-    made = noisy_orbits(same, [-0.6, 1.0], 60, LOUD, 8, seed=2)
-    known = noisy_orbits(ball, [0.6, 1.0], 60, LOUD, 8, seed=2)
+    made = noisy_orbits(same, [-0.6, 1.0], LOUD, n_returns=60, n_realisations=8, rng=2)
+    known = noisy_orbits(ball, [0.6, 1.0], LOUD, n_returns=60, n_realisations=8, rng=2)
     assert made.held.all()
     assert (made.outcome == Outcome.stuck).any()
     assert (known.outcome == Outcome.stuck).any()
@@ -137,8 +137,8 @@ def test_chatter_and_rest_are_those_of_the_bouncing_ball():
 
 def test_sliding_is_stick_with_equal_frictions():
     values = {"zeta": 0.02, "vb": 0.5, "A": 0.3, "w": 1.3}
-    given = noisy_orbits(Belt(mu_k=0.6, mu_s=0.6, **values), STARTS[BELT], 30, LOUD, 4, seed=1)
-    derived = noisy_orbits(Coulomb(mu=0.6, **values), STARTS[BELT], 30, LOUD, 4, seed=1)
+    given = noisy_orbits(Belt(mu_k=0.6, mu_s=0.6, **values), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1)
+    derived = noisy_orbits(Coulomb(mu=0.6, **values), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1)
     assert (given.words == derived.words).all()
     np.testing.assert_allclose(derived.states, given.states, atol=1e-12)
 
@@ -216,7 +216,16 @@ def test_paths_are_those_of_an_integrator_along_the_same_noise(system, monkeypat
     parts, turn, errors, firsts, effects = 64, float(system.period()) / (2 * np.pi), [], [], []
     h, quiet, formulas = 2 * np.pi * turn / 100, system.first_return([STARTS[system]]), Integrated(system)
     monkeypatch.setattr(orbits, "SUBSTEPS", 1 if system is BELT else parts)
-    made = noisy_orbits(system, STARTS[system], 1, LOUD, 4, 5, h / parts if system is BELT else h, impacts=2)
+    made = noisy_orbits(
+        system,
+        STARTS[system],
+        LOUD,
+        n_returns=1,
+        n_realisations=4,
+        rng=5,
+        step=h / parts if system is BELT else h,
+        max_impacts=2,
+    )
     for k in range(4):
         mode, state = AFTER[system]
         t, path = STARTS[system][-1] * turn, fine_path(LOUD, h, 5, k, parts)
@@ -237,7 +246,7 @@ def test_strong_errors_have_their_orders(monkeypatch):
     made = []
     for parts in (1, 4, 8, 16, 32):
         monkeypatch.setattr(orbits, "SUBSTEPS", parts)
-        made.append(noisy_orbits(SOFT, STARTS[SOFT], 1, LOUD, 200, seed=7, step=parts * 0.006).states[1])
+        made.append(noisy_orbits(SOFT, STARTS[SOFT], LOUD, n_returns=1, n_realisations=200, rng=7, step=parts * 0.006).states[1])
     errors = np.array([np.sqrt(np.mean((each - made[0]) ** 2, axis=0)) for each in made[1:]])
     orders = np.log2(errors[-1] / errors[0]) / 3
     assert orders[0] == pytest.approx(1.5, abs=0.2)
@@ -249,7 +258,7 @@ def test_a_linear_oscillator_has_the_moments_of_its_closed_form():
     """x'' + 2 zeta x' + x = cos w t + eta: the covariance of (x, v, eta) from Lyapunov's equation, the mean as without noise."""
     zeta, w, noise = 0.25, 1.3, Noise(sigma=0.4, tau=0.7)
     system = Linear(zeta=zeta, w=w)
-    made = noisy_orbits(system, [0.0, 0.0], 400, noise, 64, seed=1, step=0.2)
+    made = noisy_orbits(system, [0.0, 0.0], noise, n_returns=400, n_realisations=64, rng=1, step=0.2)
     rates = np.array([[0, 1, 0], [-1, -2 * zeta, 1], [0, 0, -1 / noise.tau]])
     known = solve_continuous_lyapunov(rates, -np.diag([0, 0, 2 * noise.sigma**2 / noise.tau]))
     rows = np.concatenate([made.states[20:], made.eta[20:, :, None]], axis=-1)
@@ -262,13 +271,13 @@ def test_a_linear_oscillator_has_the_moments_of_its_closed_form():
 
 
 def test_results_depend_on_seeds_alone():
-    how = [0.84, 0.19, -0.67, 0.32], 6, LOUD, 20, 4
-    alone = noisy_orbits(PAIR, *how)
+    start, how = [0.84, 0.19, -0.67, 0.32], {"n_returns": 6, "n_realisations": 20, "rng": 4}
+    alone = noisy_orbits(PAIR, start, LOUD, **how)
     with ThreadPoolExecutor(3) as threads, ProcessPoolExecutor(2) as processes:
         for parallel in (Parallel(threads, part=3), Parallel(processes, part=7)):
-            assert np.array_equal(noisy_orbits(PAIR, *how, parallel=parallel).states, alone.states)
-    assert np.array_equal(noisy_orbits(PAIR, how[0], 4, LOUD, 20, 4).states, alone.states[:5])
-    assert not np.array_equal(noisy_orbits(PAIR, how[0], 6, LOUD, 20, 5).states, alone.states)
+            assert np.array_equal(noisy_orbits(PAIR, start, LOUD, **how, parallel=parallel).states, alone.states)
+    assert np.array_equal(noisy_orbits(PAIR, start, LOUD, n_returns=4, n_realisations=20, rng=4).states, alone.states[:5])
+    assert not np.array_equal(noisy_orbits(PAIR, start, LOUD, n_returns=6, n_realisations=20, rng=5).states, alone.states)
     assert len({*alone.states[3, :, 0].tolist()}) == 20
 
 
@@ -298,16 +307,16 @@ class Taken(Linear):
 def test_systems_without_noise_say_so():
     block = RockingBlock(**dict.fromkeys(RockingBlock.parameter_names(), 0.5))
     with pytest.raises(NsmapsError, match=r"RockingBlock has no noise; expected: a name for it in the class"):
-        noisy_orbits(block, np.full(len(block.coordinates), 0.5), 5, LOUD)
+        noisy_orbits(block, np.full(len(block.coordinates), 0.5), LOUD, n_returns=5)
     with pytest.raises(SystemDefinitionError, match=r"Silent.noise is 'hiss', and no rate or guard has it"):
-        noisy_orbits(Silent(zeta=0.1, w=1), [0, 0], 5, LOUD)
+        noisy_orbits(Silent(zeta=0.1, w=1), [0, 0], LOUD, n_returns=5)
     with pytest.raises(SystemDefinitionError, match=r"Taken.noise is 'x'; expected: a name of its own"):
         Taken(zeta=0.1, w=1).first_return([[0, 0]])
     with pytest.raises(NsmapsError, match=r"the start has shape \(2, 4\); expected: \(4,\) or \(3, 4\)"):
-        noisy_orbits(PAIR, [[0.8, 0.4, 0.1, 0.2]] * 2, 5, LOUD, 3)
+        noisy_orbits(PAIR, [[0.8, 0.4, 0.1, 0.2]] * 2, LOUD, n_returns=5, n_realisations=3)
 
 
 def test_motions_that_end_say_why():
-    made = noisy_orbits(SOFT.at(a=0.1), [1.0, 1.0], 400, Noise(sigma=0, tau=0.5), 2, step=0.5)
+    made = noisy_orbits(SOFT.at(a=0.1), [1.0, 1.0], Noise(sigma=0, tau=0.5), n_returns=400, n_realisations=2, step=0.5)
     assert made.ended() == {"escaped": 2}
-    assert noisy_orbits(PAIR, [-1.0, 0.19, -0.67, 0.32], 3, LOUD, 2).ended() == {"invalid": 2}
+    assert noisy_orbits(PAIR, [-1.0, 0.19, -0.67, 0.32], LOUD, n_returns=3, n_realisations=2).ended() == {"invalid": 2}

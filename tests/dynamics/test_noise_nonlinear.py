@@ -83,7 +83,10 @@ class TableWithPendulum(BallUnderNoise):
     ids=["coordinates", "guard", "contact"],
 )
 def test_a_linear_system_written_as_a_nonlinear_one_has_the_same_orbits(plain, bent, start, n):
-    known, made = noisy_orbits(plain, start[:2], n, LOUD, 4, 2, impacts=30), noisy_orbits(bent, start, n, LOUD, 4, 2, impacts=30)
+    known, made = (
+        noisy_orbits(plain, start[:2], LOUD, n_returns=n, n_realisations=4, rng=2, max_impacts=30),
+        noisy_orbits(bent, start, LOUD, n_returns=n, n_realisations=4, rng=2, max_impacts=30),
+    )
     assert known.held.all()
     assert (made.words == known.words).all()
     np.testing.assert_allclose(made.states[..., :2], known.states, rtol=0, atol=1e-10)
@@ -113,8 +116,8 @@ class Falling(ImpactSystem):
 
 def test_an_acceleration_takes_the_noise_as_a_displacement_does():
     pair = nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
-    known = noisy_orbits(pair, [0.83, 0.36], 20, LOUD, 3, seed=3, impacts=20)
-    made = noisy_orbits(Falling(), [0.83, 0.36], 20, LOUD, 3, seed=3, impacts=20)
+    known = noisy_orbits(pair, [0.83, 0.36], LOUD, n_returns=20, n_realisations=3, rng=3, max_impacts=20)
+    made = noisy_orbits(Falling(), [0.83, 0.36], LOUD, n_returns=20, n_realisations=3, rng=3, max_impacts=20)
     np.testing.assert_allclose(made.states, known.states, atol=1e-11)
     np.testing.assert_allclose(made.impacts, known.impacts, atol=1e-11)
     assert (made.words == known.words).all()
@@ -128,7 +131,7 @@ class Pit(Falling):
 
 
 def test_motions_end_at_walls_and_impacts_are_listed_over_a_parameter_under_noise():
-    assert noisy_orbits(Pit(), [0.83, 0.36], 20, LOUD, 3).ended() == {"escaped": 3}
+    assert noisy_orbits(Pit(), [0.83, 0.36], LOUD, n_returns=20, n_realisations=3).ended() == {"escaped": 3}
     made = impact_diagram(DUFFING, "f", [0.75, 0.8], CYCLE, LOUD, "up", n_returns=5, transient=2)
     assert made.walls == ("B",)
     assert all((speeds[wall == 0] > 0).sum() >= 5 for wall, speeds in zip(made.wall, made.speed, strict=True))
@@ -136,7 +139,7 @@ def test_motions_end_at_walls_and_impacts_are_listed_over_a_parameter_under_nois
 
 @pytest.mark.parametrize("system", [DUFFING, PendulumStop(c=0.1, f=0.8, w=1.1, stop=0.3, r=0.8)], ids=["duffing", "pendulum"])
 def test_without_strength_every_return_is_that_of_the_map(system):
-    made = noisy_orbits(system, CYCLE, 15, QUIET)
+    made = noisy_orbits(system, CYCLE, QUIET, n_returns=15)
     alone = system.first_return(made.states[:-1, 0])
     np.testing.assert_allclose(made.states[1:, 0], alone.image, rtol=1e-12, atol=1e-12)
     assert made.words[:, 0].tolist() == alone.words.tolist()
@@ -191,13 +194,13 @@ def integrated(system, state, noise, h, number, count):
 
 def test_a_cubic_spring_follows_an_integrator_along_the_same_path():
     h, hard, n = 0.3, Noise(sigma=0.3, tau=0.5), 3
-    made = noisy_orbits(DUFFING, CYCLE, n, hard, 2, seed=4, step=h)
+    made = noisy_orbits(DUFFING, CYCLE, hard, n_returns=n, n_realisations=2, rng=4, step=h)
     known = np.array([integrated(DUFFING, CYCLE, hard, h, number, 70)[:n] for number in range(2)])
     assert known.shape == (2, n, 5)
     np.testing.assert_allclose(np.cumsum(made.time, axis=0).T, known[..., 0], atol=1e-9)
     np.testing.assert_allclose(made.states[1:, :, 0].T, known[..., 1], atol=1e-9)
     rest = [{"name": "far", "formula": "-place", "of": "flights", "largest": True}]
-    found = nsmaps.observe_noisy(DUFFING, made, ["work", "damping", "loss", "displacement", *rest]).per_return.value
+    found = nsmaps.observe(DUFFING, made, ["work", "damping", "loss", "displacement", *rest]).per_return.value
     speeds = np.concatenate([np.full((2, 1), CYCLE[0]), known[:, :-1, 1]], axis=1)  # the impact at the start, not the last one
     losses = (1 - DUFFING.r**2) / 2 * (speeds**2).mean()
     np.testing.assert_allclose(found[:3], [*known[:, -1, 2:4].sum(axis=0) / (2 * n), losses], rtol=1e-9)
@@ -228,7 +231,7 @@ def test_strong_errors_have_their_orders(system, start, orders, monkeypatch):
     made = []
     for parts in (1, 4, 16, 64):
         monkeypatch.setattr(orbits, "SUBSTEPS", parts)
-        made.append(noisy_orbits(system, start, 1, LOUD, 100, seed=7, step=parts / 256).states[1])
+        made.append(noisy_orbits(system, start, LOUD, n_returns=1, n_realisations=100, rng=7, step=parts / 256).states[1])
     errors = np.array([np.sqrt(np.mean((each - made[0]) ** 2, axis=0)) for each in made[1:]])
     assert np.log2(errors[-1] / errors[0]) / 4 == pytest.approx(orders, abs=0.3)
 
@@ -255,7 +258,9 @@ OF_TABLE = [
     ids=["coordinates", "contact", "contact, integrated"],
 )
 def test_observables_of_modes_have_the_values_of_the_map_without_noise(system, start, n, asked):
-    found = nsmaps.observe_noisy(system, noisy_orbits(system, start, n, QUIET, 2, chatter=1e-12), asked).per_time.value
-    known = nsmaps.observe(system, start, n, asked, batches=1).per_time.value
+    found = nsmaps.observe(
+        system, noisy_orbits(system, start, QUIET, n_returns=n, n_realisations=2, chatter=1e-12), asked
+    ).per_time.value
+    known = nsmaps.observe(system, start, asked, n_returns=n, n_batches=1).per_time.value
     assert (known > 0).all()
     np.testing.assert_allclose(found, known, rtol=1e-8)  # pieces of flights are longer without noise

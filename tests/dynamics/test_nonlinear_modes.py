@@ -41,7 +41,7 @@ def test_returns_orbits_and_exponents_have_the_closed_form():
     assert by_slope == pytest.approx(2 * np.cos(WHEEL.gamma) * np.sin(WHEEL.alpha) / image[rolls], rel=1e-10)
     orbit = nsmaps.orbit(WHEEL, [1.5], 200)
     assert orbit.final == pytest.approx([steady], rel=1e-13)
-    exponent = nsmaps.lyapunov(WHEEL, [steady], 200, transient=10).exponents
+    exponent = nsmaps.lyapunov(WHEEL, starts=[steady], n_returns=200, transient=10).exponents
     assert exponent == pytest.approx([2 * np.log(kept(WHEEL))], rel=1e-9)
 
 
@@ -77,10 +77,10 @@ def test_observables_and_their_derivatives_have_the_closed_form():
         {"name": "upright", "formula": "-w", "of": "flights", "largest": True},
     ]
     loss = 2 * np.sin(WHEEL.gamma) * np.sin(WHEEL.alpha)
-    found = nsmaps.observe(WHEEL, [steady], 64, wanted).per_return.value
+    found = nsmaps.observe(WHEEL, [steady], wanted, n_returns=64).per_return.value
     assert found == pytest.approx([loss, energy, steady, -np.sqrt(2 * (energy - 1))], rel=1e-9)
     orbit = nsmaps.periodic_orbit(WHEEL, [steady])
-    slope = nsmaps.observe_orbit(WHEEL, orbit, ["loss"], {"gamma": 1.0}).per_return
+    slope = nsmaps.observe(WHEEL, orbit, ["loss"], rates={"gamma": 1.0}).per_return
     assert slope.derivative == pytest.approx([2 * np.cos(WHEEL.gamma) * np.sin(WHEEL.alpha)], rel=1e-10)
 
 
@@ -109,12 +109,12 @@ def test_a_diagram_doubles_where_30_digits_have_it():
 def test_exponents_have_the_sum_of_liouville():
     pendulum = PendulumBeforeStop(zeta=0.05, F=0.8, omega=1.0, stop=0.3, r=0.8)
     orbit = nsmaps.orbit(pendulum, [1.0, 0.0], 600)
-    exponents = nsmaps.lyapunov(pendulum, orbit.states[200], 400, transient=0).exponents
+    exponents = nsmaps.lyapunov(pendulum, starts=orbit.states[200], n_returns=400, transient=0).exponents
     assert exponents.sum() == pytest.approx(np.mean(2 * np.log(0.8) - 0.1 * orbit.time[200:600]), rel=1e-6)
 
 
 def test_noise_without_a_name_and_boxes_are_refused():
     with pytest.raises(NsmapsError, match="RimlessWheel has no noise; expected: a name for it in the class"):
-        nsmaps.noisy_orbits(WHEEL, [1.0], 10, nsmaps.Noise(sigma=0.01, tau=0.1))
+        nsmaps.noisy_orbits(WHEEL, [1.0], nsmaps.Noise(sigma=0.01, tau=0.1), n_returns=10)
     with pytest.raises(ProofError, match="RimlessWheel"):
         WHEEL.image_boxes([[[1.0, 1.01]]])

@@ -56,7 +56,7 @@ def attractor(name: str) -> tuple[object, np.ndarray, int]:
 @pytest.mark.parametrize("name", ORBITS)
 def test_the_work_of_the_forcing_is_the_loss_of_a_cycle(name: str) -> None:
     system, states, period = attractor(name)
-    result = nsmaps.observe(system, states[0], period, ORBITS[name][3], batches=1)
+    result = nsmaps.observe(system, states[0], ORBITS[name][3], n_returns=period, n_batches=1)
     work, *losses = result.totals[0]
     assert work > 0
     assert abs(work - sum(losses)) < 1e-12 * work
@@ -70,7 +70,7 @@ def test_a_motion_with_one_impact_a_period_has_the_closed_form() -> None:
         loss = (1 - r**2) * v**2 / 2
         expected = [float(x) for x in (1, v, loss, (1 + r) * v, loss)]
     system, states, _ = attractor("bouncing_ball")
-    result = nsmaps.observe(system, states[0], 10, ["impacts", "speed", "loss", "momentum", "work"])
+    result = nsmaps.observe(system, states[0], ["impacts", "speed", "loss", "momentum", "work"], n_returns=10)
     assert np.allclose(result.per_period.value, expected, rtol=1e-12, atol=0)
     assert np.allclose(result.per_time.value * 2 * pi, [1, 2 * pi * expected[1], *expected[2:]], rtol=1e-12, atol=0)
     assert (result.per_return.error < 1e-12).all()
@@ -83,7 +83,7 @@ def test_a_sum_is_that_of_the_impacts_one_by_one() -> None:
         {"name": "fastest", "formula": "v", "largest": True},
         {"name": "scaled", "formula": "v**3", "scale": 2.5, "unit": "W"},
     ]
-    result = nsmaps.observe(system, [0.7, 0.4], 40, chosen, batches=4)
+    result = nsmaps.observe(system, [0.7, 0.4], chosen, n_returns=40, n_batches=4)
     hits = system.impacts([0.7, 0.4], 1 + int(sum(map(len, nsmaps.orbit(system, [0.7, 0.4], 40).words)) - 40))
     v, phi, top = hits.speed[:-1], hits.phase[:-1], hits.wall[:-1] == 1
     terms = system.r * v + np.sin(phi) * np.where(top, -system.d / 2, system.d / 2) + phi / pi
@@ -94,7 +94,7 @@ def test_a_sum_is_that_of_the_impacts_one_by_one() -> None:
 
 def test_the_largest_displacement_is_that_of_the_parabola() -> None:
     ball = nsmaps.load_system("bouncing_ball", Gamma=1e-6, r=1.0)
-    result = nsmaps.observe(ball, [3.0, 0.0], 1, ["displacement"])
+    result = nsmaps.observe(ball, [3.0, 0.0], ["displacement"], n_returns=1)
     assert result.per_return.value[0] == pytest.approx(4.5, abs=2e-5)
     assert np.isnan(result.per_return.error[0])
 
@@ -110,7 +110,7 @@ def test_errors_are_those_of_correlated_batches() -> None:
 
 def test_an_orbit_that_ends_has_no_mean() -> None:
     still = nsmaps.load_system("bouncing_ball", Gamma=0.5)
-    result = nsmaps.observe(still, [[1.0, 1.0], [2.0, 0.0]], 500, ["loss"])
+    result = nsmaps.observe(still, [[1.0, 1.0], [2.0, 0.0]], ["loss"], n_returns=500)
     assert np.isnan(result.per_return.value).all()
     assert (result.outcome == nsmaps.Outcome.rests).all()
 
@@ -120,7 +120,7 @@ def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
     ball, start = nsmaps.load_system("bouncing_ball", Gamma=1.2), [1.0, 3.5]
     returns = nsmaps.orbit(ball, start, 200)
     n = 1 + int(np.flatnonzero(returns.outcome == nsmaps.Outcome.stuck)[0])
-    result = nsmaps.observe(ball, start, n, ["loss", "work", "impacts"], batches=1)
+    result = nsmaps.observe(ball, start, ["loss", "work", "impacts"], n_returns=n, n_batches=1)
     loss, work, impacts = result.totals[0]
     assert loss == pytest.approx(0.5 + work, rel=1e-12)
     assert np.isinf(impacts)
@@ -145,26 +145,26 @@ def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
 def test_an_observable_that_is_not_one_is_refused(given: object, message: str) -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
     with pytest.raises((nsmaps.NsmapsError, ConditionError), match=message):
-        nsmaps.observe(system, [0.8, 0.3], 10, [given])
+        nsmaps.observe(system, [0.8, 0.3], [given], n_returns=10)
 
 
 def test_maps_and_systems_without_formulas_are_refused() -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
     with pytest.raises(nsmaps.NsmapsError, match=r"observables of a .*; expected: an object of a class"):
-        nsmaps.observe(nsmaps.dynamics.IteratedMap(system, 2), [0.8, 0.3], 10, ["loss"])
+        nsmaps.observe(nsmaps.dynamics.IteratedMap(system, 2), [0.8, 0.3], ["loss"], n_returns=10)
     with pytest.raises(nsmaps.NsmapsError, match="two observables are named 'loss'"):
-        nsmaps.observe(system, [0.8, 0.3], 10, ["loss", "loss"])
+        nsmaps.observe(system, [0.8, 0.3], ["loss", "loss"], n_returns=10)
     with pytest.raises(nsmaps.NsmapsError, match="there is no observable"):
-        nsmaps.observe(system, [0.8, 0.3], 10, [])
+        nsmaps.observe(system, [0.8, 0.3], [], n_returns=10)
     soft = nsmaps.load_system("soft_impact", **ORBITS["soft_impact"][0])
     with pytest.raises(nsmaps.NsmapsError, match="no event changes the states; expected: `at` with letters of events: C, F"):
-        nsmaps.observe(soft, [0.5, 1.0], 10, ["impacts"])
+        nsmaps.observe(soft, [0.5, 1.0], ["impacts"], n_returns=10)
 
 
 def test_means_are_a_dataset() -> None:
     pytest.importorskip("xarray")
     system = nsmaps.load_system("vi_pair", **STEADY)
-    result = nsmaps.observe(system, [[0.83, 0.36], [0.8, 0.4]], 64, ["loss", "speed"], discard=300)
+    result = nsmaps.observe(system, [[0.83, 0.36], [0.8, 0.4]], ["loss", "speed"], n_returns=64, transient=300)
     found = result.to_xarray()
     assert found["totals"].dims == ("batch", "axis_0", "observable")
     assert found["final"].dims == ("axis_0", "coordinate")

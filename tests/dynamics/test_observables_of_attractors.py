@@ -25,12 +25,12 @@ def test_the_derivative_of_a_closed_form() -> None:
     """With one impact a period the loss is (1 - r) (2 pi)^2/(2 (1 + r)), and does not depend on Gamma."""
     ball = nsmaps.load_system("bouncing_ball", Gamma=1.5)
     orbit = nsmaps.periodic_orbit(ball, [4.19, 0.79])
-    by_r = nsmaps.observe_orbit(ball, orbit, ["loss", "work", "speed"], {"r": 1.0}).per_period
+    by_r = nsmaps.observe(ball, orbit, ["loss", "work", "speed"], rates={"r": 1.0}).per_period
     r = ball.r
     value, slope = (2 * pi) ** 2 / 2 * (1 - r) / (1 + r), -((2 * pi) ** 2) / (1 + r) ** 2
     assert np.allclose(by_r.value, [value, value, 2 * pi / (1 + r)], rtol=1e-12)
     assert np.allclose(by_r.derivative, [slope, slope, -2 * pi / (1 + r) ** 2], rtol=1e-11)
-    by_gamma = nsmaps.observe_orbit(ball, orbit, ["loss", "work"], {"Gamma": 1.0})
+    by_gamma = nsmaps.observe(ball, orbit, ["loss", "work"], rates={"Gamma": 1.0})
     assert np.abs(by_gamma.per_time.derivative).max() < 1e-11
 
 
@@ -40,10 +40,10 @@ def compared(system: object, orbit: nsmaps.dynamics.PeriodicOrbit, chosen: list[
     def means(value: float) -> np.ndarray:
         there = system.at(**{name: value})
         cycle = nsmaps.periodic_orbit(there, orbit.states, len(orbit.states), tolerance=1e-13)
-        found = nsmaps.observe_orbit(there, cycle, chosen)
+        found = nsmaps.observe(there, cycle, chosen)
         return np.array([found.per_return.value, found.per_time.value, found.per_period.value])
 
-    found, value = nsmaps.observe_orbit(system, orbit, chosen, {name: 1.0}), getattr(system, name)
+    found, value = nsmaps.observe(system, orbit, chosen, rates={name: 1.0}), getattr(system, name)
     wide, narrow = ((means(value + x) - means(value - x)) / (2 * x) for x in (h, h / 2))
     exact = np.array([found.per_return.derivative, found.per_time.derivative, found.per_period.derivative])
     assert np.abs(exact).max() > 0.01
@@ -72,7 +72,7 @@ def test_the_derivatives_of_a_system_with_modes(name: str) -> None:
 def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) -> None:
     map_of, fixed = nsmaps.exact.Along(pair, "d"), nsmaps.periodic_orbit(pair, [0.8, 0.4])
     branch = nsmaps.continue_branch(map_of, "p", fixed, 0.35, bounds=(0.33, 0.35), direction="down")
-    found = nsmaps.observe_branch(map_of, branch, ["loss", "work", "displacement"])
+    found = nsmaps.observe(map_of, branch, ["loss", "work", "displacement"])
     value, slope = found.per_period.value, found.per_period.derivative
     gap = np.diff(branch.values)
     trapezia = gap[:, None] * (slope[1:] + slope[:-1]) / 2
@@ -85,16 +85,16 @@ def test_along_a_branch_the_derivative_is_that_of_the_means(pair: ImpactSystem) 
 def test_a_diagram_has_the_means_of_its_attractors(pair: ImpactSystem) -> None:
     map_of = nsmaps.exact.Along(pair, "d")
     diagram = nsmaps.bifurcation_diagram(map_of, "p", [0.35, 0.3, 0.26, -0.1], [0.83, 0.36], transient=3000)
-    found = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64)
+    found = nsmaps.observe(map_of, diagram, CHOSEN, n_returns=64)
     assert found.per_period.value.shape == (4, 1, 4)
     for k, guess in enumerate(([0.83, 0.36], [0.8, 0.4])):
         system = map_of(diagram.values[k])
-        cycle = nsmaps.observe_orbit(system, nsmaps.periodic_orbit(system, guess, k + 1), CHOSEN)
+        cycle = nsmaps.observe(system, nsmaps.periodic_orbit(system, guess, k + 1), CHOSEN)
         assert np.allclose(found.per_period.value[k, 0], cycle.per_period.value, rtol=1e-9)
         assert np.nanmax(found.per_period.error[k]) < 1e-9
     assert (found.per_return.error[2, 0] > 1e-6).any()
     assert np.isnan(found.per_time.value[3]).all()
-    parts = nsmaps.observe_diagram(map_of, diagram, CHOSEN, returns=64, parallel=nsmaps.Parallel(part=1))
+    parts = nsmaps.observe(map_of, diagram, CHOSEN, n_returns=64, parallel=nsmaps.Parallel(part=1))
     assert np.array_equal(parts.per_time.value, found.per_time.value, equal_nan=True)
 
 
@@ -102,7 +102,7 @@ def test_attractors_have_means_of_their_own(pair: ImpactSystem) -> None:
     bistable = pair.at(r=0.25, g_bar=0.1245 * 9.8 * np.sin(pi / 6) / 5, d=0.2265)
     starts = [[0.6, 0.3], [0.3, 2.0], [0.9, 5.0], [0.1, 1.0]]
     basins = nsmaps.basins(bistable, starts)
-    found = nsmaps.observe_attractors(bistable, basins.attractors, ["loss", "impacts"])
+    found = nsmaps.observe(bistable, basins.attractors, ["loss", "impacts"])
     assert found.per_period.value.shape == (len(basins.attractors), 2)
     for attractor, row in zip(basins.attractors, found.per_period.value, strict=True):
         if attractor.label == "2:1/T":
@@ -111,27 +111,36 @@ def test_attractors_have_means_of_their_own(pair: ImpactSystem) -> None:
 
 def test_orbits_under_noise_have_means_over_realisations(pair: ImpactSystem) -> None:
     def realised(sigma: float) -> nsmaps.dynamics.noise.orbits.NoisyOrbits:
-        return nsmaps.noisy_orbits(pair, [0.83338599, 0.36361156], 30, nsmaps.Noise(sigma=sigma, tau=0.5), 6, impacts=100)
+        return nsmaps.noisy_orbits(
+            pair,
+            [0.83338599, 0.36361156],
+            nsmaps.Noise(sigma=sigma, tau=0.5),
+            n_returns=30,
+            n_realisations=6,
+            max_impacts=100,
+        )
 
-    quiet = nsmaps.observe_noisy(pair, realised(0.0), ["loss", "speed"])
-    exact = nsmaps.observe_orbit(pair, nsmaps.periodic_orbit(pair, [0.83, 0.36]), ["loss", "speed"])
+    quiet = nsmaps.observe(pair, realised(0.0), ["loss", "speed"])
+    exact = nsmaps.observe(pair, nsmaps.periodic_orbit(pair, [0.83, 0.36]), ["loss", "speed"])
     assert np.allclose(quiet.per_period.value, exact.per_period.value, rtol=1e-6)
-    noisy = nsmaps.observe_noisy(pair, realised(0.05), ["loss", "speed", {"name": "hardest", "formula": "v", "largest": True}])
+    noisy = nsmaps.observe(pair, realised(0.05), ["loss", "speed", {"name": "hardest", "formula": "v", "largest": True}])
     assert (noisy.per_period.error[:2] > 1e-4).all()
     assert noisy.per_period.value[2] > 0.84
     with pytest.raises(nsmaps.NsmapsError, match="'work' is of flights"):
-        nsmaps.observe_noisy(pair, realised(0.05), ["work"])
-    few = nsmaps.noisy_orbits(pair, [0.83, 0.36], 30, nsmaps.Noise(sigma=0.05, tau=0.5), 6, impacts=10)
+        nsmaps.observe(pair, realised(0.05), ["work"])
+    few = nsmaps.noisy_orbits(
+        pair, [0.83, 0.36], nsmaps.Noise(sigma=0.05, tau=0.5), n_returns=30, n_realisations=6, max_impacts=10
+    )
     with pytest.raises(nsmaps.NsmapsError, match="room for 10 impacts"):
-        nsmaps.observe_noisy(pair, few, ["loss"])
+        nsmaps.observe(pair, few, ["loss"])
 
 
 def test_orbits_and_parameters_that_are_not_there_are_refused(pair: ImpactSystem) -> None:
     orbit = nsmaps.periodic_orbit(pair, [0.83, 0.36])
     with pytest.raises(nsmaps.NsmapsError, match="unknown parameter 'q'; expected: d, r, g_bar"):
-        nsmaps.observe_orbit(pair, orbit, ["loss"], {"q": 1.0})
+        nsmaps.observe(pair, orbit, ["loss"], rates={"q": 1.0})
     with pytest.raises(nsmaps.NsmapsError, match="the orbit does not exist"):
-        nsmaps.observe_orbit(pair, nsmaps.periodic_orbit(pair, [np.nan, 1.0]), ["loss"])
+        nsmaps.observe(pair, nsmaps.periodic_orbit(pair, [np.nan, 1.0]), ["loss"])
 
 
 class Racket(HybridSystem):
@@ -157,7 +166,7 @@ def test_a_system_without_parameters_has_derivatives_by_states() -> None:
     assert slopes[:, 0, 0] == pytest.approx(-2 / 3 * (1 - v[:, 0] / 2) ** 4, rel=1e-12)
     assert (slopes[:, 0, 1] == 0).all()
     orbit = nsmaps.periodic_orbit(racket, [-1.9])
-    found = nsmaps.observe_orbit(racket, orbit, chosen).per_return
+    found = nsmaps.observe(racket, orbit, chosen).per_return
     assert orbit.states[0, 0] == pytest.approx(-2)
     assert found.value == pytest.approx(4 / 15 * 2**5)
     assert found.derivative == pytest.approx(0, abs=0)

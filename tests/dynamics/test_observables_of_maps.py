@@ -87,12 +87,12 @@ def test_means_on_a_cycle_are_those_of_its_states():
         max(x),
     ]
     names = ["x", "square", LEFT, HEIGHT, {"name": "top", "formula": "x", "largest": True}]
-    on_cycle = nsmaps.observe_orbit(return_map, orbit, names)
+    on_cycle = nsmaps.observe(return_map, orbit, names)
     assert on_cycle.names == ("x", "square", "left", "height", "top")
     assert on_cycle.per_return.value == pytest.approx([float(each) for each in exact], abs=1e-15)
     assert on_cycle.per_time.value == pytest.approx(on_cycle.per_return.value, abs=1e-15)
     assert on_cycle.per_period is None
-    found = nsmaps.observe(return_map, orbit.states[0], 3 * 4000, names, discard=3, batches=4)
+    found = nsmaps.observe(return_map, orbit.states[0], names, n_returns=3 * 4000, transient=3, n_batches=4)
     assert found.per_return.value == pytest.approx(on_cycle.per_return.value, abs=1e-12)
     assert (found.per_return.error[:4] < 1e-12).all()
 
@@ -111,7 +111,7 @@ def test_derivatives_are_those_of_the_cycle_of_fractions():
         at = mp.mpf(0.6), mp.mpf(0.3)
         for name, k in (("a", 0), ("mu", 1)):
             slopes = [mp.diff(lambda t, i=i, k=k: means(*(t if j == k else at[j] for j in (0, 1)))[i], at[k]) for i in range(3)]
-            found = nsmaps.observe_orbit(return_map, orbit, ["x", "square", HEIGHT], {name: 1.0}).per_return
+            found = nsmaps.observe(return_map, orbit, ["x", "square", HEIGHT], rates={name: 1.0}).per_return
             assert found.derivative == pytest.approx([float(each) for each in slopes], rel=1e-12)
 
 
@@ -121,7 +121,7 @@ def test_derivatives_on_a_branch_of_the_logistic_map(return_map):
     orbit = nsmaps.periodic_orbit(return_map, [0.5130], 2)
     branch = nsmaps.continue_branch(return_map, "r", orbit, 3.2, (3.1, 3.4))
     square = {"name": "square", "formula": "x**2"}
-    found = nsmaps.observe_branch(Along(return_map, "r"), branch, ["x", square]).per_return
+    found = nsmaps.observe(Along(return_map, "r"), branch, ["x", square]).per_return
     r = branch.values
     assert len(r) > 3
     s, p = (r + 1) / r, (r + 1) / r**2
@@ -136,7 +136,7 @@ def test_means_on_chaos_have_the_law_of_the_map(return_map):
     n = 40_000 if isinstance(return_map, Logistic) else 4000
     left = {"name": "on the left", "formula": "x", "at": "L", "per": "1"}
     found = nsmaps.observe(
-        return_map, [0.2345], n, ["x", {"name": "square", "formula": "x**2"}, LEFT, left], discard=50
+        return_map, [0.2345], ["x", {"name": "square", "formula": "x**2"}, LEFT, left], n_returns=n, transient=50
     ).per_return
     exact = np.array([1 / 2, 3 / 8, 1 / 2, 1 / 2 - 1 / np.pi])
     assert (np.abs(found.value - exact) < 5 * found.error).all()
@@ -145,17 +145,19 @@ def test_means_on_chaos_have_the_law_of_the_map(return_map):
 
 def test_turns_of_an_angle_are_the_rotation_number():
     cosine = {"name": "c", "formula": "cos(phi_after) - cos(phi)"}
-    found = nsmaps.observe(Turned(), [[0.3], [6.0], [-50.0]], 50, ["phi_turns", cosine], batches=10)
+    found = nsmaps.observe(Turned(), [[0.3], [6.0], [-50.0]], ["phi_turns", cosine], n_returns=50, n_batches=10)
     assert found.per_return.value[:, 0] == pytest.approx([0.2] * 3, abs=1e-14)
     assert found.per_return.value[:, 1] == pytest.approx([0.0] * 3, abs=1e-13)
     locked = Turned(turn=0.1, b=0.5)
-    assert nsmaps.observe(locked, [1.0], 100, ["phi_turns"], discard=200).per_return.value[0] == pytest.approx(0, abs=1e-12)
+    assert nsmaps.observe(locked, [1.0], ["phi_turns"], n_returns=100, transient=200).per_return.value[0] == pytest.approx(
+        0, abs=1e-12
+    )
 
 
 def test_diagrams_have_means():
     along = Along(Gap(), "mu")
     diagram = nsmaps.bifurcation_diagram(along, "p", [0.25, 0.5], [0.1], n_returns=60, transient=500)
-    found = nsmaps.observe_diagram(along, diagram, [LEFT], returns=60).per_return
+    found = nsmaps.observe(along, diagram, [LEFT], n_returns=60).per_return
     assert found.value[:, 0, 0] == pytest.approx([2 / 3, 1 / 2], abs=1e-14)
 
 
@@ -164,9 +166,9 @@ def test_batches_do_not_depend_on_blocks(monkeypatch):
 
     names = ["x", {"name": "top", "formula": "x", "largest": True}, LEFT]
     starts = np.linspace(-0.4, 0.6, 7)[:, None]
-    whole = nsmaps.observe(Gap(), starts, 101, names, discard=5, batches=10)
+    whole = nsmaps.observe(Gap(), starts, names, n_returns=101, transient=5, n_batches=10)
     monkeypatch.setattr(maps, "BLOCK", 20)
-    parts = nsmaps.observe(Gap(), starts, 101, names, discard=5, batches=10)
+    parts = nsmaps.observe(Gap(), starts, names, n_returns=101, transient=5, n_batches=10)
     assert parts.totals == pytest.approx(whole.totals, abs=1e-13)
     assert whole.totals.shape == (10, 7, 3)
     assert np.array_equal(parts.time, whole.time)
@@ -176,8 +178,8 @@ def test_batches_do_not_depend_on_blocks(monkeypatch):
 def test_means_under_noise():
     """An autoregression has the mean mu/(1 - a) and, of its images, the same variance as of its states."""
     return_map = Gap(a=0.5, mu=-2.0)
-    made = nsmaps.noisy_orbits(return_map, [-4.0], 400, Noise(sigma=0.1), 100, seed=1)
-    found = nsmaps.observe_noisy(return_map, made, ["x", {"name": "v", "formula": "(x_after + 4)**2"}, LEFT]).per_return
+    made = nsmaps.noisy_orbits(return_map, [-4.0], Noise(sigma=0.1), n_returns=400, n_realisations=100, rng=1)
+    found = nsmaps.observe(return_map, made, ["x", {"name": "v", "formula": "(x_after + 4)**2"}, LEFT]).per_return
     assert (np.abs(found.value - [-4, 0.01 / 0.75, 1]) <= 5 * found.error + 2e-4).all()
     assert (found.error < 2e-3).all()
 
@@ -185,7 +187,13 @@ def test_means_under_noise():
 def test_an_optimum_of_a_cycle():
     """The mean of x^2 over the fixed point mu/(1 - a) on the left is least at the largest mu < 0."""
     found = nsmaps.optimize(
-        Gap().at, "square", {"mu": (-1.0, -0.1), "a": (-0.5, 0.5)}, {"mu": -0.5, "a": 0.2}, [-0.6], sense="min", multiplier=0.4
+        Gap().at,
+        "square",
+        {"mu": (-1.0, -0.1), "a": (-0.5, 0.5)},
+        x0={"mu": -0.5, "a": 0.2},
+        start=[-0.6],
+        sense="min",
+        multiplier=0.4,
     )
     assert found.parameters == pytest.approx({"mu": -0.1, "a": -0.4}, abs=1e-7)
     assert found.value == pytest.approx((0.1 / 1.4) ** 2, rel=1e-6)
@@ -202,7 +210,7 @@ def test_an_optimum_of_a_cycle():
 )
 def test_what_a_map_does_not_observe_is_refused(one, text):
     with pytest.raises(NsmapsError, match=re.escape(text)):
-        nsmaps.observe(Gap(), [0.1], 10, [one])
+        nsmaps.observe(Gap(), [0.1], [one], n_returns=10)
     system = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113)
     with pytest.raises(NsmapsError, match="is of returns; expected: of impacts or flights"):
-        nsmaps.observe(system, [0.8, 0.4], 10, [{"name": "w", "formula": "1", "of": "returns"}])
+        nsmaps.observe(system, [0.8, 0.4], [{"name": "w", "formula": "1", "of": "returns"}], n_returns=10)

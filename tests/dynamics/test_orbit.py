@@ -76,7 +76,7 @@ def test_what_is_no_array_of_numbers_is_told(state):
     one = (
         ()
         if isinstance(state, dict)
-        else (lambda x: nsmaps.orbit(return_map, x, 3), lambda x: nsmaps.lyapunov(return_map, x, 100))
+        else (lambda x: nsmaps.orbit(return_map, x, 3), lambda x: nsmaps.lyapunov(return_map, starts=x, n_returns=100))
     )
     for ask in (return_map.first_return, *one):  # of one orbit a start may be given by name
         with pytest.raises(StateError, match=told):

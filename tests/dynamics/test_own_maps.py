@@ -8,6 +8,7 @@ from nsmaps import Angle, Returns, System
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.errors import NsmapsError, StateError, SystemDefinitionError
 from nsmaps.exact import Along
+from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.trajectory import track
 from nsmaps.parallel import fingerprint
 
@@ -95,8 +96,8 @@ def test_rows_without_a_state_do_not_reach_a_map():
 
 def test_a_batch_of_returns_is_that_of_single_ones():
     starts = np.random.default_rng(5).uniform(-1, 1, (5, 2))
-    parts = nsmaps.return_batch(Lozi(), starts, 4, derivative=True, parallel=nsmaps.Parallel(part=2))
-    whole = nsmaps.return_batch(Lozi(), starts, 4, derivative=True)
+    whole = Lozi().orbits(starts, 4, derivative=True)
+    parts = divided_returns(Lozi(), starts, 4, True, parallel=nsmaps.Parallel(part=2))
     x = starts
     for k in range(4):
         x = np.column_stack([1 - np.abs(x[:, 0]) + x[:, 1], 0.3 * x[:, 0]])
@@ -133,12 +134,12 @@ def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda return_map: nsmaps.observe(return_map, [0.1, 0.1], 5, "impacts"),
+        lambda return_map: nsmaps.observe(return_map, [0.1, 0.1], "impacts", n_returns=5),
         lambda return_map: nsmaps.parameter_plane(
             return_map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]
         ),
-        lambda return_map: nsmaps.noisy_orbits(return_map, [0.1, 0.1], 5, nsmaps.Noise(sigma=0.1, tau=0.1)),
-        lambda return_map: nsmaps.optimize(return_map.at, "impacts", {"a": (0.5, 1)}, {"a": 0.6}, [0.1, 0.1]),
+        lambda return_map: nsmaps.noisy_orbits(return_map, [0.1, 0.1], nsmaps.Noise(sigma=0.1, tau=0.1), n_returns=5),
+        lambda return_map: nsmaps.optimize(return_map.at, "impacts", {"a": (0.5, 1)}, x0={"a": 0.6}, start=[0.1, 0.1]),
     ],
 )
 def test_observables_and_noise_of_motions_are_none_of_a_map(call):
@@ -151,8 +152,7 @@ def test_observables_and_noise_of_motions_are_none_of_a_map(call):
     [
         lambda return_map: nsmaps.orbit(return_map, [0.1], 5),
         lambda return_map: nsmaps.periodic_orbit(return_map, [0.1]),
-        lambda return_map: nsmaps.lyapunov(return_map, [0.1], 50),
-        lambda return_map: nsmaps.return_batch(return_map, [[0.1]]),
+        lambda return_map: nsmaps.lyapunov(return_map, starts=[0.1], n_returns=50),
         lambda return_map: nsmaps.bifurcation_diagram(lambda a: return_map, "a", [0.1, 0.2], [0.1]),
         lambda return_map: nsmaps.parameter_plane(return_map, {"a": [0.1], "b": [0.2]}, [0.1]),
         lambda return_map: nsmaps.basins(return_map, nsmaps.Grid(axes={"x": nsmaps.Axis(low=0, high=1, points=5)})),
@@ -205,7 +205,7 @@ def test_a_class_without_coordinates_is_refused():
 
 
 def test_what_a_map_lacks_is_named():
-    for call in (nsmaps.periodic_orbit, lambda return_map, state: nsmaps.lyapunov(return_map, state, 100)):
+    for call in (nsmaps.periodic_orbit, lambda return_map, state: nsmaps.lyapunov(return_map, starts=state, n_returns=100)):
         with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
             call(Sine(smooth=False), [0.4])
     with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):

@@ -19,7 +19,7 @@ from nsmaps.dynamics.attractors.basins import find_attractors
 from nsmaps.dynamics.charts import parameter_plane
 from nsmaps.dynamics.diagrams import parts
 from nsmaps.dynamics.diagrams.stability import stability_diagram
-from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -39,10 +39,10 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     "stability": partial(
         stability_diagram, PAIR, {"d": [0.26, 0.3, 0.35], "r": [0.4, 1.5, 0.6]}, [0.8, 0.4], max_period=8, transient=100
     ),
-    "lyapunov": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
-    "lyapunov up": partial(lyapunov_sweep, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
+    "lyapunov": partial(lyapunov, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
+    "lyapunov up": partial(lyapunov, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), max_returns=300),
-    "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, 20, seed=4, impacts=5),
+    "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], NOISE, n_returns=10, n_realisations=20, rng=4, max_impacts=5),
     **{
         f"chart {way}": partial(
             nsmaps.parameter_plane, PAIR, PLANE, STARTS[:2], n_returns=20, transient=100, max_period=8, direction=way
@@ -214,10 +214,10 @@ def test_basins_that_are_not_divided_are_interrupted_with_what_has_arrived() -> 
 
 
 def test_of_interrupted_noise_and_batches_there_are_the_first() -> None:
-    noise = partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], 10, NOISE, seed=4, impacts=5)
-    assert numbers(stopped(partial(noise, 20))) == numbers(noise(16))
+    noise = partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], NOISE, n_returns=10, rng=4, max_impacts=5)
+    assert numbers(stopped(partial(noise, n_realisations=20))) == numbers(noise(n_realisations=16))
     starts = np.random.default_rng(3).uniform([0.1, 0], [1, 6], (7, 2))
-    batch = partial(nsmaps.return_batch, PAIR, n=3)
+    batch = partial(PAIR.orbits, n=3)
 
     def run(parallel: nsmaps.Parallel) -> Returns:
         return batch(starts, parallel=replace(parallel, part=2))
@@ -232,7 +232,7 @@ def test_of_interrupted_surfaces_and_means_there_are_the_values_that_are_finishe
     assert [value for value, _ in result] == [0.26, 0.3]
     assert [numbers(found["one"].returns) for _, found in result] == [numbers(found["one"].returns) for _, found in whole[:2]]
     diagram = nsmaps.bifurcation_diagram(PAIR, "d", [0.3, 0.33, 0.35], [0.8, 0.4], n_returns=8, transient=100)
-    means = partial(nsmaps.observe_diagram, ALONG, diagram, ["loss"], 20)
+    means = partial(nsmaps.observe, ALONG, diagram, ["loss"], n_returns=20)
     result, whole = stopped(means), means()
     assert np.isnan(result.per_return.value[2]).all()
     assert result.per_return.value[:2].tolist() == whole.per_return.value[:2].tolist()

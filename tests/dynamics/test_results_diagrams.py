@@ -22,7 +22,7 @@ def pair() -> nsmaps.System:
 
 
 RESULTS: dict[str, tuple[Callable[[], Any], tuple[str, ...]]] = {
-    "lyapunov": (lambda: nsmaps.lyapunov_sweep(pair(), "d", [0.26, 0.3], START, n_returns=64, transient=20), ("d",)),
+    "lyapunov": (lambda: nsmaps.lyapunov(pair(), "d", [0.26, 0.3], START, n_returns=64, transient=20), ("d",)),
     "bifurcation": (
         lambda: nsmaps.bifurcation_diagram(
             pair(), "d", [0.34, 0.35, 0.36, 0.37], START, n_returns=6, transient=200, borders=True

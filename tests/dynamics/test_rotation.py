@@ -22,7 +22,7 @@ def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
     assert (found.fraction, found.of, sorted(found.cycle.words)) == (Fraction(2, 5), "R", ["L", "L", "L", "R", "R"])
     plateau = nsmaps.rotation_number(PlateauCircleMap(Omega=0.4, w=0.5), [0.1])
     assert (plateau.fraction, plateau.of, plateau.cycle.multipliers.tolist()) == (Fraction(2, 3), "phi", [0])
-    rigid = nsmaps.rotation_number(CircleMap(Omega=GOLDEN, K=0.0), [0.1], returns=2000)
+    rigid = nsmaps.rotation_number(CircleMap(Omega=GOLDEN, K=0.0), [0.1], n_returns=2000)
     assert rigid.fraction is None
     assert abs(rigid.value - GOLDEN) <= rigid.error < 1e-15
     smooth = nsmaps.rotation_number(CircleMap(Omega=GOLDEN, K=0.9), [0.1])
@@ -62,7 +62,7 @@ def table(entries, largest):
 def test_a_map_with_a_gap_adds_periods(period):
     for case in rows("M3")[: None if period > 5 else 1]:
         gap = BorderCollision1(a_L=number(case["a"]), a_R=number(case["a"]), mu=0.5, jump=-1.0)
-        found = nsmaps.staircase(lambda mu, gap=gap: gap.at(mu=mu), (-0.05, 1.05), [0.1], period)
+        found = nsmaps.staircase(gap, "mu", (-0.05, 1.05), [0.1], max_period=period)
         expected = table(case["windows"], period)
         check(found, expected, {"border collision"})
         words = {Fraction(entry[0]): entry[3] for entry in case["windows"]}
@@ -79,15 +79,23 @@ def test_a_map_with_a_gap_adds_periods(period):
 def test_plateaux_and_gaps_on_the_circle(period):
     for case in rows("M5")["plateau"][: None if period > 5 else 1]:
         map_of = Along(PlateauCircleMap(Omega=0.3, w=number(case["w"])), "Omega")
-        check(nsmaps.staircase(map_of, (0.0, 0.99), [0.1], period), table(case["windows"], period), {"border collision"})
+        check(
+            nsmaps.staircase(map_of, "p", (0.0, 0.99), [0.1], max_period=period),
+            table(case["windows"], period),
+            {"border collision"},
+        )
     for case in rows("M5")["gap"] if period > 5 else ():
         map_of = Along(GapCircleMap(b=0.6, a=number(case["a"])), "b")
-        check(nsmaps.staircase(map_of, (0.1, 0.9999), [0.1], period), table(case["windows"], period), {"border collision"})
+        check(
+            nsmaps.staircase(map_of, "p", (0.1, 0.9999), [0.1], max_period=period),
+            table(case["windows"], period),
+            {"border collision"},
+        )
 
 
 def test_tongues_end_at_folds():
     """Rotation number 0 for |Omega| <= K/(2 pi); 1 is that shifted by a turn."""
-    found = nsmaps.staircase(Along(CircleMap(Omega=0.3, K=0.9), "Omega"), (-0.2, 1.2), [0.1], 2)
+    found = nsmaps.staircase(CircleMap(Omega=0.3, K=0.9), "Omega", (-0.2, 1.2), [0.1], max_period=2)
     edge = 0.9 / (2 * np.pi)
     assert [(str(step.rotation), step.low.kind, step.high.kind) for step in found.plateaux] == [
         (name, "fold", "fold") for name in ("0", "1/2", "1")

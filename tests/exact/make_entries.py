@@ -51,7 +51,7 @@ def impacts() -> None:
     system.itineraries([STATE])
     system.sensitivity([STATE], {"d": 1})
     system.grazing_curves({"v": (0.1, 0.9), "phi": (0.3, 0.5)}, 20)
-    nsmaps.lyapunov(system, [STATE], 32, 4)
+    nsmaps.lyapunov(system, starts=[STATE], n_returns=32, transient=4)
 
 
 def arrivals(system: Any, kernel: Any, state: Any) -> None:
@@ -62,9 +62,9 @@ def arrivals(system: Any, kernel: Any, state: Any) -> None:
 
 def observables(system: Any, start: Any, period: int, parameter: str) -> None:
     """Sums along orbits, and their derivatives."""
-    nsmaps.observe(system, start, 2, ["loss"], batches=1)
+    nsmaps.observe(system, start, ["loss"], n_returns=2, n_batches=1)
     orbit = nsmaps.periodic_orbit(system, nsmaps.orbit(system, start, 300).final, period)
-    nsmaps.observe_orbit(system, orbit, ["loss"], {parameter: 1.0})
+    nsmaps.observe(system, orbit, ["loss"], rates={parameter: 1.0})
 
 
 def strips() -> None:

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import nsmaps
-from nsmaps import Parallel, return_batch
+from nsmaps import Parallel
 from nsmaps.errors import NsmapsError, StateError
+from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.surfaces.sweep import sweep
 
 ROWS = ("start", "image", "turns", "codes", "outcome", "time", "derivative")
@@ -40,11 +41,10 @@ def test_parts_are_the_whole(name):
     system, states = nsmaps.load_system(name, **SYSTEMS[name]), starts(60)
     whole = system.orbits(states, 4, derivative=True)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(system, states, 4, derivative=True, parallel=Parallel(executor, part=20))
+        parts = system.orbits(states, 4, derivative=True, parallel=Parallel(executor, part=20))
+        first = system.first_return(states, parallel=Parallel(executor, part=20))
     assert same(whole, parts)
     assert (parts.walls, parts.integrated) == (whole.walls, whole.integrated)
-    assert same(return_batch(system, states, 4, derivative=True), whole)
-    first = return_batch(system, states, parallel=Parallel(executor=None, checkpoint=None, part=20))
     assert first.derivative is None
     assert np.array_equal(first.image, system.first_return(states).image, equal_nan=True)
 
@@ -53,10 +53,10 @@ def test_integrated_returns_in_two_processes_and_from_a_folder(tmp_path):
     pytest.importorskip("heyoka")
     system, states = nsmaps.load_system("duffing", **SYSTEMS["duffing"]), starts(40)
     with ProcessPoolExecutor(2) as executor:
-        made = return_batch(system, states, 2, True, parallel=Parallel(executor, tmp_path, part=10))
+        made = system.orbits(states, 2, True, parallel=Parallel(executor, tmp_path, part=10))
     assert same(made, system.orbits(states, 2, True))
     assert len(list(tmp_path.glob("part-*.npz"))) == 4
-    assert same(return_batch(system, states, 2, True, parallel=Parallel(checkpoint=tmp_path, part=10)), made)
+    assert same(system.orbits(states, 2, True, parallel=Parallel(checkpoint=tmp_path, part=10)), made)
 
 
 def test_a_fitted_map_of_several_returns_in_parts():
@@ -71,7 +71,7 @@ def test_a_fitted_map_of_several_returns_in_parts():
     states = np.linspace(0.05, 1.95, 12)[:, None]
     whole = return_map.orbits(states, 3)
     with ThreadPoolExecutor(2) as executor:
-        parts = return_batch(return_map, states, 3, parallel=Parallel(executor, part=4))
+        parts = divided_returns(return_map, states, 3, False, parallel=Parallel(executor, part=4))
     assert whole.numbers[:12].tolist() == [1] * 6 + [2] * 6
     assert parts.numbers.tolist() == whole.numbers.tolist()
     assert parts.fitted
@@ -90,8 +90,8 @@ def test_a_sweep_says_that_flights_are_integrated():
 def test_no_states_and_what_is_refused():
     system = nsmaps.load_system("vi_pair", **SYSTEMS["vi_pair"])
     with ThreadPoolExecutor(1) as executor:
-        assert len(return_batch(system, np.empty((0, 2)), 3, parallel=Parallel(executor))) == 0
-    with pytest.raises(NsmapsError, match="n is 0; expected: at least one return"):
-        return_batch(system, starts(5), 0)
-    with pytest.raises(StateError):
-        return_batch(system, [[1.0, 2.0, 3.0]])
+        assert len(system.orbits(np.empty((0, 2)), 3, parallel=Parallel(executor))) == 0
+        with pytest.raises(NsmapsError, match="n is 0; expected: at least one return"):
+            system.orbits(starts(5), 0, parallel=Parallel(executor))
+        with pytest.raises(StateError):
+            system.orbits([[1.0, 2.0, 3.0]], 1, parallel=Parallel(executor))

@@ -154,7 +154,7 @@ def test_all_functions_of_returns_have_the_rule(system):
     assert speeds[0] > 0
     assert speeds[1] == pytest.approx(0, abs=1e-15)
     number = [{"name": "n", "formula": "1", "at": "B"}]
-    seen = [nsmaps.observe(system, start[0], 1, number, batches=1, chatter=share) for share in (0, np.inf)]
+    seen = [nsmaps.observe(system, start[0], number, n_returns=1, n_batches=1, chatter=share) for share in (0, np.inf)]
     assert seen[0].outcome == Outcome.returned
     assert seen[1].outcome == Outcome.stuck
     with pytest.raises(StateError, match=r"chatter is -1; expected: a share >= 0"):

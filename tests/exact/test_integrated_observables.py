@@ -47,7 +47,9 @@ LINEAR = {"zeta": 0.05, "w": 0.81, "A": 0.7, "wall": 0.6}
     ids=["pair", "oscillator", "ball with chatter and release", "ball that rests"],
 )
 def test_totals_are_those_of_the_closed_form(integrated, exact, starts):
-    got, expected = (nsmaps.observe(system, starts, 60, CHOSEN, discard=1, batches=3) for system in (integrated, exact))
+    got, expected = (
+        nsmaps.observe(system, starts, CHOSEN, n_returns=60, transient=1, n_batches=3) for system in (integrated, exact)
+    )
     assert got.outcome.tolist() == expected.outcome.tolist()
     for name in ("totals", "weights", "time", "final"):
         one, other = getattr(got, name), getattr(expected, name)
@@ -56,9 +58,9 @@ def test_totals_are_those_of_the_closed_form(integrated, exact, starts):
 
 @pytest.mark.parametrize("name", ["work", "loss"])
 def test_formulas_of_one_kind_alone_have_the_same_totals(name):
-    system, where = Pair(d=0.35, g_bar=0.2113), ([0.83, 0.36], 5)
-    both = nsmaps.observe(system, *where, ["work", "loss"], batches=1)
-    assert nsmaps.observe(system, *where, [name], batches=1).totals[0, 0] == both.totals[0, both.names.index(name)]
+    system, start = Pair(d=0.35, g_bar=0.2113), [0.83, 0.36]
+    both = nsmaps.observe(system, start, ["work", "loss"], n_returns=5, n_batches=1)
+    assert nsmaps.observe(system, start, [name], n_returns=5, n_batches=1).totals[0, 0] == both.totals[0, both.names.index(name)]
 
 
 @pytest.mark.parametrize(
@@ -73,7 +75,7 @@ def test_the_work_of_the_forcing_is_what_impacts_and_damping_take(system, start)
     last = nsmaps.orbit(system, start, 300).final
     cycles = (nsmaps.periodic_orbit(system, last, n) for n in range(1, 9))
     cycle = next(cycle for cycle in cycles if cycle.converged and cycle.exists)
-    work, loss, damping = nsmaps.observe_orbit(system, cycle, ["work", "loss", "damping"]).per_period.value
+    work, loss, damping = nsmaps.observe(system, cycle, ["work", "loss", "damping"]).per_period.value
     assert min(work, loss, damping) > 1e-2
     assert abs(work - loss - damping) < 1e-12 * work
 
@@ -81,13 +83,13 @@ def test_the_work_of_the_forcing_is_what_impacts_and_damping_take(system, start)
 def test_largest_values_and_derivatives_are_those_of_the_closed_form():
     (system, exact), start = (Pair(d=0.35, g_bar=0.2113), VIPair(d=0.35, g_bar=0.2113)), [0.83, 0.36]
     chosen = ["displacement", {"name": "fastest", "formula": "abs(velocity)", "of": "flights", "largest": True}]
-    found, expected = (nsmaps.observe(formulas, start, 20, chosen, batches=2).totals for formulas in (system, exact))
+    found, expected = (nsmaps.observe(formulas, start, chosen, n_returns=20, n_batches=2).totals for formulas in (system, exact))
     assert found == pytest.approx(expected, abs=1e-12)
     cycles = (nsmaps.periodic_orbit(formulas, start) for formulas in (system, exact))
     names = ["loss", "work", "momentum", "mean speed"]
     asked = [*names[:3], {"name": names[3], "formula": "velocity**2", "of": "flights", "at": "B"}]
     slopes = [
-        nsmaps.observe_orbit(formulas, cycle, asked, {"d": 1.0}).per_period.derivative
+        nsmaps.observe(formulas, cycle, asked, rates={"d": 1.0}).per_period.derivative
         for formulas, cycle in zip((system, exact), cycles, strict=True)
     ]
     assert np.isfinite(slopes[1]).all()

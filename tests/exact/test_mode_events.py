@@ -89,7 +89,7 @@ def test_exponents_of_four_coordinates_are_the_logarithms_of_multipliers():
     given = reference("S1_recoil")
     (cycle,) = [one for one in given["attractors"] if one["params"] == "p1"]
     pair = system("S1_recoil", given["parameters"]["p1"])
-    exponents = nsmaps.lyapunov(pair, numbers(cycle["points"][0]), 400).exponents
+    exponents = nsmaps.lyapunov(pair, starts=numbers(cycle["points"][0]), n_returns=400).exponents
     wanted = sorted((np.log(abs(complex(*numbers(one)))) for one in cycle["multipliers"]), reverse=True)
     assert exponents == pytest.approx(wanted, abs=0.01)
     assert exponents.sum() == pytest.approx(4 * np.log(pair.r) - 2 * pair.Lambda, abs=1e-9)

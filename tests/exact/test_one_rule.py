@@ -29,7 +29,7 @@ def test_returns_totals_itineraries_impacts_and_sensitivities_agree(kind, r):
     system, states = kind(d=0.3, g_bar=-0.9, r=r), starts(12 if kind is VIPair else 5)
     found = system.first_return(states)
     assert any("T~" in word or "T_" in word for word in found.words) or r > 0.99
-    seen = nsmaps.observe(system, states, 1, ["loss"], batches=1)
+    seen = nsmaps.observe(system, states, ["loss"], n_returns=1, n_batches=1)
     assert seen.outcome.tolist() == found.outcome.tolist()
     assert seen.final == pytest.approx(found.image, abs=1e-12, nan_ok=True)
     known = found.outcome != Outcome.undecided
@@ -170,7 +170,7 @@ def test_chatter_on_the_other_wall_is_that_of_a_bouncing_ball(d, r):
     system, start = Shaken(d=d, r=r), [np.sqrt(d * (1 - r * r)) / 2, 1.2]
     speeds, losses, phase, speed = shaken_sums(d, r, *start)
     found = system.first_return([start])
-    seen = nsmaps.observe(system, start, 1, [{"name": "v", "formula": "v"}, "loss"], batches=1)
+    seen = nsmaps.observe(system, start, [{"name": "v", "formula": "v"}, "loss"], n_returns=1, n_batches=1)
     assert found.words.tolist() == ["BT~B"] or found.words[0].startswith("BTT")
     assert found.outcome.tolist() == [Outcome.returned]
     assert np.array_equal(seen.final, found.image[0])
@@ -184,7 +184,7 @@ def test_returns_of_a_bouncing_ball_are_those_whose_observables_are_summed(r):
     """On a wall at rest speeds are v r^n, times 2 v r^(n + 1): until the impacts are summed, at 1e-12 of a radian's speed."""
     system, n = Thrown(r=r), int(np.log(1e-11) / np.log(r))
     found = system.orbits([[1.0, 0.3]], n)
-    seen = nsmaps.observe(system, [1.0, 0.3], n, [{"name": "v", "formula": "v"}, "loss"], batches=1)
+    seen = nsmaps.observe(system, [1.0, 0.3], [{"name": "v", "formula": "v"}, "loss"], n_returns=n, n_batches=1)
     assert found.outcome.tolist() == [Outcome.returned] * n
     assert np.array_equal(seen.final, found.image[-1])
     assert found.image[:, 0] == pytest.approx(r ** np.arange(1, n + 1), rel=1e-10)

@@ -81,5 +81,5 @@ def test_rest_and_release_are_told_once() -> None:
     orbit = system.orbits([[0.0, 0.5]], 3)
     assert orbit.words.tolist()[0] == "B_"
     assert "B_" not in orbit.words.tolist()[1:]
-    quiet = noisy_orbits(system, [0.0, 0.5], 1, Noise(sigma=0.0, tau=1.0))
+    quiet = noisy_orbits(system, [0.0, 0.5], Noise(sigma=0.0, tau=1.0), n_returns=1)
     assert abs(quiet.states[1, 0, 1] - orbit.image[0, 1]) < 1e-9

@@ -83,7 +83,7 @@ def test_near_to_the_surface_each_side_has_its_own_motion():
 
 
 def test_noise_meets_it_too():
-    made = noisy_orbits(Pushed(), [0.3, 0.1], 20, Noise(sigma=0.1, tau=0.5), 4)
+    made = noisy_orbits(Pushed(), [0.3, 0.1], Noise(sigma=0.1, tau=0.5), n_returns=20, n_realisations=4)
     assert made.ended() == {"repelling": 4}
 
 

@@ -102,7 +102,7 @@ def test_smoothed_friction_takes_the_energy_of_the_quadrature(eps):
     assert followed.velocity[0, -1] == pytest.approx(-down, abs=1e-13)
     rates = np.diff(followed.velocity[0]) / np.diff(followed.time[0])
     assert rates[[0, -1]] == pytest.approx([-1.3, -0.7], abs=0.01)
-    lost = nsmaps.observe(ball, [1.0, 0.0], 1, ["damping"], batches=1).totals[0, 0]
+    lost = nsmaps.observe(ball, [1.0, 0.0], ["damping"], n_returns=1, n_batches=1).totals[0, 0]
     assert lost == pytest.approx((0.8**2 - down**2) / 2, rel=1e-11)
     limit = 0.8 * np.sqrt(0.7 / 1.3)  # of friction that is a step
     assert abs(down - limit) < 2 * eps

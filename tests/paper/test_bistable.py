@@ -22,7 +22,7 @@ def test_weak_noise_leads_to_two_to_one_and_hardly_back() -> None:
     study = load_study("vi_pair/noise")
     assert study.noise is not None
     start = list(study.noise.start.values())
-    made = noisy_orbits(study.system_object(), start, 1000, Noise(sigma=0.005, tau=0.5), 16, seed=3)
+    made = noisy_orbits(study.system_object(), start, Noise(sigma=0.005, tau=0.5), n_returns=1000, n_realisations=16, rng=3)
     stay = residence(made.words, made.time, study.noise.modes, study.noise.min_returns)
     assert stay.switches[0, 1] > 8
     assert stay.rates[1, 0] < stay.rates[0, 1] / 20

@@ -77,7 +77,7 @@ def test_exponents_of_long_orbits(row):
     """2 ln m/(m + 1) for whole numbers m, where 2/(m + 1) of the returns switch; other values of long runs."""
     system = system_of(row)
     alpha, start = system.alpha, [system.I_ref - 0.3141592653]
-    found = nsmaps.lyapunov(system.at(alpha=alpha * ROUNDED), start, RETURNS)
+    found = nsmaps.lyapunov(system.at(alpha=alpha * ROUNDED), starts=start, n_returns=RETURNS)
     share = (nsmaps.orbit(system.at(alpha=alpha * ROUNDED), start, RETURNS).words == "S").mean()
     if "lyapunov_exact" in row:
         value, error, switching = float(row["lyapunov_exact"]), 0.0, number(row["share_of_switching"])
@@ -93,7 +93,7 @@ def test_exponents_of_long_orbits(row):
 @pytest.mark.parametrize("row", [row for row in ROWS if row.get("stable")], ids=named)
 def test_exponents_of_stable_fixed_points(row):
     system = system_of(row)
-    found = nsmaps.lyapunov(system, [system.I_ref - 0.3], 100).exponents[0]
+    found = nsmaps.lyapunov(system, starts=[system.I_ref - 0.3], n_returns=100).exponents[0]
     assert found == pytest.approx(math.log(abs(Fraction(row["multiplier"]))), rel=1e-12)
     if "exponent" in row:
         assert found == pytest.approx(float(row["exponent"]), rel=1e-12)

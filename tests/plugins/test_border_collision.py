@@ -42,14 +42,14 @@ def test_all_cycles_and_the_exponents_of_normal_forms(name, case):
     if "lyapunov" in case:
         check_exponents(system, case["lyapunov"])
     if "sum" in case:
-        assert nsmaps.lyapunov(system, np.full(len(system.coordinates), 0.1), 1000).exponents.sum() == pytest.approx(
-            number(case["sum"]), abs=1e-12
-        )
+        assert nsmaps.lyapunov(
+            system, starts=np.full(len(system.coordinates), 0.1), n_returns=1000
+        ).exponents.sum() == pytest.approx(number(case["sum"]), abs=1e-12)
     for each in case.get("attractor_exponents", []):
         exponents = [number(text) for text in each["exponents"]]
         orbit = next(orbit for orbit in periodic_orbits_by_word(system, period) if cyclic(orbit.word) == cyclic(each["word"]))
         assert np.log(np.abs(orbit.multipliers)) / orbit.period == pytest.approx(exponents, abs=1e-12)
-        assert nsmaps.lyapunov(system, orbit.states[0], 10_000).exponents == pytest.approx(exponents, abs=1e-3)
+        assert nsmaps.lyapunov(system, starts=orbit.states[0], n_returns=10_000).exponents == pytest.approx(exponents, abs=1e-3)
 
 
 def cycle_at(system, word):
@@ -99,7 +99,7 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
 def test_the_tent_of_the_unit_interval(case):
     system = UnitTent(**numbers(case["parameters"]))
     check_cycles(system, case["orbits"], max(len(each["word"]) for each in case["orbits"]))
-    found = nsmaps.lyapunov(system, [0.1234567], 500_000)
+    found = nsmaps.lyapunov(system, starts=[0.1234567], n_returns=500_000)
     assert abs(found.exponents[0] - number(case["lyapunov_exact"])) <= 5 * found.error[0]
     assert topological_entropy(system) == pytest.approx(np.log(2), abs=1e-14)
 
@@ -155,7 +155,7 @@ def test_all_windows_of_the_map_with_a_gap(case):
         for k, many in enumerate(letters):
             repeats = cyclic(word_of(many[:q])) == cyclic(word) and np.array_equal(many[q:], many[:-q])
             assert repeats == (k < 3), (rotation, k)
-    exponent = nsmaps.lyapunov(system.at(mu=0.4), [0.1], 1000).exponents[0]
+    exponent = nsmaps.lyapunov(system.at(mu=0.4), starts=[0.1], n_returns=1000).exponents[0]
     assert exponent == pytest.approx(number(case["exponent"]), abs=1e-13)
 
 
@@ -175,7 +175,7 @@ def test_lorenz_maps_of_constant_slope(row):
     beta, alpha = (number(row["parameters"][name]) for name in ("beta", "alpha"))
     system = BorderCollision1(a_L=beta, a_R=beta, mu=1 - (1 - alpha) / beta, jump=-1)
     assert topological_entropy(system) == pytest.approx(number(row["topological_entropy"]), abs=1e-14)
-    assert nsmaps.lyapunov(system, [0.1], 1000).exponents[0] == pytest.approx(number(row["lyapunov"]), abs=1e-13)
+    assert nsmaps.lyapunov(system, starts=[0.1], n_returns=1000).exponents[0] == pytest.approx(number(row["lyapunov"]), abs=1e-13)
 
 
 def test_the_lozi_map_is_a_normal_form():

@@ -7,7 +7,6 @@ from nsmaps_square_root import SquareRoot, SquareRootPlane
 from piecewise_references import numbers, rows
 
 import nsmaps
-from nsmaps.exact import Along
 from nsmaps.proof.maps.prove import prove_map
 from nsmaps.testing import check_system
 from nsmaps.verify.certificate import verify
@@ -38,7 +37,7 @@ def test_a_cycle_of_a_window(a, window):
     assert orbit.stable
     assert orbit.states[0, 0] == pytest.approx(float(sample["point_R"]), rel=1e-12)
     assert orbit.multipliers[0].real == pytest.approx(float(sample["multiplier"]), rel=1e-12)
-    run = nsmaps.lyapunov(system, orbit.states[0], 32 * period, 100)
+    run = nsmaps.lyapunov(system, starts=orbit.states[0], n_returns=32 * period, transient=100)
     assert run.exponents[0] == pytest.approx(float(sample["exponent"]), rel=1e-11)
 
 
@@ -104,7 +103,7 @@ def test_curves_of_doublings_and_borders_in_two_parameters(side):
     system = SquareRoot(a=0.5, mu=0.07)
     orbit = nsmaps.periodic_orbit(system, [0.06], 3)
     branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (0.01, 0.3), side, step=0.5)
-    curve = nsmaps.bifurcation_curve(Along(system, "mu", "a"), branch.events[0], 0.5, ((0.01, 0.3), (0.4, 0.9)), step=0.1)
+    curve = nsmaps.bifurcation_curve(system, {"mu": (0.01, 0.3), "a": (0.4, 0.9)}, branch.events[0], 0.5, step=0.1)
     mu, a = np.array(curve.parameters).T
     exact = [float(doubling_and_border(each, 3)[side == "up"]) for each in a]
     assert len(mu) > 8
@@ -156,7 +155,7 @@ def test_a_cycle_in_the_plane_ends_at_its_border(case):
 @pytest.mark.parametrize(("cls", "run"), LONG, ids=lambda part: part.__name__ if isinstance(part, type) else None)
 def test_exponents_of_long_orbits(cls, run):
     system, known = cls(**numbers(run["parameters"])), run["lyapunov"]
-    found = nsmaps.lyapunov(system, np.full(len(system.coordinates), 0.01), RETURNS)
+    found = nsmaps.lyapunov(system, starts=np.full(len(system.coordinates), 0.01), n_returns=RETURNS)
     error = np.hypot(found.error, np.array(known["standard_errors"], float))
     assert (np.abs(found.exponents - np.array(known["values"], float)) < 5 * error).all()
     words = nsmaps.orbit(system, np.full(len(system.coordinates), 0.01), RETURNS).words

@@ -219,7 +219,7 @@ def test_orbits_branches_exponents_and_basins(name, parameter, bounds):
     r, c = system.r, system.c
     contraction = r ** (2 * q) * np.exp(-c * orbit.returns.time.sum())  # of areas, by Liouville's theorem
     assert np.prod(orbit.multipliers).real == pytest.approx(contraction, rel=1e-10)
-    exponents = lyapunov(system, final, 500, transient=0).exponents
+    exponents = lyapunov(system, starts=final, n_returns=500, transient=0).exponents
     assert exponents.max() == pytest.approx(np.log(np.abs(orbit.multipliers).max()) / q, abs=1e-2)
     branch = continue_branch(lambda value: system.at(**{parameter: value}), "value", orbit, getattr(system, parameter), bounds)
     assert len(branch.points) > 5

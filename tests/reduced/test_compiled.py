@@ -207,7 +207,7 @@ def test_exponents_of_a_map_known_by_hand() -> None:
     return_map = CompositeMap(
         ("x", "y"), ("B",), (low, Piece("high", ConditionRegion(coordinates=("x", "y"), text="x >= 0.5"), back))
     )
-    found = lyapunov(return_map, (0.2137, 0.6), 40, 0)
+    found = lyapunov(return_map, starts=(0.2137, 0.6), n_returns=40, transient=0)
     assert np.allclose(found.exponents, [math.log(2), -math.log(4)], rtol=1e-12)
     assert np.isclose(found.log_det, math.log(0.5))
 
@@ -251,7 +251,10 @@ def test_regions_of_a_class_in_orbits() -> None:
     )
     assert own.has_orbits
     assert same.has_orbits
-    assert np.array_equal(lyapunov(own, [0.5, 0.5], 64, 0).outcome, lyapunov(same, [0.5, 0.5], 64, 0).outcome)
+    assert np.array_equal(
+        lyapunov(own, starts=[0.5, 0.5], n_returns=64, transient=0).outcome,
+        lyapunov(same, starts=[0.5, 0.5], n_returns=64, transient=0).outcome,
+    )
     start = rng.uniform(0, 1, (5, 2))
     assert np.array_equal(orbit(own, start, 6).states, orbit(same, start, 6).states, equal_nan=True)
     empty = CompositeMap(NAMES, ("B",), ())

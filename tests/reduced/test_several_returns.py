@@ -103,7 +103,7 @@ def test_exponents_are_per_return(slope):
     """Every return of a tent with slopes of one size stretches by it."""
     tent = Tent(slope, -slope)
     for return_map in (tent, augmented(tent)):
-        assert nsmaps.lyapunov(return_map, [0.3], 2000).exponents[0] == pytest.approx(log(slope), rel=1e-9)
+        assert nsmaps.lyapunov(return_map, starts=[0.3], n_returns=2000).exponents[0] == pytest.approx(log(slope), rel=1e-9)
     found = limit_set(augmented(tent), nsmaps.orbit(augmented(tent), [0.3], 200))
     assert found.meaning == "chaos"
     assert found.exponent == pytest.approx(log(slope), rel=0.02)  # of images that count one or two

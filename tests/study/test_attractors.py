@@ -146,7 +146,7 @@ def test_chaos_is_told_by_its_exponent() -> None:
     assert resting.text.endswith(", largest Lyapunov exponent -inf, as where orbits that rest become one")
     constant = replace(resting, words=("BTB",))
     assert constant.text.endswith(", largest Lyapunov exponent -inf, as where an image does not depend on the state")
-    independent = nsmaps.lyapunov(result.system, [0.7, 0.3], 20_000)
+    independent = nsmaps.lyapunov(result.system, starts=[0.7, 0.3], n_returns=20_000)
     assert found.exponent > 0
     assert found.exponent == pytest.approx(independent.exponents[0], abs=5 * found.exponent_error)
     assert f"largest Lyapunov exponent {found.exponent:.3g} +- " in result.verdicts[0].text

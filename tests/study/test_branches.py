@@ -14,7 +14,7 @@ import pytest
 from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
-from nsmaps import Outcome, bifurcation_diagram, lyapunov_sweep, periodic_orbit, read_result, run_study, stability_diagram
+from nsmaps import Outcome, bifurcation_diagram, lyapunov, periodic_orbit, read_result, run_study, stability_diagram
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
@@ -336,9 +336,7 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     else:
         assert made.lyapunov is not None
         each = made.lyapunov
-        assert np.array_equal(
-            each.exponents[:3], lyapunov_sweep(along, "a", values[:3], start, n_returns=64, transient=9).exponents
-        )
+        assert np.array_equal(each.exponents[:3], lyapunov(along, "a", values[:3], start, n_returns=64, transient=9).exponents)
         assert np.isnan(each.exponents[3:]).all()
     assert [bool(reason) for reason in each.reasons] == [False] * 3 + [True] * 2
 

@@ -38,8 +38,8 @@ def test_a_study_gives_what_the_functions_give() -> None:
     grid = Grid(axes={"v": Axis(low=0.01, high=2, points=12), "phi": Axis(low=0, high=2 * np.pi * 11 / 12, points=12)})
     made = basins(system, grid, max_returns=300)
     line = basin_boundary(system, made, 1e-3, 300)
-    exponents = [lyapunov(system.at(a=a), start, 64, 30).exponents for a in (1.4, 1.5)]
-    noisy = noisy_orbits(system, start, 40, Noise(sigma=0.05, tau=1), 3, 5)
+    exponents = [lyapunov(system.at(a=a), starts=start, n_returns=64, transient=30).exponents for a in (1.4, 1.5)]
+    noisy = noisy_orbits(system, start, Noise(sigma=0.05, tau=1), n_returns=40, n_realisations=3, rng=5)
     stay = residence(noisy.words, noisy.time, {"one": ["BB"]})
     for each in (result, again):
         assert np.array_equal(each.basins.label, made.label)

@@ -50,7 +50,9 @@ def test_noise_in_a_study_is_that_of_the_function():
     result = run_study("noise.yaml", out="noise")
     system = RecoilPair(eta=0.03, kappa=0.04, Lambda=0.2, d=0.228, r=0.25, g_bar=0.122)
     for sigma, stay in zip((0, 0.02), result.noise.stays, strict=True):
-        made = noisy_orbits(system, [0.6736, -0.176, 0.161, 0.414], 60, Noise(sigma=sigma, tau=0.5), 3, 5)
+        made = noisy_orbits(
+            system, [0.6736, -0.176, 0.161, 0.414], Noise(sigma=sigma, tau=0.5), n_returns=60, n_realisations=3, rng=5
+        )
         known = residence(made.words, made.time, {"1:1": ["BTB"], "2:1": ["BB", "BTB"]}, 12)
         assert np.array_equal(stay.time, known.time)
         assert np.array_equal(stay.switches, known.switches)

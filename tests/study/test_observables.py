@@ -31,9 +31,9 @@ def result() -> StudyResult:
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
     means, along = result.observables, nsmaps.exact.Along(result.system, "d")
-    diagram = nsmaps.observe_diagram(along, result.bifurcation["exact"], CHOSEN, 64)
-    branch = nsmaps.observe_branch(along, result.branches["1:1"][0], CHOSEN)
-    basins = nsmaps.observe_attractors(result.system, result.basins.attractors, CHOSEN, 64)
+    diagram = nsmaps.observe(along, result.bifurcation["exact"], CHOSEN, n_returns=64)
+    branch = nsmaps.observe(along, result.branches["1:1"][0], CHOSEN)
+    basins = nsmaps.observe(result.system, result.basins.attractors, CHOSEN, n_returns=64)
     (stored,) = result.branch_observables["1:1"]
     for one, other in ((means["bifurcation"], diagram), (stored, branch), (means["basins"], basins)):
         assert np.array_equal(one.per_period.value, other.per_period.value, equal_nan=True)

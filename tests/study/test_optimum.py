@@ -27,13 +27,21 @@ def test_it_is_what_the_functions_give(result: StudyResult) -> None:
     found, noisy = result.optimum, result.noisy_optimum
     assert found is not None
     assert noisy is not None
-    how = {"d": (0.5, 0.8), "g_bar": (0.05, 0.15)}, {"d": 0.7, "g_bar": 0.1}, [1.08, 1.0]
-    direct = nsmaps.optimize(result.system.at, ENERGY, *how, starts=1)
+    bounds = {"d": (0.5, 0.8), "g_bar": (0.05, 0.15)}
+    direct = nsmaps.optimize(result.system, ENERGY, bounds, [1.08, 1.0], x0={"d": 0.7, "g_bar": 0.1}, n_starts=1)
     assert found.value == pytest.approx(direct.value, rel=1e-12)
     assert found.active == direct.active == ("d", "g_bar")
     system = result.system.at(**found.parameters)
-    orbits = nsmaps.noisy_orbits(system, found.orbit.states[0], 50, nsmaps.Noise(sigma=0.05, tau=0.5), 4, 3, impacts=2000)
-    mean = nsmaps.observe_noisy(system, orbits, [ENERGY]).per_period
+    orbits = nsmaps.noisy_orbits(
+        system,
+        found.orbit.states[0],
+        nsmaps.Noise(sigma=0.05, tau=0.5),
+        n_returns=50,
+        n_realisations=4,
+        rng=3,
+        max_impacts=2000,
+    )
+    mean = nsmaps.observe(system, orbits, [ENERGY]).per_period
     assert (noisy.value[1], noisy.error[1]) == (mean.value[0], mean.error[0])
     assert noisy.value[0] == pytest.approx(found.value, rel=1e-12)
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from nsmaps import read_result
 from nsmaps.cli.cli import app
-from nsmaps.dynamics.lyapunov import lyapunov_sweep
+from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.study.sections.parameters.lyapunov import exponent_rows
@@ -109,7 +109,7 @@ def test_exponents_are_told_by_their_sign_in_intervals() -> None:
         return Logistic(a)
 
     values = [3.1, 3.2, 3.4, 3.999, 4.0, 4.1]
-    rows = exponent_rows(lyapunov_sweep(at, "a", values, [0.3], n_returns=2000, transient=300))
+    rows = exponent_rows(lyapunov(at, "a", values, [0.3], n_returns=2000, transient=300))
     assert [(row["sign"], row["from"], row["to"], row["values"]) for row in rows] == [
         ("below zero", 3.1, 3.4, 3),
         ("above zero", 3.999, 4.0, 2),

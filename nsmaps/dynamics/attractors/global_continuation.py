@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Floats, Random, entropy_of
 from nsmaps.coordinates import BoxLike, Coordinates, as_box
 from nsmaps.dynamics.attractors.arrivals import ENDED, UNRESOLVED, follow
 from nsmaps.dynamics.attractors.attractor import Attractor, find_attractors
@@ -47,7 +47,7 @@ def global_continuation(
     n_kicks: int = 100,
     n_directions: int = 16,
     n_states: int = 8,
-    seed: int = 0,
+    rng: Random = 0,
     quantifiers: Mapping[str, Function] | None = None,
     parallel: Parallel = SERIAL,
 ) -> GlobalContinuation:
@@ -69,7 +69,7 @@ def global_continuation(
         step: largest distance of an attractor from its continuation at the next value.
         kick, n_kicks: size and number of the kicks whose returns are timed, each of a random state in a random direction.
         n_directions, n_states: of directions, and of states of an attractor, in which the boundary is searched for.
-        seed: of the starts, directions and kicks.
+        rng: of the starts, directions and kicks, as `numpy.random.default_rng` takes it.
         quantifiers: as for `basins`.
         parallel: see `nsmaps.Parallel`; every value is a part, of the search and of the stability.
 
@@ -85,6 +85,7 @@ def global_continuation(
     unit = np.array(np.broadcast_to(np.ptp(region, axis=1) if scale is None else np.asarray(scale, float), len(region)))
     if not (np.isfinite(unit) & (unit > 0)).all():
         raise NsmapsError(f"the scale is {unit.tolist()}; expected: a length above 0 for each of {', '.join(coordinates)}")
+    seed = entropy_of(rng)
     start = region[:, 0] + np.ptp(region, axis=1) * np.random.default_rng(seed).random((n_samples, len(region)))
     how = max_returns, tolerance, max_period
     work = _Work(map_of, along, start, how, Kicks(kick, n_kicks, n_directions, n_states, seed), unit)

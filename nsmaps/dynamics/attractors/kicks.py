@@ -30,12 +30,12 @@ class Kicks:
     count: int  #: of these kicks, each from a random state of the attractor in a random direction
     directions: int  #: of the kicks that search for the boundary; of one coordinate there are two
     points: int  #: states of the attractor, equally many returns apart, from which these begin; at most all of them
-    seed: int
+    seed: int | Sequence[int]
 
     def __post_init__(self) -> None:
-        if not self.size > 0 or min(self.count, self.directions, self.points) < 1 or self.seed < 0:
+        if not self.size > 0 or min(self.count, self.directions, self.points) < 1:
             text = f"kicks of size {self.size}, {self.count} of them, {self.directions} directions from {self.points} points"
-            raise NsmapsError(f"{text}, seed {self.seed}; expected: a size above 0, numbers of at least 1, a seed of at least 0")
+            raise NsmapsError(f"{text}; expected: a size above 0, numbers of at least 1")
 
     def rays(self, n: int) -> Floats:
         """Unit vectors in n coordinates, shape (D, n): equally spaced in a plane, random ones in more coordinates."""

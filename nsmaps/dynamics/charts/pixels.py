@@ -14,7 +14,7 @@ from nsmaps.dynamics.charts.tails import Length, Tail, tail
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.motion import periods
-from nsmaps.dynamics.observables.observe import observe
+from nsmaps.dynamics.observables.orbits import orbit_means
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
@@ -138,7 +138,7 @@ def _along_orbits(
         for n in set(length[k][motion[k] >= 0].tolist()):
             own = np.flatnonzero((length[k] == n) & (motion[k] >= 0))
             if observables:
-                found = observe(system, states[k, own], n, observables, batches=1)
+                found = orbit_means(system, states[k, own], n, observables, n_batches=1)
                 means[k, own] = (found.per_return if found.period is None else found.per_period).value
             if quantifiers:
                 path = orbit(system, states[k, own], n)

@@ -10,7 +10,7 @@ the parameter from the border. The time by which the ball then misses the releas
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, BifurcationPoint
 from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.returnmap import map_along, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import single_returns
 from nsmaps.exact.systems.flow import FlowSystem
@@ -31,6 +31,8 @@ LOOPS = 60  #: times round the border orbit, after which the attractor is looked
 SPREAD = 4.0  #: range of a branch, in distances of its first orbit from the border
 DIRECTIONS: tuple[Literal["down", "up"], ...] = ("down", "up")
 SAME = 1e-6  #: largest relative difference of the times round an orbit and the border orbit
+
+ChatterAt = Callable[[float], CompleteChatter]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +68,12 @@ def chatter_scaling(r: float) -> ChatterScaling:
 
 @shows
 def chatter_cascade(
-    map_of: Callable[[float], CompleteChatter],
+    system: CompleteChatter | Callable[[float], CompleteChatter],
     parameter: str,
-    event: BifurcationPoint,
+    point: BifurcationPoint,
     bounds: tuple[float, float],
     n_orbits: int,
+    *,
     step: float = 0.1,
 ) -> tuple[IncompleteChatter, ...]:
     """The attracting orbits with incomplete chatter near the border orbit, those with the fewest impacts first.
@@ -80,10 +83,9 @@ def chatter_cascade(
     between two of these distances is missed, as are attractors of several times round.
 
     Args:
-        map_of: the map at a value of the parameter, such as
-            `lambda gamma: nsmaps.dynamics.CompleteChatter(system).at(Gamma=gamma)`.
+        system: the `CompleteChatter` of a system, or a function of the parameter's value that gives it.
         parameter: its name.
-        event: an `end of complete chatter` of a branch of that map.
+        point: an `end of complete chatter` of a branch of that map.
         bounds: least and greatest value of the parameter.
         n_orbits: greatest number of orbits.
         step: longest step of the branches, in arclength, whose unit is four times the distance at which an orbit was found.
@@ -91,12 +93,12 @@ def chatter_cascade(
     Raises:
         NsmapsError: another kind of event, or `n_orbits` below one.
     """
-    check_class(event, BifurcationPoint, "a cascade begins at the end of a branch")
-    if event.kind != CHATTER_ENDS or n_orbits < 1:
-        raise NsmapsError(f"{n_orbits} orbits at a {event.kind}; expected: one or more at an {CHATTER_ENDS}")
-    border, found = event.value, dict[int, IncompleteChatter]()
+    check_class(point, BifurcationPoint, "a cascade begins at the end of a branch")
+    if point.kind != CHATTER_ENDS or n_orbits < 1:
+        raise NsmapsError(f"{n_orbits} orbits at a {point.kind}; expected: one or more at an {CHATTER_ENDS}")
+    border, found, map_of = point.value, dict[int, IncompleteChatter](), cast(ChatterAt, map_along(system, parameter))
     single = lambda value: map_of(value).system  # noqa: E731
-    for value, orbit in _attractors(single, event, _way(map_of, event, bounds)):
+    for value, orbit in _attractors(single, point, _way(map_of, point, bounds)):
         number = len(orbit.states)
         if number not in found:
             ends = sorted((border, border + SPREAD * (value - border)))

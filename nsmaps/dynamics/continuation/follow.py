@@ -1,6 +1,6 @@
 """Branches of periodic orbits in one parameter, around folds, with the events along them."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -27,10 +27,8 @@ from nsmaps.dynamics.continuation.infinity import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.continuation.shrinking import SMALLEST
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
-from nsmaps.dynamics.returnmap import map_along
+from nsmaps.dynamics.returnmap import Model, map_along
 from nsmaps.errors import NsmapsError, check_class
-from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
@@ -51,7 +49,7 @@ class _Extent:
 
 @shows
 def continue_branch(
-    system: System | Callable[[float], ReturnMap],
+    system: Model,
     parameter: str,
     orbit: PeriodicOrbit,
     value: float,
@@ -70,7 +68,8 @@ def continue_branch(
     of `until`, where it closes, or is lost. Two events of one kind within a step are missed; a smaller `step` finds them.
 
     Args:
-        system: a system, or the return map as a function of the parameter's value; a ValueError means that there is none.
+        system: a system, its `CompleteChatter`, or the map as a function of the parameter's value; a ValueError means that
+            there is none.
         parameter: its name.
         orbit: at, or near, the value, with all its states.
         value: of the parameter.
@@ -101,7 +100,7 @@ def continue_branch(
 
 @shows
 def switch_branch(
-    system: System | Callable[[float], ReturnMap],
+    system: Model,
     parameter: str,
     point: BifurcationPoint,
     bounds: tuple[float, float],
@@ -179,7 +178,7 @@ def _beyond(curve: OrbitCurve, point: BifurcationPoint, extent: _Extent, *sides:
 
 @shows
 def period_doubling_cascade(
-    system: System | Callable[[float], ReturnMap],
+    system: Model,
     parameter: str,
     orbit: PeriodicOrbit,
     value: float,
@@ -196,11 +195,11 @@ def period_doubling_cascade(
     Arguments and errors as `continue_branch`.
     """
     first = continue_branch(system, parameter, orbit, value, bounds, direction, step, until=(DOUBLING,))
-    return first, *doublings_of(map_along(system, parameter), first, bounds, n_doublings - 1, step)
+    return first, *doublings_of(system, first, bounds, n_doublings - 1, step)
 
 
 def doublings_of(
-    map_of: Callable[[float], ReturnMap],
+    system: Model,
     branch: Branch,
     bounds: tuple[float, float],
     max_doublings: int,
@@ -219,10 +218,10 @@ def doublings_of(
             break
         if event is not None:
             how["step"], doublings = how["step"] / 2, doublings + 1
-            branches.append(switch_branch(map_of, branch.parameter, event, bounds, doubled=True, **how))
+            branches.append(switch_branch(system, branch.parameter, event, bounds, doubled=True, **how))
         elif passed < PASSED and last and last[0].at is not None and last[0].border in (PERSISTENCE, ""):
             passed += 1
-            branches.append(switch_branch(map_of, branch.parameter, last[0], bounds, **how))
+            branches.append(switch_branch(system, branch.parameter, last[0], bounds, **how))
         else:
             break
     return tuple(branches[1:])

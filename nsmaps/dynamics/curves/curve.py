@@ -1,6 +1,6 @@
 """Bifurcation curves of a periodic orbit in two parameters, with their points of codimension two."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import get_args
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.continuation.core import Control, correct, correct_beside, follow, passes, tangent
+from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.events import DETACHMENT, BifurcationPoint
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import curve_from
@@ -18,9 +19,10 @@ from nsmaps.dynamics.curves.crossing import CrossingCurve
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.returnmap import Model, map_along, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import shows
 from nsmaps.results import NONE, Result, array
 
@@ -68,10 +70,11 @@ class BifurcationCurve(Result):
 
 @shows
 def bifurcation_curve(
-    map_of: Callable[[float, float], ReturnMap],
-    event: BifurcationPoint,
-    second: float,
-    bounds: tuple[Bounds, Bounds],
+    system: Model,
+    bounds: Mapping[str, Bounds],
+    point: BifurcationPoint,
+    second: float | None = None,
+    *,
     step: float = 0.02,
     max_points: int = 500,
     tolerance: float = 1e-10,
@@ -87,12 +90,12 @@ def bifurcation_curve(
     cross. That of a `detachment` is found by bisection across it, on whether contact lasts for all times.
 
     Args:
-        map_of: the return map at a value of each parameter, such as `nsmaps.exact.Along(system, "d", "r")`.
-        event: a `period doubling`, `fold`, `branch point`, `Neimark-Sacker`, `grazing`, `border collision` or `detachment` of a
+        system: a system, its `CompleteChatter`, or the return map as a function of the values of both parameters.
+        bounds: least and greatest value of the first parameter, that of the branch, and of the second, by name; their differences
+            are units of the arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
+        point: a `period doubling`, `fold`, `branch point`, `Neimark-Sacker`, `grazing`, `border collision` or `detachment` of a
             branch in the first parameter.
-        second: value of the second parameter on that branch.
-        bounds: least and greatest value of the first parameter, and of the second; their differences are units of the
-            arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
+        second: value of the second parameter on that branch; that of the system if omitted.
         step: longest step, in arclength; steps are shorter where the curve turns. Up to 1 saves most of the work where a mean
             moves by many extents of the motion, as a voltage by many of its ripples.
         max_points: greatest number of orbits in either direction.
@@ -101,9 +104,15 @@ def bifurcation_curve(
     Raises:
         NsmapsError: another kind of event, invalid bounds, or no orbit that meets the condition near the event.
     """
-    check_class(event, BifurcationPoint, "a curve in two parameters begins at an event of a branch")
-    _check(event, second, bounds, step, max_points)
-    curve = _curve(map_of, event, second, bounds, tolerance)
+    check_class(point, BifurcationPoint, "a curve in two parameters begins at an event of a branch")
+    event, map_of, (first, other) = point, map_along(system, *bounds), bounds
+    if second is None:
+        if not isinstance(system, System | CompleteChatter):
+            raise NsmapsError(f"the value of {other} on the branch is not known; expected: `second` beside a function")
+        second = system.parameters[other]
+    ranges = bounds[first], bounds[other]
+    _check(event, second, ranges, step, max_points)
+    curve = _curve(map_of, event, second, ranges, tolerance)
     if curve.kind == DETACHMENT:
         return _detachments(curve, event, second, step, max_points)
     y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.value)

@@ -1,6 +1,6 @@
 """The arguments of a search, read and refused."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,11 +19,16 @@ if TYPE_CHECKING:
 Range = tuple[float, float]
 
 
-def check_function(system_of: object) -> None:
-    """Refuse a system in place of a function that gives one."""
-    if not callable(system_of):
-        name = type(system_of).__name__
-        raise NsmapsError(f"{name} is not a function of parameters; expected: its `at`, or a function with keywords")
+def family_of(
+    system: System | Callable[..., System], bounds: Mapping[str, Range], x0: Mapping[str, float] | None
+) -> tuple[Callable[..., System], Mapping[str, float]]:
+    """The systems as a function of parameters, and the first ones: of a system its own where none are given."""
+    if isinstance(system, System):
+        own = system.parameters
+        return system.at, {name: own[name] for name in bounds if name in own} if x0 is None else x0
+    if not callable(system) or x0 is None:
+        raise NsmapsError(f"a {type(system).__name__}, x0 {x0}; expected: a system, or a function with keywords and `x0`")
+    return system, x0
 
 
 def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str, ...], Floats, Floats, Floats]:

@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Floats, Storable
 from nsmaps.coordinates import StateLike, as_states
 from nsmaps.dynamics.attractors.basins import Basins, basins
-from nsmaps.dynamics.design.arguments import box, check_function, check_limits, first_point, observed, offsets_of, text
+from nsmaps.dynamics.design.arguments import box, check_limits, family_of, first_point, observed, offsets_of, text
 from nsmaps.dynamics.design.basin import Basin
 from nsmaps.dynamics.design.conditions import BINDING, Condition, gains
 from nsmaps.dynamics.design.problem import Point, Problem
@@ -94,13 +94,13 @@ class NoisyOptimum(Result):
 
 @shows
 def optimize(
-    system_of: Callable[..., System],
+    system: System | Callable[..., System],
     observable: ObservableLike,
     bounds: Mapping[str, tuple[float, float]],
-    x0: Mapping[str, float],
     start: StateLike,
-    period: int = 1,
     *,
+    x0: Mapping[str, float] | None = None,
+    period: int = 1,
     sense: Literal["max", "min"] = "max",
     per: Literal["period", "return", "time"] | None = None,
     motion: str = "",
@@ -109,8 +109,8 @@ def optimize(
     states: Grid | ArrayLike | None = None,
     share: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
-    returns: int = 1000,
-    starts: int = 5,
+    max_returns: int = 1000,
+    n_starts: int = 5,
     progress: Progress | None = None,
 ) -> Optimum:
     """The parameters within bounds at which a periodic motion delivers most, or least, of an observable: a local optimum.
@@ -121,11 +121,11 @@ def optimize(
     ceases to exist before there is an optimum, the last one found is returned, with the active condition `existence`.
 
     Args:
-        system_of: an exact system by its parameters, such as `system.at`, or a function of others, as of physical quantities.
+        system: an exact system, or a function of other parameters that gives one, as of physical quantities.
         observable: a name, an `Observable` or its keys, as of `observe`.
         bounds: least and greatest value of each parameter.
-        x0: the parameters, within the bounds, at which `start` is near the motion.
         start: its first state, or all of them, as of `periodic_orbit`.
+        x0: the parameters, within the bounds, at which `start` is near the motion; those of the system if omitted.
         period: of the motion, in returns.
         sense: "max" or "min".
         per: the mean per "period" of the forcing, the default where there is one, per "return" or per unit of "time".
@@ -139,28 +139,29 @@ def optimize(
             steps of 1e-3 of the bounds.
         tolerances: of parameters. The share is also to be kept where one of them differs by its tolerance, either way, since the
             basins of attractors that come and go change with every parameter.
-        returns: within which a state is to come to the motion.
-        starts: `x0`, and points of a Halton sequence in the bounds, each moved towards `x0` as far as the motion is lost there.
+        max_returns: within which a state is to come to the motion.
+        n_starts: `x0`, and points of a Halton sequence in the bounds, each moved towards `x0` as far as the motion is lost there.
         progress: called now and then with the fraction of the starts that is done, from 0 to 1.
 
     Raises:
         NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, no motion
             was found that meets the conditions, or no search ends at an optimum or where the motion ceases to exist.
     """
-    check_function(system_of)
-    check_limits(sense, multiplier, graze, share, {"period": period, "starts": starts, "returns": returns}, states is not None)
+    counts = {"period": period, "n_starts": n_starts, "max_returns": max_returns}
+    check_limits(sense, multiplier, graze, share, counts, states is not None)
+    system_of, x0 = family_of(system, bounds, x0)
     (names, low, high, first), offsets = box(bounds, x0), offsets_of(tolerances or {}, bounds)
     what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
     search = Search(problem, -1.0 if sense == "max" else 1.0)
-    (best, attempts, edge), basin, lies_on_share = _searched(search, first, starts), None, False
+    (best, attempts, edge), basin, lies_on_share = _searched(search, first, n_starts), None, False
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
-        basin = Basin(search, sample, returns, share, offsets)
+        basin = Basin(search, sample, max_returns, share, offsets)
         lies_on_share = basin.share(best) < share
         best, edge = (_with_share(basin, best), False) if lies_on_share else (best, edge)
-    found = None if states is None else basins(best.system, states, max_returns=returns)
+    found = None if states is None else basins(best.system, states, max_returns=max_returns)
     conditions, left = _all_conditions(search, best, edge, basin, lies_on_share)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions

@@ -8,7 +8,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.continuation.problem import derivative_of, parameter_rates
 from nsmaps.dynamics.design.conditions import FAR, STABILITY, Condition, margins, stability
-from nsmaps.dynamics.observables.cycles import moved_states, observe_orbit
+from nsmaps.dynamics.observables.cycles import cycle_means, moved_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step, refined
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.flow import FlowSystem
@@ -109,7 +109,7 @@ class Problem:
         moved, slopes, value = [], [], float("nan")
         for k in range(len(self.names)):
             rates = self._rates(at, k)
-            means = observe_orbit(system, orbit, [self.observable], rates)
+            means = cycle_means(system, orbit, [self.observable], rates)
             mean = getattr(means, f"per_{self.per}")
             value, unit = float(mean.value[0]), self.high[k] - self.low[k]
             slopes.append(mean.derivative[0] * unit)

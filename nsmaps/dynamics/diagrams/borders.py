@@ -55,6 +55,7 @@ class CycleSearch:
     """The stable cycles of a map over a parameter."""
 
     map_of: Callable[[float], ReturnMap]
+    parameter: str
     scale: Floats  #: shape (n,), extent of the motion in each coordinate
     unit: float  #: the range of the parameter
 
@@ -173,7 +174,9 @@ class CycleSearch:
     def _branch(self, at: Located, far: float) -> Branch:
         cycle = PeriodicOrbit(at.cycle.returns, at.cycle.tolerance, self.scale)
         direction: Literal["up", "down"] = "up" if far > at.value else "down"
-        return continue_branch(self.map_of, "", cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS))
+        return continue_branch(
+            self.map_of, self.parameter, cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS)
+        )
 
     def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
         """The end of a cycle by Newton's method at one value after another, with steps that are halved where it fails."""

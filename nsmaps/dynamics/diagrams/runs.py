@@ -90,7 +90,7 @@ class Runs:
     @cached_property
     def cycles(self) -> CycleSearch:
         """The cycles of the map, in the unit of the diagram."""
-        return CycleSearch(self.map_of, self.diagram.scale, self.unit)
+        return CycleSearch(self.map_of, self.diagram.parameter, self.diagram.scale, self.unit)
 
     def name_by_returns(self, run: int) -> str:
         """The motion of a run, as if whole turns were unknown."""

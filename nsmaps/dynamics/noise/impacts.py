@@ -1,12 +1,12 @@
 """The speeds of impacts on every wall over a parameter, with or without noise: fig. comp_stoch."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from nsmaps.arrays import ArrayLike, Floats
+from nsmaps.arrays import ArrayLike, Floats, Random, entropy_of
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.noise.law import Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits
@@ -55,7 +55,7 @@ def impact_diagram(
     direction: Literal["up", "down"],
     n_returns: int = 60,
     transient: int = 500,
-    seed: int = 0,
+    rng: Random = 0,
     step: float | None = None,
     *,
     parallel: Parallel = SERIAL,
@@ -76,7 +76,7 @@ def impact_diagram(
         raise NsmapsError(f"direction is {direction!r}; expected: 'up' or 'down'")
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
     system_of = map_along(model, parameter)
-    parts = [(system_of, along, starts_under(system_of, along, start), noise, n_returns, transient, seed, step)]
+    parts = [(system_of, along, starts_under(system_of, along, start), noise, n_returns, transient, entropy_of(rng), step)]
     (tables,) = parallel.run(_impacts, parts)
     about = tuple(tables["walls"].tolist()), noise, direction, parameter, along
     return ImpactDiagram(*about, tables["wall"], tables["speed"], units_of(model))
@@ -89,16 +89,19 @@ def _impacts(
     noise: Noise,
     returns: int,
     discard: int,
-    seed: int,
+    seed: int | Sequence[int],
     step: float | None,
 ) -> Arrays:
     """Walls and speeds at values, taken in this order, and the names of the walls."""
-    now, kept = state, []
+    now, kept, entropy = state, [], np.atleast_1d(np.asarray(seed)).tolist()
     for k, value in enumerate(along.tolist()):
         system = system_of(value)
-        start = noisy_orbits(system, nearest_starts(system, now), discard, noise, 1, [seed, 2 * k], step).states[-1, 0]
+        before = noisy_orbits(system, nearest_starts(system, now), noise, n_returns=discard, rng=[*entropy, 2 * k], step=step)
+        start = before.states[-1, 0]
         start = nearest_starts(system, start if np.isfinite(start).all() else state)
-        orbits = noisy_orbits(system, start, returns, noise, 1, [seed, 2 * k + 1], step, impacts=KEPT * returns)
+        orbits = noisy_orbits(
+            system, start, noise, n_returns=returns, rng=[*entropy, 2 * k + 1], step=step, max_impacts=KEPT * returns
+        )
         now = orbits.states[-1, 0] if orbits.held.all() else state
         kept.append(orbits.impacts[0])
     table = np.stack(kept)

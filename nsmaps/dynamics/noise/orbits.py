@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Random, entropy_of
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.noise.images import RETURNS, generator, kicked_realisations
 from nsmaps.dynamics.noise.law import Noise, exact_step, linear_law, usual_step
@@ -76,15 +76,15 @@ class NoisyOrbits(WithCoordinates, Result):
 @divides
 def noisy_orbits(
     return_map: ReturnMap,
-    state: StateLike,
-    n: int,
+    start: StateLike,
     noise: Noise,
-    realisations: int = 1,
-    seed: int | Sequence[int] = 0,
+    *,
+    n_returns: int,
+    n_realisations: int = 1,
+    rng: Random = 0,
     step: float | None = None,
     chatter: float = 1e-6,
-    impacts: int = 0,
-    *,
+    max_impacts: int = 0,
     parallel: Parallel = SERIAL,
 ) -> NoisyOrbits:
     """The first n returns of a map under noise, for R realisations.
@@ -102,13 +102,16 @@ def noisy_orbits(
     Noise without a correlation time is added to the images of any map: to each coordinate of each image a normal deviate, those
     of angles on the circle. An orbit that thereby leaves the map's domain ends there.
 
-    Realisation i has its own Philox generator, seeded by `seed` and i: results do not depend on threads and executors.
+    Realisation i has its own Philox generator, seeded by `rng` and i: results do not depend on threads and executors.
 
     Args:
-        state: the start, shape (dim,), or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
+        start: shape (dim,) or by name, or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
+        n_returns: number of returns of each.
+        n_realisations: number R.
+        rng: of the noise, as `numpy.random.default_rng` takes it; 0 by default, so that a call gives the same numbers again.
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
         chatter: as in `first_return`; the noise is neglected within the time of the sum.
-        impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
+        max_impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
         parallel: see `nsmaps.Parallel`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in
             threads on all cores if there is no executor.
 
@@ -120,22 +123,22 @@ def noisy_orbits(
     """
     return_map = ReturnMap.require(return_map, "noise")
     coordinates = Coordinates(return_map.coordinates)
-    starts, dim = as_starts(state, coordinates), len(coordinates)
-    if starts.shape not in ((dim,), (realisations, dim)) or realisations < 0:
-        raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(realisations, 0)}, {dim})")
+    starts, dim, n, seed = as_starts(start, coordinates), len(coordinates), n_returns, entropy_of(rng)
+    if starts.shape not in ((dim,), (n_realisations, dim)) or n_realisations < 0:
+        raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(n_realisations, 0)}, {dim})")
     check_noise(return_map, noise)
     if noise.tau is None:
         work, part, h, how = (
             kicked_realisations,
             max(CHUNK, RETURNS // max(n, 1)),
             np.nan,
-            _of_images(return_map, n, noise, step, impacts),
+            _of_images(return_map, n, noise, step, max_impacts),
         )
         chatter = np.nan
     else:
-        work, part, h, how = _realised, CHUNK, *_forced(return_map, n, noise, noise.tau, step, chatter, impacts)
-    starts, letters = np.broadcast_to(starts, (realisations, dim)), letters_of(return_map)
-    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(realisations, part)]
+        work, part, h, how = _realised, CHUNK, *_forced(return_map, n, noise, noise.tau, step, chatter, max_impacts)
+    starts, letters = np.broadcast_to(starts, (n_realisations, dim)), letters_of(return_map)
+    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(n_realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
         tables = concatenated(parts or [work((*how, seed), starts[:0], ())])

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_form
 from nsmaps.dynamics.observables.maps import noisy_totals, parted
 from nsmaps.dynamics.observables.means import Mean, Means, ratio
-from nsmaps.dynamics.observables.observe import BATCHES, observe
+from nsmaps.dynamics.observables.orbits import BATCHES, orbit_means
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
@@ -20,14 +19,13 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem
-from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
+from nsmaps.parallel import Arrays, Parallel
 from nsmaps.progress import beat
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.observables.observe import ObservableMeans
+    from nsmaps.dynamics.observables.orbits import ObservableMeans
 
 MEANS = ("per_return", "per_time", "per_period")
-RETURNS = 1000  #: of an orbit, unless given
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -39,29 +37,16 @@ class AttractorMeans(Means):
     per_period: Mean  #: per period of the forcing; NaN without forcing
 
 
-@divides
-def observe_diagram(
+def diagram_means(
     map_of: Callable[[float], ReturnMap],
     diagram: BifurcationDiagram,
     observables: Sequence[ObservableLike],
-    returns: int = RETURNS,
-    *,
-    parallel: Parallel = SERIAL,
+    returns: int,
+    parallel: Parallel,
 ) -> AttractorMeans:
-    """Means of observables at every value of a bifurcation diagram, from the last state of each of its orbits on.
+    """Means of observables at every value of a bifurcation diagram, shape (V, S, K), as of `observe`.
 
-    Of an orbit with a period a whole number of periods is taken. The shape of the means is (V, S, K), NaN where an orbit ended or
-    there is no map.
-
-    Args:
-        map_of: the exact system at a value, with which the diagram was computed.
-        observables: as of `observe`.
-        returns: at least as many of each orbit.
-        parallel: see `nsmaps.Parallel`; a part is a value.
-
-    Raises:
-        NsmapsError: as of `observe`.
-        Interrupted: Ctrl-C; in `result` the means of values that are not finished are NaN.
+    NaN where an orbit ended or there is no map.
     """
     found = _observables(map_of, diagram.values, observables)
     cuts, last = parallel.cuts(len(diagram.values)), diagram.states[:, :, -1]
@@ -113,7 +98,7 @@ def _followed(system: System, state: Floats, period: int, observables: tuple[Obs
     """The observables of an orbit, over batches of whole periods if it has one."""
     unit = max(period, 1)
     batches = max(1, min(BATCHES, returns // unit))
-    return observe(system, state, batches * unit * -(-returns // (batches * unit)), observables, batches=batches)
+    return orbit_means(system, state, batches * unit * -(-returns // (batches * unit)), observables, n_batches=batches)
 
 
 def _rows(observed: "ObservableMeans") -> Floats:
@@ -127,31 +112,12 @@ def _means(observables: tuple[Observable, ...], table: Floats, **along: Any) -> 
     return AttractorMeans(observables, *(Mean(value, error) for value, error in table), **along)
 
 
-def observe_attractors(
-    system: System,
-    attractors: Sequence[Attractor],
-    observables: Sequence[ObservableLike],
-    returns: int = RETURNS,
-) -> AttractorMeans:
-    """Means of observables on attractors of an exact system, such as those of basins, shape (A, K).
-
-    Arguments and errors as of `observe_diagram`.
-    """
-    return observe_states(
-        system, [each.states[-1] for each in attractors], [each.period for each in attractors], observables, returns
-    )
-
-
-def observe_states(
-    system: System,
-    states: Sequence[Floats] | Floats,
-    periods: Sequence[int],
-    observables: Sequence[ObservableLike],
-    returns: int = RETURNS,
+def attractor_means(
+    system: System, states: Sequence[Floats] | Floats, periods: Sequence[int], observables: Sequence[ObservableLike], returns: int
 ) -> AttractorMeans:
     """Means of observables of orbits on attractors, from one state (n,) of each on, shape (A, K); NaN of states that are NaN.
 
-    `periods` are those of the attractors in returns, 0 without one. Other arguments and errors as of `observe_diagram`.
+    `periods` are those of the attractors in returns, 0 without one. Other arguments and errors as of `observe`.
     """
     found = _observables(lambda _: system, np.zeros(1), observables)
     table = np.full((len(MEANS), 2, len(states), len(found)), np.nan)
@@ -161,20 +127,8 @@ def observe_states(
     return _means(found, table)
 
 
-def observe_noisy(system: System, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
-    """Means of observables over all realisations under noise, shape (K,).
-
-    Where flights are in closed form these are observables of the stored impacts. Else, with modes and with integrated flights,
-    each realisation is computed again from its seed, and the observables along it, over events and flights. Errors are those of
-    independent realisations.
-
-    Args:
-        system: that of the orbits.
-
-    Raises:
-        NsmapsError: as of `observe`; fewer than two realisations did not end; flights are in closed form, and an observable is of
-            flights, which are not stored, or not all impacts were stored.
-    """
+def noisy_means(system: System, orbits: NoisyOrbits, observables: Sequence[ObservableLike]) -> AttractorMeans:
+    """Means of observables over all realisations under noise, shape (K,), as of `observe`."""
     system = System.require(system, "observables under noise")
     found = _observables(lambda _: system, np.zeros(1), observables)
     if orbits.held.sum() < 2:
@@ -210,8 +164,8 @@ def _stored(system: System, orbits: NoisyOrbits, found: tuple[Observable, ...]) 
     impacts = orbits.impacts[orbits.held]
     if not impacts.shape[1] or np.isfinite(impacts[:, -1, 0]).any():
         raise NsmapsError(
-            f"there is room for {impacts.shape[1]} impacts of each realisation; expected: `impacts` of `noisy_orbits` greater "
-            "than the number of impacts of each"
+            f"there is room for {impacts.shape[1]} impacts of each realisation; expected: `max_impacts` of `noisy_orbits` "
+            "greater than the number of impacts of each"
         )
     return _of_impacts(ImpactSystem.require(system, "observables under noise"), impacts, found)
 

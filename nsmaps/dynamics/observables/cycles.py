@@ -12,7 +12,7 @@ from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.problem import parameter_rates
 from nsmaps.dynamics.observables.maps import by_parameters, map_slopes
 from nsmaps.dynamics.observables.means import Means
-from nsmaps.dynamics.observables.observe import observe
+from nsmaps.dynamics.observables.orbits import orbit_means
 from nsmaps.dynamics.periodic import PeriodicOrbit, shooting_jacobian
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.chatter import SUMMED_SPEED
@@ -48,26 +48,13 @@ class CycleMeans(Means):
     stable: Bools | None = field(default=None, metadata=array("value", "whether the orbits of a branch are known to be stable"))
 
 
-def observe_orbit(
+def cycle_means(
     system: ReturnMap,
     orbit: PeriodicOrbit,
     observables: Sequence[ObservableLike],
     rates: Mapping[str, float] | None = None,
 ) -> CycleMeans:
-    """Means of observables over a periodic orbit of a system, stable or not.
-
-    Args:
-        system: the system; of orbits with complete chatter as one event the map `CompleteChatter` of it. Their impacts are
-            followed singly and their remainder is summed, as by `observe`.
-        observables: as of `observe`.
-        rates: of change of parameters, such as {"d": 1.0} for derivatives by d. The derivatives follow from those of the returns
-            and of the observables through every impact, by implicit differentiation of the orbit; without `rates` they are zero.
-
-    Raises:
-        ParameterError: a parameter is unknown.
-        NsmapsError: as of `observe`; the orbit does not exist, is one of `CompleteChatter` and the map is
-            not, or is not one of this map.
-    """
+    """Means of observables over a periodic orbit of a system, stable or not, as of `observe`."""
     from nsmaps.exact.observables.formulas import resolve_observables
 
     single = _single(system)
@@ -92,7 +79,7 @@ def _sums(system: System, orbit: PeriodicOrbit, every: tuple[Observable, ...], w
     """The sums over each return of an orbit of single returns."""
     from nsmaps.exact.observables.formulas import plan_of
 
-    means = observe(system, orbit.states[:, None, :], 1, every, batches=1)
+    means = orbit_means(system, orbit.states[:, None, :], 1, every, n_batches=1)
     plan = plan_of(system, every)
     q, n = orbit.states.shape
     slopes = _slopes(system, plan, orbit.states, way) if way.any() else np.zeros((q, len(plan.columns), n + 1))
@@ -120,7 +107,7 @@ def _sums_with_rest(return_map: CompleteChatter, orbit: PeriodicOrbit, every: tu
 
     system = return_map.system
     run = system.orbits(orbit.states[:1], _single_returns(system, orbit), derivative=True, chatter=SUMMED_SPEED)
-    means = observe(system, orbit.states[0], len(run.codes), every, batches=1, chatter=SUMMED_SPEED)
+    means = orbit_means(system, orbit.states[0], len(run.codes), every, n_batches=1, chatter=SUMMED_SPEED)
     plan, each = plan_of(system, every), np.zeros((2, len(every)))
     if way.any():
         each[:] = np.nan
@@ -209,19 +196,11 @@ def _cycle(
     return CycleMeans(found, over(float(q), 0.0), over(float(time), float(by[-1])), forced)
 
 
-def observe_branch(map_of: Callable[[float], ReturnMap], branch: Branch, observables: Sequence[ObservableLike]) -> CycleMeans:
-    """Means of observables over the K orbits of a branch, and their derivatives by its parameter along it.
-
-    Args:
-        map_of: the system at a value of the parameter, or its `CompleteChatter`, with which the branch was computed.
-        observables: as of `observe`.
-
-    Raises:
-        NsmapsError: as of `observe`; the branch has no orbit.
-    """
+def branch_means(map_of: Callable[[float], ReturnMap], branch: Branch, observables: Sequence[ObservableLike]) -> CycleMeans:
+    """Means of observables over the K orbits of a branch, and their derivatives by its parameter along it, as of `observe`."""
     rows, unit = [], max(float(np.ptp(branch.values)), 1e-3 * float(np.abs(branch.values).max(initial=1e-3)))
     for value, orbit in zip(branch.values.tolist(), branch.orbits, strict=True):
-        rows.append(observe_orbit(map_of(value), orbit, observables, parameter_rates(map_of, value, unit)))
+        rows.append(cycle_means(map_of(value), orbit, observables, parameter_rates(map_of, value, unit)))
     if not rows:
         raise NsmapsError(f"the branch has no orbits: {branch.ended}")
 

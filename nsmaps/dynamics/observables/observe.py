@@ -1,166 +1,114 @@
-"""Means of observables along orbits of systems: summed in the compiled loop, with errors by batches."""
+"""Means of observables of whatever has orbits: starts, periodic orbits, branches, diagrams, attractors, noise."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any, overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from nsmaps.arrays import Floats
-from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
-from nsmaps.dynamics.observables.means import Mean, ratio
-from nsmaps.errors import NsmapsError
+from nsmaps.coordinates import StateLike
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.attractors.basins import Basins
+from nsmaps.dynamics.continuation.branch import Branch
+from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
+from nsmaps.dynamics.noise.orbits import NoisyOrbits
+from nsmaps.dynamics.observables.attractors import AttractorMeans, attractor_means, diagram_means, noisy_means
+from nsmaps.dynamics.observables.cycles import CycleMeans, branch_means, cycle_means
+from nsmaps.dynamics.observables.orbits import BATCHES, ObservableMeans, orbit_means
+from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.dynamics.returnmap import Model, map_along
 from nsmaps.exact.chatter import SUMMED_SPEED
-from nsmaps.exact.observables.spec import Observable, ObservableLike
-from nsmaps.exact.outcome import OUTCOMES
-from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.exact.systems.parameters import System
-from nsmaps.progress import Progress, beat, shows
-from nsmaps.results import NONE, TIME, Result, array, array_property
+from nsmaps.exact.observables.spec import ObservableLike
+from nsmaps.parallel import SERIAL, Parallel, divides
 
-if TYPE_CHECKING:
-    from nsmaps.exact.observables.formulas import Plan
-    from nsmaps.exact.observables.totals import Totals
-
-BATCHES = 32  #: of returns, whose means are compared for an error
-BLOCK = 100_000  #: returns of a compiled loop between calls of `progress`
+Attracting = BifurcationDiagram | Basins | Sequence[Attractor] | NoisyOrbits
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
-class ObservableMeans(WithCoordinates, Result):
-    """Totals of K observables over B batches of returns of one or more orbits; `...` is the shape of the starts."""
-
-    coordinates: Coordinates
-    observables: tuple[Observable, ...]
-    period: float | None  #: of the forcing, in the system's time; None without forcing
-    length: int  #: of a batch, in returns
-    totals: Floats = field(
-        metadata=array("batch ... observable", "sums, largest values of those that are `largest`; NaN where an orbit ended")
-    )
-    weights: Floats = field(
-        metadata=array("batch ... observable", "by which those with `per` are divided; NaN of the others", NONE)
-    )
-    time: Floats = field(metadata=array("batch ...", "of each batch", TIME))
-    final: Floats = field(metadata=array("... coordinate", "last states"))
-    outcome: NDArray[np.int8] = field(metadata=array("...", f"of the last return: {OUTCOMES}", NONE))
-
-    def summary(self) -> str:
-        """The numbers that matter."""
-        mean = self.per_return
-        if mean.value.ndim > 1:
-            return f"{', '.join(each.name for each in self.observables)} of {mean.value[..., 0].size} orbits"
-        rows = zip(self.observables, mean.value, mean.error, strict=True)
-        return f"per return: {', '.join(f'{each.name} {value:.6g} +- {error:.1g}' for each, value, error in rows)}"
-
-    @array_property("observable", "names of the observables", NONE)
-    def names(self) -> tuple[str, ...]:
-        """The names of the observables."""
-        return tuple(one.name for one in self.observables)
-
-    @property
-    def per_return(self) -> Mean:
-        """Means a return; of observables with `per` their quotients, of those that are `largest` the largest values."""
-        return self._over(np.full(self.time.shape, float(self.length)))
-
-    @property
-    def per_period(self) -> Mean:
-        """Means a period of the forcing, as `per_return`. NsmapsError without forcing."""
-        if self.period is None:
-            raise NsmapsError("the system has no forcing, and therefore no mean per period; expected: `per_return` or `per_time`")
-        return self._over(self.time / self.period)
-
-    @property
-    def per_time(self) -> Mean:
-        """Means a unit of the system's time, as `per_return`."""
-        return self._over(self.time)
-
-    def _over(self, sizes: Floats) -> Mean:
-        divided = np.array([bool(one.per) for one in self.observables])
-        largest = np.array([one.largest for one in self.observables])
-        mean = ratio(self.totals, np.where(divided, self.weights, sizes[..., None]))
-        return Mean(np.where(largest, self.totals.max(axis=0), mean.value), np.where(largest, np.nan, mean.error))
-
-
-@shows
+@overload
 def observe(
-    system: System,
-    state: StateLike,
-    n: int,
+    system: Model,
+    orbits: PeriodicOrbit | Branch,
     observables: Sequence[ObservableLike],
-    discard: int = 0,
-    batches: int = BATCHES,
-    chatter: float = SUMMED_SPEED,
     *,
-    progress: Progress | None = None,
-) -> ObservableMeans:
-    """Means of observables over n returns of one state, shape (dim,) or by name, or of many, shape (..., dim).
+    rates: Mapping[str, float] | None = ...,
+) -> CycleMeans: ...
 
-    They are summed impact by impact as the returns are computed, of maps return by return; nothing is stored. The returns are
-    taken in batches of the same length, whose means give the standard errors. Chatter is followed impact by impact as far as
-    `chatter` says and added to its limit: a formula that is not zero at speed zero, such as the number of impacts, is then
-    infinite.
+
+@overload
+def observe(
+    system: Model, orbits: Attracting, observables: Sequence[ObservableLike], *, n_returns: int = ..., parallel: Parallel = ...
+) -> AttractorMeans: ...
+
+
+@overload
+def observe(
+    system: Model,
+    orbits: StateLike,
+    observables: Sequence[ObservableLike],
+    *,
+    n_returns: int = ...,
+    transient: int = ...,
+    n_batches: int = ...,
+    chatter: float = ...,
+    parallel: Parallel = ...,
+) -> ObservableMeans: ...
+
+
+@divides
+def observe(
+    system: Any,
+    orbits: Any,
+    observables: Sequence[ObservableLike],
+    *,
+    n_returns: int = 1000,
+    transient: int = 0,
+    n_batches: int = BATCHES,
+    chatter: float = SUMMED_SPEED,
+    rates: Mapping[str, float] | None = None,
+    parallel: Parallel = SERIAL,
+) -> ObservableMeans | CycleMeans | AttractorMeans:
+    """Means of observables along orbits of a system.
+
+    They are summed impact by impact as the returns are computed, of maps return by return; nothing is stored. The returns of
+    starts are taken in batches of the same length, whose means give the standard errors. Chatter is followed impact by impact as
+    far as `chatter` says and added to its limit: a formula that is not zero at speed zero, such as the number of impacts, is then
+    infinite. On attractors with a period a whole number of periods is taken.
+
+    Of periodic orbits the means have derivatives, which follow from those of the returns and of the observables through every
+    impact, by implicit differentiation of the orbit. Errors under noise are those of independent realisations. Where flights are
+    in closed form these are observables of the stored impacts. Else each realisation is computed again from its seed, and the
+    observables along it, over events and flights.
 
     Args:
-        n: at least one; of more than `batches` returns, the last ones that do not fill a batch are not computed.
+        system: the system; for a branch or a diagram also a function of its parameter's value that gives it, for orbits with
+            complete chatter as one event its `CompleteChatter`: impacts are followed singly and their remainder is summed.
+        orbits: a start, shape (n,) or by name, or many, shape (..., n): `ObservableMeans`. A `PeriodicOrbit`, stable or not, or a
+            `Branch` of them: `CycleMeans`. A `BifurcationDiagram`, from the last state of each of its orbits on, `Basins`,
+            `Attractor`s, or `NoisyOrbits`: `AttractorMeans`.
         observables: names that the system has, objects of `Observable`, or mappings of their keys.
-        discard: returns before these, which do not count.
-        batches: their number, at most n; with one there is no error.
+        n_returns: at least one; of starts with more than `n_batches`, the last ones that do not fill a batch are not computed. On
+            attractors at least as many of each orbit.
+        transient: returns of starts before these, which do not count.
+        n_batches: of the returns of starts, at most `n_returns`; with one there is no error.
         chatter: as in `first_return` of an impact system, on every wall.
-        progress: called now and then with the fraction of the returns that is done, from 0 to 1.
+        rates: of change of parameters, such as {"d": 1.0} for derivatives of a periodic orbit by d; without them they are zero.
+        parallel: see `nsmaps.Parallel`; of a diagram each value is a part.
 
     Raises:
-        StateError: the state has not the system's coordinates.
-        NsmapsError: an observable is unknown or cannot be read, a number is too small, or the map is not a system.
+        StateError: a start does not have the system's coordinates.
+        ParameterError: a parameter is unknown.
+        NsmapsError: an observable is unknown or cannot be read, a number is too small, the map is not a system; a periodic orbit
+            does not exist, or is of another map; a branch has no orbit; fewer than two realisations did not end, or flights are
+            in closed form and an observable is of flights, or not all impacts were stored.
+        Interrupted: Ctrl-C; in `result` the means of values of a diagram that are not finished are NaN.
     """
-    from nsmaps.exact.observables.formulas import plan_of, resolve_observables
-
-    system = System.require(system, "observables")
-    start = as_starts(state, system.coordinates)
-    if n < 1 or discard < 0 or batches < 1 or not chatter >= 0:
-        raise NsmapsError(
-            f"{n} returns after {discard} in {batches} batches, chatter {chatter:g}; expected: at least 1 after at least 0 in at "
-            "least 1, chatter >= 0"
-        )
-    found = resolve_observables(system, observables)
-    plan, states = plan_of(system, found), start.reshape(-1, start.shape[-1])
-    count, m = min(batches, n), max(len(states), 1)
-    length, group = n // count, max(1, BLOCK // (n // count * m))
-    parts, done = [], 0
-    while done < count:
-        parts.append(_totals(system, plan, states, length, min(group, count - done), 0 if done else discard, chatter))
-        states, done = parts[-1].final, min(done + group, count)
-        beat(done / count)
-    totals, time = (np.concatenate([getattr(part, name) for part in parts]) for name in ("totals", "time"))
-    return _observed(system, found, plan.columns, length, start, totals, time, parts[-1])
-
-
-def _totals(system: System, plan: "Plan", states: Floats, length: int, batches: int, discard: int, chatter: float) -> "Totals":
-    if isinstance(system, FlowSystem):
-        from nsmaps.exact.observables.totals import totals_of
-
-        return totals_of(system, plan, states, length, batches, discard, chatter)
-    from nsmaps.dynamics.observables.maps import map_totals
-
-    return map_totals(system, plan, states, length, batches, discard)
-
-
-def _observed(
-    system: System,
-    found: tuple[Observable, ...],
-    columns: tuple[tuple[int, int], ...],
-    length: int,
-    start: Floats,
-    totals: Floats,
-    time: Floats,
-    last: Any,
-) -> ObservableMeans:
-    """Totals in the shape of the starts, a column for each observable."""
-    shape, each = (len(totals), *start.shape[:-1]), np.full((2, *totals.shape[:2], len(found)), np.nan)
-    for column, (k, part) in enumerate(columns):
-        each[part, :, :, k] = totals[..., column]
-    parts = each.reshape(2, *shape, len(found))
-    period = system.period()
-    end = last.final.reshape(start.shape), last.outcome.reshape(start.shape[:-1])
-    rows = parts[0], parts[1], time.reshape(shape), *end
-    return ObservableMeans(system.coordinates, found, None if period is None else float(period), length, *rows)
+    if isinstance(orbits, PeriodicOrbit):
+        return cycle_means(system, orbits, observables, rates)
+    if isinstance(orbits, Branch):
+        return branch_means(map_along(system, orbits.parameter), orbits, observables)
+    if isinstance(orbits, BifurcationDiagram):
+        return diagram_means(map_along(system, orbits.parameter), orbits, observables, n_returns, parallel)
+    if isinstance(orbits, NoisyOrbits):
+        return noisy_means(system, orbits, observables)
+    found = orbits.attractors if isinstance(orbits, Basins) else orbits
+    if isinstance(found, tuple | list) and all(isinstance(each, Attractor) for each in found):
+        states, periods = [each.states[-1] for each in found], [each.period for each in found]
+        return attractor_means(system, states, periods, observables, n_returns)
+    return orbit_means(system, orbits, n_returns, observables, transient, n_batches, chatter)

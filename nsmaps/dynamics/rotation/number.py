@@ -28,7 +28,7 @@ class RotationNumber:
 
 
 def rotation_number(
-    return_map: ReturnMap, start: StateLike, returns: int = 10_000, discard: int = 1000, of: str | None = None
+    return_map: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, of: str | None = None
 ) -> RotationNumber:
     """The rotation number of the orbit of a start: exact where it ends on a cycle, estimated otherwise.
 
@@ -38,8 +38,8 @@ def rotation_number(
     Args:
         return_map: with an angle, whose turns are counted from each state to its image, or whose words have two letters.
         start: one state, shape (n,) or by name.
-        returns: number over which the mean is taken.
-        discard: number before these.
+        n_returns: number over which the mean is taken.
+        transient: number before these.
         of: the name of an angle, or a letter whose share is counted; if omitted the only angle, or the last of two letters.
 
     Raises:
@@ -47,7 +47,7 @@ def rotation_number(
     """
     coordinates = Coordinates(ReturnMap.require(return_map, "a rotation number").coordinates)
     state = as_starts(start, coordinates)[None]
-    settled = orbit(return_map, state, discard).final
+    settled = orbit(return_map, state, transient).final
     name = _named(return_map, coordinates, of)
     found = (
         limits(return_map, settled, scale_of(return_map, settled, beside=state), 1e-6)[0] if np.isfinite(settled).all() else None
@@ -58,7 +58,7 @@ def rotation_number(
         cycle = found.cycle if found.cycle is not None else periodic_orbit(return_map, found.states, found.length)
         fraction = Fraction(steps(cycle.returns.known_turns.astype(np.int64), list(cycle.words), coordinates, name), cycle.period)
         return RotationNumber(float(fraction), float(np.spacing(float(fraction))), name, fraction, cycle)
-    path = orbit(return_map, settled[0], returns)
+    path = orbit(return_map, settled[0], n_returns)
     each = _each(path, coordinates, name)
     halves, value = [_mean(half) for half in np.array_split(each, 2)], _mean(each)
     return RotationNumber(value, max(abs(half - value) for half in halves) + float(np.spacing(value)), name)

@@ -11,7 +11,7 @@ from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.diagrams.borders import NOT_LOCATED, RANGE, ROUNDING
 from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.periodic import PeriodicOrbit
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.returnmap import Model, map_along, map_or_reason
 from nsmaps.dynamics.rotation.number import RotationNumber, rotation_number
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -90,11 +90,13 @@ def farey_parents(rotation: Fraction) -> tuple[Fraction, Fraction] | None:
 
 @shows
 def staircase(
-    map_of: Callable[[float], ReturnMap],
+    system: Model,
+    parameter: str,
     bounds: tuple[float, float],
     start: StateLike,
+    *,
     max_period: int = 10,
-    discard: int = 1000,
+    transient: int = 1000,
     of: str | None = None,
 ) -> Staircase:
     """The intervals of a parameter with a rotation number p/q, q up to a period, where it is monotone in the parameter.
@@ -103,11 +105,12 @@ def staircase(
     branch to the borders, which are events of branches with their precision, or the ends of the range.
 
     Args:
-        map_of: the return map at a value, with an angle or in two pieces, as of `rotation_number`.
+        system: with an angle or in two pieces, as of `rotation_number`, or the return map as a function of the parameter's value.
+        parameter: its name.
         bounds: least and greatest value of the parameter.
         start: shape (n,) or by name.
         max_period: greatest q.
-        discard: returns before the orbit is looked at.
+        transient: returns before the orbit is looked at.
         of: the angle or the letter that is counted.
 
     Raises:
@@ -116,7 +119,8 @@ def staircase(
     low, high = bounds
     if not low < high or max_period < 1:
         raise NsmapsError(f"bounds {low:g} to {high:g}, period {max_period}; expected: a range, and a period of at least one")
-    search = _Search(map_of, start, discard, of)
+    map_of = map_along(system, parameter)
+    search = _Search(map_of, start, transient, of)
     ends = search.at(low).value, search.at(high).value
     search.sign = 1 if ends[1] >= ends[0] else -1
     lowest, highest = sorted(ends)
@@ -133,7 +137,7 @@ def staircase(
         else:
             cycle = search.known[value].cycle
             assert cycle is not None
-            edges = [_edge(map_of, cycle, value, bounds, way) for way in ("down", "up")]
+            edges = [_edge(system, parameter, cycle, value, bounds, way) for way in ("down", "up")]
             plateaux.append(Plateau(rotation, cycle, value, *edges))
     return Staircase(tuple(sorted(plateaux, key=lambda each: each.rotation)), tuple(sorted(missing)))
 
@@ -144,7 +148,7 @@ class _Search:
 
     map_of: Callable[[float], ReturnMap]
     start: StateLike
-    discard: int
+    transient: int
     of: str | None
     sign: int = 1
     known: dict[float, RotationNumber] = field(default_factory=dict)
@@ -155,7 +159,7 @@ class _Search:
             return_map, why = map_or_reason(self.map_of, value)
             if return_map is None:
                 raise NsmapsError(f"there is no map at {value:.9g}: {why}; expected: bounds between which there is one")
-            self.known[value] = rotation_number(return_map, self.start, discard=self.discard, of=self.of)
+            self.known[value] = rotation_number(return_map, self.start, transient=self.transient, of=self.of)
         return self.known[value]
 
     def value_of(self, rotation: Fraction, width: float) -> float | None:
@@ -180,11 +184,9 @@ class _Search:
         return float(there.value - rotation if there.fraction is None else there.fraction - rotation)
 
 
-def _edge(
-    map_of: Callable[[float], ReturnMap], cycle: PeriodicOrbit, value: float, bounds: tuple[float, float], way: str
-) -> Border:
+def _edge(system: Model, parameter: str, cycle: PeriodicOrbit, value: float, bounds: tuple[float, float], way: str) -> Border:
     """The border of a step in a direction of the parameter: the first event of its cycle's branch."""
-    branch = continue_branch(map_of, "", cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
+    branch = continue_branch(system, parameter, cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
     if branch.events:
         event = branch.events[-1]
         return Border(event.value, max(event.precision, ROUNDING * (abs(event.value) + bounds[1] - bounds[0])), event.kind)

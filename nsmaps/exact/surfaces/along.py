@@ -1,11 +1,24 @@
 """A system as a function of one or two of its parameters, which can be sent to other processes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, Protocol, Self, TypeVar
 
-from nsmaps.exact.systems.parameters import System
 
-AnySystem = TypeVar("AnySystem", bound=System, covariant=True)
+class Parametrised(Protocol):
+    """A map with parameters, such as a `System` or the `CompleteChatter` of one."""
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """The values of the parameters by name."""
+        ...
+
+    def at(self, **changes: Any) -> Self:
+        """The map with some parameters changed."""
+        ...
+
+
+AnySystem = TypeVar("AnySystem", bound=Parametrised, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)

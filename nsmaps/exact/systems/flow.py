@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
+from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.kernel import MotionKernel
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
 from nsmaps.exact.systems.guards import HybridFormulas
+from nsmaps.parallel import SERIAL, Parallel
 
 if TYPE_CHECKING:
     from nsmaps.exact.events import Arrivals, ModeTrack, Track
@@ -37,7 +39,12 @@ class FlowSystem(HybridFormulas):
         """The letters with which words begin."""
 
     def first_return(
-        self, states: ArrayLike, derivative: bool = False, chatter: float = SUMMED_SPEED, margin: bool = False
+        self,
+        states: ArrayLike,
+        derivative: bool = False,
+        chatter: float = SUMMED_SPEED,
+        margin: bool = False,
+        parallel: Parallel = SERIAL,
     ) -> Returns:
         """The first returns to the section of a batch of states, of an impact system to the base wall, eq. exactmap.
 
@@ -50,22 +57,35 @@ class FlowSystem(HybridFormulas):
                 below which the impacts that follow are summed in one return that ends with the release (word `B~`), once the sum
                 is exact to rounding: 0 for every single impact, `inf` for as soon as possible. Impacts off the section are summed
                 where that changes a state by less than rounding.
-            margin: also compute the distance of each return from a graze, by a second pass.
+            margin: also compute the distance of each return from a graze, by a second pass, here.
+            parallel: see `nsmaps.Parallel`; a part is 20,000 states.
 
         Raises:
             StateError: `states` is not a batch of shape (N, n), or `chatter` is below zero.
+            Interrupted: Ctrl-C; `result` has the returns of the first states, up to a part that was not finished.
         """
+        if parallel.divided and not margin:
+            return divided_returns(self, states, 1, derivative, parallel=parallel, chatter=chatter)
         kernel, share = self._kernel(), check_chatter(chatter)
         start = as_states(states, kernel.coordinates)
         returns = kernel.first_returns(start, derivative, share)
         return replace(returns, margin=kernel.itineraries(start, share).margin) if margin else returns
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False, chatter: float = SUMMED_SPEED) -> Returns:
+    def orbits(
+        self,
+        states: ArrayLike,
+        n: int,
+        derivative: bool = False,
+        chatter: float = SUMMED_SPEED,
+        parallel: Parallel = SERIAL,
+    ) -> Returns:
         """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         Other arguments and errors as `first_return`.
         """
+        if parallel.divided:
+            return divided_returns(self, states, n, derivative, parallel=parallel, chatter=chatter)
         kernel = self._kernel()
         return kernel.orbits(as_states(states, kernel.coordinates), n, derivative, check_chatter(chatter))
 

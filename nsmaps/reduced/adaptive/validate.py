@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, Random
 from nsmaps.reduced.adaptive.slabs import Slab
 from nsmaps.reduced.adaptive.surrogate import StripMap
 from nsmaps.results import Result
@@ -29,9 +29,9 @@ class HeldOut(Result):
         return f"{self.points} states: {errors}, {self.wrong_words} wrong words"
 
 
-def held_out(return_map: StripMap, points: int = 100_000, seed: int = 0) -> tuple[HeldOut, HeldOut]:
+def held_out(return_map: StripMap, points: int = 100_000, rng: Random = 0) -> tuple[HeldOut, HeldOut]:
     """The errors at states drawn uniformly over the box, and at states drawn increasingly close to the edges."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(rng)
     low, high = return_map.strips.bounds.T
     uniform = low + (high - low) * rng.random((points, 2))
     edges = [(slab, k) for slab in return_map.strips.slabs for k in range(1, len(slab.curves) - 1)]

@@ -122,9 +122,9 @@ class NoiseSection(NoiseSizes, Analysis):
         with plan.study.source.located(("noise",)):
             for number, sigma in enumerate(self.sigma):
                 noise = self.noise(sigma)
-                how = self.returns, noise, self.realisations, self.seed, self.step
+                how: Any = {"n_returns": self.returns, "n_realisations": self.realisations, "rng": self.seed, "step": self.step}
                 orbits = noisy_orbits(
-                    plan.system, plan.bound["noise"], *how, parallel=plan.portion(number, count, f"sigma-{number}")
+                    plan.system, plan.bound["noise"], noise, **how, parallel=plan.portion(number, count, f"sigma-{number}")
                 )
                 stays.append(residence(orbits.words, orbits.time, self.modes, self.min_returns))
                 ended.append(orbits.ended())

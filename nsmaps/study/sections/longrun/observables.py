@@ -7,16 +7,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.observables.attractors import RETURNS
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import LISTED, plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name
 from nsmaps.study.sections.base import Analysis, Finding, Table
-from nsmaps.study.sections.parameters.branches import mapped
+from nsmaps.study.sections.parameters.branches import map_of_branch
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.observables.cycles import CycleMeans
@@ -62,7 +60,7 @@ class ObservablesSection(Analysis):
     model_config = SPEC
     quantities: tuple[Name, ...] = ()
     formulas: tuple[Observable, ...] = ()
-    returns: int = Field(RETURNS, ge=1)  #: of each orbit, over which is averaged
+    returns: int = Field(1000, ge=1)  #: of each orbit, over which is averaged
 
     @model_validator(mode="after")
     def _some(self) -> Self:
@@ -101,8 +99,8 @@ class ObservablesSection(Analysis):
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
-        from nsmaps.dynamics.observables.attractors import observe_attractors, observe_diagram, observe_states
-        from nsmaps.dynamics.observables.cycles import observe_branch
+        from nsmaps.dynamics.observables.attractors import attractor_means
+        from nsmaps.dynamics.observables.observe import observe
 
         chosen, system, study = plan.bound["observables"], plan.system, plan.study
         means, branches = {}, {}
@@ -110,15 +108,14 @@ class ObservablesSection(Analysis):
             if result.orbits:
                 last = np.stack([pair.exact.final for pair in result.orbits])
                 periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
-                means["orbits"] = observe_states(system, last, periods, chosen, self.returns)
+                means["orbits"] = attractor_means(system, last, periods, chosen, self.returns)
             if study.bifurcation is not None and "exact" in result.bifurcation:
-                along = Along(system, study.bifurcation.parameter)
-                means["bifurcation"] = observe_diagram(along, result.bifurcation["exact"], chosen, self.returns)
+                means["bifurcation"] = observe(system, result.bifurcation["exact"], chosen, n_returns=self.returns)
             for section in study.branches:
-                map_of, parts = mapped(section, Along(system, section.parameter)), result.branches.get(section.name, ())
-                branches[section.name] = tuple(observe_branch(map_of, part, chosen) for part in parts if len(part.values))
+                model, parts = map_of_branch(section, system), result.branches.get(section.name, ())
+                branches[section.name] = tuple(observe(model, part, chosen) for part in parts if len(part.values))
             if result.basins is not None:
-                means["basins"] = observe_attractors(system, result.basins.attractors, chosen, self.returns)
+                means["basins"] = observe(system, result.basins, chosen, n_returns=self.returns)
         return {"observables": means, "branch_observables": branches}
 
     def describe(self, study: "Study") -> str:

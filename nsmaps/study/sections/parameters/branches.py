@@ -1,6 +1,6 @@
 """The section `branches`: periodic orbits of the exact map followed in a parameter, with their events."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -8,7 +8,6 @@ from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.follow import CLOSED
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
@@ -23,10 +22,10 @@ from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from nsmaps.dynamics.chatter.complete import CompleteChatter
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.events import BifurcationPoint
     from nsmaps.dynamics.periodic import PeriodicOrbit
-    from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
@@ -204,15 +203,15 @@ def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
     from nsmaps.dynamics.periodic import periodic_orbit
 
     section = plan.study.branches[number]
-    there = mapped(section, Along(plan.system, section.parameter))(section.value(plan.system.parameters))
+    there = map_of_branch(section, plan.system.at(**{section.parameter: section.value(plan.system.parameters)}))
     return periodic_orbit(there, plan.bound["branches"][number], section.period)
 
 
-def mapped(section: BranchSection, map_of: Along[System]) -> "Callable[..., ReturnMap]":
-    """The return map of a branch at values of the parameters: that of the system, or with complete chatter as one event."""
+def map_of_branch(section: BranchSection, system: "System") -> "System | CompleteChatter":
+    """The return map of a branch: that of the system, or with complete chatter as one event."""
     from nsmaps.dynamics.chatter.complete import CompleteChatter
 
-    return (lambda *values: CompleteChatter.of(map_of(*values))) if section.chatter else map_of
+    return CompleteChatter.of(system) if section.chatter else system
 
 
 def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "tuple[Branch, ...]":
@@ -221,11 +220,11 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
     from nsmaps.dynamics.motion import periods
 
-    value, map_of = section.value(plan.system.parameters), mapped(section, Along(plan.system, section.parameter))
+    value, model = section.value(plan.system.parameters), map_of_branch(section, plan.system)
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
     branches: list[Branch] = []
     for way in section.ways:
-        branches.append(continue_branch(map_of, section.parameter, orbit, value, direction=way, **about))
+        branches.append(continue_branch(model, section.parameter, orbit, value, direction=way, **about))
         if not len(branches[0].values):
             return (branches[0],)
         if branches[0].ended == CLOSED:  # the other direction has the same orbits
@@ -236,7 +235,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
         return (Branch.empty(orbit, section.parameter, reason),)
-    doubled = [doublings_of(map_of, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
+    doubled = [doublings_of(model, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
     return tuple(branch for some in (branches, *doubled) for branch in some)
 
 

@@ -9,7 +9,6 @@ from pydantic import Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import computed_text, percent, range_text, returns_text, shares_text
@@ -112,10 +111,10 @@ class ChartSection(Quantified):
         how: Any = self.model_dump(include={"max_period", "direction", "refine"})
         how |= {"n_returns": self.returns, "transient": self.discard, "observables": self.observables}
         how["quantifiers"] = self.functions(plan.study)
-        map_of, parallel = Along(plan.system, *plane), plan.portion(0, 1 + len(self.curves))
+        parallel = plan.portion(0, 1 + len(self.curves))
         with plan.study.source.located(("chart",)):
             diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, parallel=parallel)
-            curves = curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high))
+            curves = curves_of(plan, result, self.curves, self.across)
         return {"chart": diagram, "chart_curves": curves}
 
     def describe(self, study: "Study") -> str:

@@ -8,13 +8,11 @@ from pydantic import BaseModel
 from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
-from nsmaps.exact.surfaces.along import Along
-from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.study.conclusions.texts import percent, plain, shares_text
 from nsmaps.study.reading.values import SPEC, Range
 from nsmaps.study.sections.base import Finding, Verdict
-from nsmaps.study.sections.parameters.branches import mapped
+from nsmaps.study.sections.parameters.branches import map_of_branch
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
@@ -46,19 +44,17 @@ def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study
 
 
 def curves_of(
-    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], map_of: Along[System], across: tuple[float, float]
+    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], across: Range
 ) -> dict[str, "BifurcationCurve"]:
     """The curves by event and branch, as the part of a section's work after its diagram."""
     found = {}
     for number, each in enumerate(curves, 1):
-        found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, map_of, across)
+        found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, across)
         beat((number + 1) / (len(curves) + 1))
     return found
 
 
-def _curve(
-    plan: "Plan", result: "StudyResult", curve: CurveSection, map_of: Along[System], across: tuple[float, float]
-) -> "BifurcationCurve":
+def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, across: Range) -> "BifurcationCurve":
     """The first event of its kind on a branch, followed in both parameters; without orbits where there is none."""
     from nsmaps.dynamics.curves.curve import BifurcationCurve, bifurcation_curve
 
@@ -68,11 +64,10 @@ def _curve(
     if event is None:
         ends = "; ".join(dict.fromkeys(branch.ended for branch in branches))
         return BifurcationCurve.empty(curve.event, f"the branch has none: {ends}")
-    assert map_of.second is not None
-    own = plan.system.parameters[map_of.second]
-    bounds = section.bounds, (min(own, across[0]), max(own, across[1]))
+    own = plan.system.parameters[across.parameter]
+    bounds = {section.parameter: section.bounds, across.parameter: (min(own, across.low), max(own, across.high))}
     try:
-        return bifurcation_curve(mapped(section, map_of), event, own, bounds, section.step)
+        return bifurcation_curve(map_of_branch(section, plan.system), bounds, event, step=section.step)
     except NsmapsError as error:
         return BifurcationCurve.empty(curve.event, str(error))
 

@@ -54,15 +54,13 @@ class LyapunovSection(Range, Analysis):
         return binding.start(("lyapunov", "start"), self.start)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-        from nsmaps.dynamics.lyapunov import lyapunov_sweep
+        from nsmaps.dynamics.lyapunov import lyapunov
 
         values = np.linspace(self.low, self.high, self.points)
         how: dict[str, Any] = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction}
         with plan.study.source.located(("lyapunov",)):
             return {
-                "lyapunov": lyapunov_sweep(
-                    plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel
-                )
+                "lyapunov": lyapunov(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel)
             }
 
     def describe(self, study: "Study") -> str:

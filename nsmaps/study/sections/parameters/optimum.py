@@ -95,12 +95,13 @@ class OptimumSection(Analysis):
         """The optimum, and the observable there under noise."""
         from nsmaps.dynamics.design.optimum import optimize
 
-        names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances", "returns", "starts"
-        how = {name: getattr(self, name) for name in names}
+        names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances"
+        how: Any = {name: getattr(self, name) for name in names}
+        how |= {"max_returns": self.returns, "n_starts": self.starts}
         parallel = plan.portion(0, 2 if self.noisy else 1)
         with plan.study.source.located(("optimum",)):
             found = optimize(
-                plan.system.at, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=parallel.progress
+                plan.system, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=parallel.progress
             )
             noisy = _noisy(self.noisy, plan, found) if self.noisy else None
         return {"optimum": found, "noisy_optimum": noisy}
@@ -187,15 +188,15 @@ def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> "NoisyO
     """The mean of the observable from the motion on, under noise of each amplitude."""
     from nsmaps.dynamics.design.optimum import NoisyOptimum
     from nsmaps.dynamics.noise.orbits import noisy_orbits
-    from nsmaps.dynamics.observables.attractors import observe_noisy
+    from nsmaps.dynamics.observables.observe import observe
 
     system, rows = plan.system.at(**found.parameters), []
     for number, sigma in enumerate(spec.sigma):
-        how = spec.returns, spec.noise(sigma), spec.realisations, spec.seed
+        how = {"n_returns": spec.returns, "n_realisations": spec.realisations, "rng": spec.seed}
         parallel = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
         room = IMPACTS * spec.returns if isinstance(system, FlowSystem) else 0
-        orbits = noisy_orbits(system, found.orbit.states[0], *how, impacts=room, parallel=parallel)
-        mean = getattr(observe_noisy(system, orbits, [found.observable]), f"per_{found.per}")
+        orbits = noisy_orbits(system, found.orbit.states[0], spec.noise(sigma), **how, max_impacts=room, parallel=parallel)
+        mean = getattr(observe(system, orbits, [found.observable]), f"per_{found.per}")
         rows.append((mean.value[0], mean.error[0]))
     return NoisyOptimum(spec.sigma, *np.array(rows).T)
 

@@ -8,7 +8,6 @@ from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import range_text, returns_text, shares_text
@@ -79,13 +78,12 @@ class StabilitySection(Analysis):
         spans = self.sweep, self.across
         plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
         how: Any = {"max_period": self.max_period, "transient": self.discard, "direction": self.direction}
-        map_of = Along(plan.system, *plane)
         with plan.study.source.located(("stability",)):
             parallel = plan.portion(0, 1 + len(self.curves))
             diagram = stability_diagram(plan.system, plane, plan.bound["stability"], **how, parallel=parallel)
             return {
                 "stability": diagram,
-                "curves": curves_of(plan, result, self.curves, map_of, (self.across.low, self.across.high)),
+                "curves": curves_of(plan, result, self.curves, self.across),
             }
 
     def describe(self, study: "Study") -> str:
