@@ -4,16 +4,17 @@ import numpy as np
 import pytest
 from matplotlib.image import AxesImage
 
-from nsmaps import load_system, track
+from nsmaps import continue_branch, load_system, periodic_orbit, track
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
-from nsmaps.dynamics.portraits.graze import graze
+from nsmaps.dynamics.portraits.graze import graze, graze_of
 from nsmaps.dynamics.portraits.portrait import phase_portrait
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.attractors.poincare import poincare
 from nsmaps.figures.attractors.portrait import over_time, portrait
 from nsmaps.figures.domains.boxes import boxes
-from nsmaps.figures.system.graze import flights
+from nsmaps.figures.system.graze import flights, sheets
+from nsmaps.study.study import CATALOGUE
 
 NAMES = ("v", Angle("phi"))
 
@@ -115,3 +116,21 @@ def test_boxes_of_a_domain_stand_in_the_plane_with_orbits(result, ax):
     dots = [line.get_xydata() for line in ax.lines if line.get_marker() == "."]
     assert np.array_equal(dots[0], orbits[0].states)
     assert "start box" in ax.get_legend().get_texts()[0].get_text()
+
+
+def test_a_study_at_a_glance_has_its_pictures_without_legends(result):
+    (sheet,) = CATALOGUE["summary"].sheets(result)
+    figure = sheet.figure(50)
+    assert len(figure.axes) == 4, "sketch, diagram, portrait, basins"
+    assert all(ax.get_legend() is None for ax in figure.axes)
+    assert figure.axes[1].get_xlabel() == "$d$"
+
+
+def test_a_graze_is_found_beside_a_periodic_orbit():
+    """Nordmark's map has the fixed point mu/(1 - a) for mu < 0, which grazes at mu = 0."""
+    system = load_system("square_root", a=0.5, mu=-0.1)
+    (event,) = continue_branch(system, "mu", periodic_orbit(system, [-0.2]), -0.1, (-0.2, 0.2)).events
+    assert event.value == pytest.approx(0, abs=1e-9)
+    found = graze_of(system, event)
+    assert found.coefficient == pytest.approx([-1], abs=1e-6)
+    assert sheets([event], system)[0].name == "graze"

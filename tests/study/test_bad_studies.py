@@ -9,6 +9,7 @@ from nsmaps import load_study, run_study
 from nsmaps.cli.cli import app
 from nsmaps.errors import StudyError
 from nsmaps.files.expressions import FUNCTIONS
+from nsmaps.study.study import CATALOGUE
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
@@ -207,10 +208,7 @@ BAD = {
         "require:",
         "figures: [cobwebs]\nrequire:",
         "cobwebs",
-        "unknown word 'cobwebs'; expected: sketch, algorithm, motion, impacts, slices, words, regions, surfaces, "
-        "projections, diagonal, diagonal_surface, orders, fit_error, separable, partition, strips, speed_error, "
-        "orbits, cobweb, bifurcation, branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, "
-        "noise, auxiliary, envelopes, domain_size, second_iterate, auxiliary_map, morse, exit_times, did you mean 'cobweb'?",
+        f"unknown word 'cobwebs'; expected: {', '.join(CATALOGUE)}, did you mean 'cobweb'?",
     ),
     "deltas of no orders": (
         "require:",

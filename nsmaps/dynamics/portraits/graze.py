@@ -9,15 +9,18 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.continuation.events import BifurcationPoint
 from nsmaps.dynamics.portraits.portrait import motion_over
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.parameters import System
 from nsmaps.results import NONE, Result, array, units_of
 
 LEAST = 1e-8  #: share of the reach, from which on the coefficient is fitted
 FITTED = 60  #: states to which it is fitted
 NEAREST = 20  #: times smaller than that of the reach is the largest square root of a distance to which it is fitted
+SIZES = (1e-4, 1e-3, 1e-2)  #: shares of the scales, within which words change beside an orbit that grazes
 DEGREE = 5  #: of the polynomial in the square root of the distance
 ROOT = 8.0  #: between the ratios of the change of an image from 1 to 1/16 of a distance to that from 1/16 to 1/256: a square root
 #: has 4, a smooth map 16
@@ -78,6 +81,26 @@ def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, samples: i
     near, far = return_map.first_return(smooth - LEAST * reach * np.array([[1], [2]]) * direction).lifted
     value = 2 * near - far
     return _beside(return_map, place, direction, float(reach), value, (before, after), samples)
+
+
+def graze_of(system: System, event: BifurcationPoint) -> Graze:
+    """The graze of a periodic orbit at an event of a branch: along the coordinate and beside the state where words change.
+
+    Raises:
+        NsmapsError: no word changes beside the orbit, up to a hundredth of the scales of the coordinates.
+    """
+    at, orbit = system.at(**{event.parameter: event.value}), event.orbit
+    sides = orbit.scale * np.concatenate([np.eye(len(orbit.scale)), -np.eye(len(orbit.scale))])
+    for size in SIZES:
+        for state in orbit.states:
+            there = [[state - size * side, state + size * side] for side in sides]
+            words = at.first_return(np.concatenate(there)).words.reshape(-1, 2)
+            for ends in (there[k] for k in np.flatnonzero(words[:, 0] != words[:, 1])):
+                try:
+                    return graze(at, *ends)
+                except NsmapsError:
+                    continue
+    raise NsmapsError(f"no word changes beside the orbit at {event}; expected: an orbit that grazes")
 
 
 def _roughness(return_map: ReturnMap, place: Floats, end: Floats) -> float:

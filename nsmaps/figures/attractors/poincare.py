@@ -1,6 +1,6 @@
 """The Poincare section of an attractor: its states one by one, or their density where they are many, with a part enlarged."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from nsmaps.figures.style import BLACK, SKY, dress
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.attractor import Attractor
     from nsmaps.dynamics.attractors.limit_set import LimitSet
+    from nsmaps.dynamics.portraits.portrait import PhasePortrait
 
     Found = Attractor | LimitSet
 
@@ -31,15 +32,17 @@ _SHADES = LinearSegmentedColormap.from_list("density", ["#8FA9BF", "#1F3A5F", BL
 _MARGIN = 0.06
 
 
-def sheets(found: "Found | Sequence[Found]", zoom: Window | None = None) -> tuple[Sheet, ...]:
-    """One sheet, a panel an attractor; of a map of one coordinate each state over the one before."""
-    several = found if isinstance(found, Sequence) else (found,)
+def sheets(found: "Found | Callable[[], PhasePortrait]", zoom: Window | None = None) -> tuple[Sheet, ...]:
+    """One sheet, a panel an attractor, of one or of all of a portrait, which is then computed."""
+    several = found().attractors if callable(found) else (found,)
     panels = tuple(partial(poincare, each, zoom=zoom) for each in several)
     return (Sheet("poincare", panels, min(len(panels), 2), 0.85, share=1.0 if len(panels) > 1 else 0.75),)
 
 
 def poincare(found: "Found", ax: Axes, plane: tuple[int, int] = (0, 1), zoom: Window | None = None) -> Axes:
     """The states of an attractor in the plane of two coordinates: dots, or shades by the logarithm of their density.
+
+    Of a map of one coordinate each state stands over the one before.
 
     Of very many states the window in which most lie, an eighth of each side, is enlarged, or the one that is given.
     """

@@ -1,5 +1,6 @@
 """The motion on each attractor over a period: its phase portrait, and beside it the motion over time."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -14,9 +15,12 @@ from nsmaps.figures.system.motion import motion, phase_plane
 
 _SHOWN, _IMPACTS = 100, 20  #: states over the returns, and impacts or events over time, of an attractor without a period
 
+Found = PhasePortrait | Callable[[], PhasePortrait]  #: or what computes it when it is drawn
 
-def sheets(found: PhasePortrait) -> tuple[Sheet, ...]:
+
+def sheets(found: Found) -> tuple[Sheet, ...]:
     """One sheet, a row an attractor."""
+    found = found if isinstance(found, PhasePortrait) else found()
     panels = [partial(of, found, number=k) for k in range(len(found.attractors)) for of in (portrait, over_time)]
     return (Sheet("portrait", tuple(panels), 2, 0.85, legend=True),)
 

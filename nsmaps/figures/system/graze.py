@@ -1,21 +1,30 @@
 """A graze: the motions just before, at and after it, and the square root of the map beside it."""
 
+from collections.abc import Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
 
-from nsmaps.dynamics.portraits.graze import Graze
+from nsmaps.dynamics.portraits.graze import Graze, graze_of
 from nsmaps.exact.events import Track
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parts import position
 from nsmaps.figures.style import BLACK, BLUE, ORANGE, RED, dress, label, symbol, with_unit
 
+if TYPE_CHECKING:
+    from nsmaps.dynamics.continuation.events import BifurcationPoint
+    from nsmaps.exact.systems.parameters import System
+
 _LOOKS = ((BLUE, "-", 1.0), (BLACK, (0, (4, 2)), 0.8), (RED, "-", 1.0))  #: before, at and after the graze
 
 
-def sheets(found: Graze) -> tuple[Sheet, ...]:
-    """One sheet: the motions, if there are any, and the map of each coordinate."""
+def sheets(found: "Graze | Sequence[BifurcationPoint]", system: "System | None" = None) -> tuple[Sheet, ...]:
+    """One sheet: the motions beside the map, or each coordinate of the map if there are none; of events, the first graze."""
+    if not isinstance(found, Graze):
+        assert system is not None
+        found = graze_of(system, found[0])
     maps = [partial(graze, found, coordinate=name) for name in found.coordinates]
     panels = [partial(flights, found), *maps[:1]] if found.tracks else maps
     return (Sheet("graze", tuple(panels), min(len(panels), 2), 0.85, legend=True),)

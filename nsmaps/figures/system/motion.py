@@ -88,7 +88,8 @@ def mark_impacts(ax: Axes, track: Track, x: Floats, y: Floats) -> None:
     """The impacts at given points, each in the mark of its wall."""
     for wall, (colour, shape, size) in zip(range(len(track.at)), MARKS, strict=False):
         own = track.impacts.wall == wall
-        ax.plot(x[own], y[own], shape, color=colour, mec="white", mew=0.3, ms=size, zorder=5, clip_on=False)
+        if own.any():
+            ax.plot(x[own], y[own], shape, color=colour, mec="white", mew=0.3, ms=size, zorder=5, clip_on=False)
 
 
 def marks_of(track: Track) -> list[Line2D]:

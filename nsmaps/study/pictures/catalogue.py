@@ -1,14 +1,19 @@
 """The figures of a study: those that its analyses declare, by name; importing them loads no matplotlib, drawing does."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.plugins import sketch_of
 from nsmaps.results import units_of
+from nsmaps.study.conclusions.phrases import parameters
 from nsmaps.study.conclusions.texts import as_computed
+from nsmaps.study.pictures.attractors import FIGURES
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from nsmaps.study.result import StudyResult
     from nsmaps.study.sections.base import Steps
 
@@ -26,12 +31,32 @@ SKETCH = StudyFigure(
         ),
     ),
 )
+SUMMARY = StudyFigure(
+    "attractors.summary",
+    "The system at a glance: its drawing, a diagram over a parameter, a motion, and a plane of states.",
+    "The system at a glance, with what the study has of these: a drawing of the system, a diagram over a parameter, the motion "
+    "on the first attractor, and basins, an attracting domain or words in the plane of states.",
+    (FigurePart("two pictures or more of the study", (), lambda result: _panels(result)),),
+)
+_AT_A_GLANCE = (("sketch",), ("bifurcation", "branches", "chart"), ("portrait",), ("basins", "boxes", "morse", "words"))
+
+
+def _panels(result: "StudyResult") -> "list[Callable[[Axes], Axes]]":
+    """The first panels of the figures that a summary has, computed when they are drawn; none of less than two."""
+    known = figures_of(result.study.kinds())
+    found = [next((known[name] for name in group if known[name].has_data(result)), None) for group in _AT_A_GLANCE]
+    panels: list[Callable[[Axes], Axes]] = [partial(_first_panel, figure, result) for figure in found if figure is not None]
+    return panels if len(panels) > 1 else []
+
+
+def _first_panel(figure: StudyFigure, result: "StudyResult", ax: "Axes") -> "Axes":
+    return figure.sheets(result)[0].panels[0](ax)
 
 
 def figures_of(kinds: "Mapping[str, type[Steps]]") -> dict[str, StudyFigure]:
     """The figures that analyses declare by name; an analysis of another package or file that declares none has its `plot`."""
     declared = (figure for key, kind in kinds.items() for figure in kind.figures or _own(key, kind))
-    return {figure.name: figure for figure in (SKETCH, *declared)}
+    return {figure.name: figure for figure in (SKETCH, *declared, *FIGURES, SUMMARY)}
 
 
 def _own(key: str, kind: "type[Steps]") -> Iterator[StudyFigure]:
@@ -58,7 +83,8 @@ def caption(result: "StudyResult", name: str, part: str = "") -> str:
     kinds = result.study.kinds()
     key = next((key for key, kind in kinds.items() if name in {figure.name for figure in kind.figures}), "")
     analysis: Steps | None = getattr(result.study, key, None)
-    numbers = analysis.caption(result, name, part) if analysis is not None else ""
+    given = parameters(result) if name != SKETCH.name else ""
+    numbers = analysis.caption(result, name, part) if analysis is not None else f"At {given}." if given else ""
     text = f"{numbers} {figures_of(kinds)[name].caption}".lstrip()
     if "" in units_of(result.system):
         text += " All quantities but angles are dimensionless."

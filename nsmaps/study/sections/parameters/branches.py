@@ -76,6 +76,11 @@ class BranchSection(BaseModel):
 BRANCHES: "FigurePart[Sequence[Branch]]" = FigurePart(
     "branches of periodic orbits", ("branches",), lambda result: [each for some in result.branches.values() for each in some]
 )
+GRAZES: "FigurePart[Sequence[BifurcationPoint]]" = FigurePart(
+    "a grazing event of a branch",
+    ("branches",),
+    lambda result: [event for some in result.branches.values() for each in some for event in each.of_kind("grazing")],
+)
 
 
 class Branches(Entries[BranchSection]):
@@ -92,6 +97,13 @@ class Branches(Entries[BranchSection]):
             "Branches of periodic orbits, coloured by motion. Solid lines are stable, dashed lines unstable and dotted lines "
             "of unknown stability; marks are events.",
             (BRANCHES,),
+        ),
+        StudyFigure(
+            "system.graze",
+            "The motions just before, at and after a graze of a periodic orbit, and the square root of the map beside it.",
+            "The first graze of a periodic orbit along the branches: the motions just before, at and after it, and the map along "
+            "a coordinate through it, with the square root (dashed), whose coefficient is fitted to computed states.",
+            (GRAZES, FigurePart("the system", (), lambda result: result.system)),
         ),
     )
 

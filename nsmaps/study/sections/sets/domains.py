@@ -20,11 +20,12 @@ from nsmaps.study.conclusions.phrases import at, part_of
 from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
-from nsmaps.study.pictures.figure import FigurePart, StudyFigure
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
 from nsmaps.study.sections.base import Entries, Finding, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
+from nsmaps.study.sections.sets.morse import EXACT_ORBITS
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -62,6 +63,7 @@ def _has_values(domain: "AttractingDomain") -> bool:
 
 
 ENVELOPED: "FigurePart[Mapping[str, AttractingDomain]]" = FigurePart("auxiliary maps", ("domains",), _with_values)
+DOMAINS: "FigurePart[Mapping[str, AttractingDomain]]" = FigurePart("attracting domains", ("domains",))
 
 
 class Domains(Entries[DomainSection]):
@@ -96,7 +98,15 @@ class Domains(Entries[DomainSection]):
             "The width of the attracting domain after each update, one coordinate a panel.",
             "The width of the box after each update of the auxiliary maps, for each domain that is forward invariant; the "
             "title names those that are not.",
-            (FigurePart("attracting domains", ("domains",)),),
+            (DOMAINS,),
+        ),
+        StudyFigure(
+            "domains.boxes",
+            "The boxes of each attracting domain in the plane of states, with the states of orbits.",
+            "The box of each domain that is forward invariant after each update, the darker the later, in the plane of two "
+            "coordinates, with the states of exact orbits, over the cells of Morse sets if the study has them. No orbit leaves a "
+            "box of an enclosed domain.",
+            (DOMAINS, EXACT_ORBITS, optional("morse")),
         ),
     )
 
@@ -158,7 +168,7 @@ class Domains(Entries[DomainSection]):
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The start box and the last box of a domain and whether they bound, or the sides of every domain."""
-        if figure == "domain_size":
+        if figure in ("domain_size", "boxes"):
             return _sides_of_all(result)
         domain = result.domains.get(name := part_of(result.domains if part else invariant_or_first(result.domains), part))
         if domain is None:

@@ -1,0 +1,21 @@
+"""A system at a glance: its drawing, a diagram, the motion on an attractor and basins on one page, small enough for a list."""
+
+from collections.abc import Sequence
+from functools import partial
+
+from matplotlib.axes import Axes
+
+from nsmaps.figures.page import Panel, Sheet
+
+
+def sheets(panels: Sequence[Panel]) -> tuple[Sheet, ...]:
+    """One sheet of the panels in two columns, such as `[diagram.plot, portrait.plot, basins.plot]` of results."""
+    return (Sheet("summary", tuple(partial(summary, panel) for panel in panels), 2, 0.85),)
+
+
+def summary(panel: Panel, ax: Axes) -> Axes:
+    """One panel, without its legend."""
+    panel(ax)
+    if (legend := ax.get_legend()) is not None:
+        legend.remove()
+    return ax
