@@ -33,10 +33,11 @@ def rows() -> list[dict[str, str]]:
 
 
 def resolved(name: str) -> object:
-    """What a dotted name stands for, from `nsmaps` unless it names a module; AttributeError if there is nothing."""
+    """What a dotted name stands for, from `nsmaps`, a room of it or a module; AttributeError if there is nothing."""
     parts = name.split(".")
-    if hasattr(nsmaps, parts[0]):
-        thing: object = nsmaps
+    rooms = [nsmaps, *(getattr(nsmaps, room) for room in dir(nsmaps) if room not in nsmaps.__all__)]
+    if holders := [room for room in rooms if hasattr(room, parts[0])]:
+        thing: object = holders[0]
     else:
         count = next(k for k in range(len(parts), 0, -1) if _is_module(".".join(parts[:k])))
         thing, parts = import_module(".".join(parts[:count])), parts[count:]
