@@ -55,6 +55,13 @@ def check_class(value: object, classes: type | tuple[type, ...], reason: str) ->
         raise NsmapsError(f"a {type(value).__name__}: {reason}; expected: {names}")
 
 
+def check_choice(name: str, value: object, choices: Iterable[object]) -> None:
+    """Raise NsmapsError unless the value of an argument is one of its choices."""
+    listed = [repr(each) for each in choices]
+    if repr(value) not in listed:
+        raise NsmapsError(f"{name} is {value!r}; expected: {', '.join(listed[:-1])} or {listed[-1]}")
+
+
 def near_match(word: str, known: Iterable[str]) -> str:
     """`, did you mean 'x'?` for the closest of the known words, whatever their case, or nothing.
 

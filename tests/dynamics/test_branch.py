@@ -277,6 +277,24 @@ def test_doublings_of_the_henon_map():
         switch_branch(henon, "p", down.of_kind("fold")[0], (-1, 1.3))
 
 
+def test_a_branch_in_both_directions_is_one():
+    """The fixed points of the Henon map from the fold at -0.49/4, through the start, to the doubling at 0.3675 and beyond."""
+
+    def henon(a):
+        return Plane(a, "henon")
+
+    fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
+    whole, up = (continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction) for direction in ("both", "up"))
+    assert [event.kind for event in whole.events] == ["fold", "period doubling"]
+    assert np.allclose([event.value for event in whole.events], [-0.49 / 4, 3 * 0.49 / 4], atol=1e-8)
+    assert np.allclose(whole.values, whole.points[:, 0, 0] ** 2 + 0.7 * whole.points[:, 0, 0], atol=1e-9)
+    assert whole.ended == f"the range ends at 1.3; {up.ended}"
+    assert (np.diff(whole.arclength) > 0).all()
+    assert whole.values[whole.arclength == 0] == [0.2]
+    with pytest.raises(NsmapsError, match="direction is 'left'; expected: 'up', 'down' or 'both'"):
+        continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "left")
+
+
 def test_torus_and_branch_point_of_the_delayed_logistic_map():
     """Its fixed point 1 - 1/a passes through zero at a = 1; a pair of multipliers exp(+-i pi/3) leaves the circle at a = 2."""
 

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.dynamics.charts.pixels import WAYS, Way
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.dynamics.charts.pixels import Way
+from nsmaps.errors import NsmapsError, check_choice, near_match
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.exact.systems.parameters import System
@@ -53,8 +53,7 @@ def check_length(returns: int, discard: int, max_period: int, tolerance: float) 
 
 def check_refine(refine: int | None, direction: Way | None) -> None:
     """Refuse a refinement of other steps, or of orbits that are followed from pixel to pixel."""
-    if direction not in WAYS:
-        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")
+    check_choice("direction", direction, ("up", "down", "both", None))
     if refine is not None and (refine < 1 or refine.bit_count() != 1):
         raise NsmapsError(f"refine is {refine}; expected: a power of two, such as 16, or None")
     if refine is not None and direction is not None:

@@ -83,6 +83,18 @@ class Branch(Result):
         """The motions n:m/pT, shape (K,)."""
         return np.array([orbit.label for orbit in self.orbits], str)
 
+    def after(self, before: "Branch") -> "Branch":
+        """One branch of the orbits of another one in reverse and then of its own; both begin at the same orbit."""
+        back = np.arange(len(before.returns)).reshape(-1, before.period)[:0:-1].ravel()
+        return replace(
+            self,
+            returns=Returns.concatenate([before.returns.select(back), self.returns]),
+            values=np.concatenate([before.values[:0:-1], self.values]),
+            arclength=np.concatenate([-before.arclength[:0:-1], self.arclength]),
+            events=(*before.events[::-1], *self.events),
+            ended=f"{before.ended}; {self.ended}",
+        )
+
     def of_kind(self, kind: str) -> tuple[BifurcationPoint, ...]:
         """The events of one kind, such as `fold`."""
         return tuple(event for event in self.events if event.kind == kind)

@@ -28,7 +28,7 @@ from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_f
 from nsmaps.dynamics.continuation.shrinking import SMALLEST
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
 from nsmaps.dynamics.returnmap import Model, map_along
-from nsmaps.errors import NsmapsError, check_class
+from nsmaps.errors import NsmapsError, check_choice, check_class
 from nsmaps.progress import shows
 
 BEND = 0.98  #: least cosine between the directions at both ends of a step
@@ -54,7 +54,7 @@ def continue_branch(
     orbit: PeriodicOrbit,
     value: float,
     bounds: tuple[float, float],
-    direction: Literal["up", "down"] = "up",
+    direction: Literal["up", "down", "both"] = "up",
     step: float = 0.02,
     max_points: int = 2000,
     until: Collection[str] = (),
@@ -75,7 +75,8 @@ def continue_branch(
         value: of the parameter.
         bounds: least and greatest value of the parameter; their difference is the unit of its arclength, in which
             coordinates count as shares of the orbit's `scale`, the extent of its motion, and phases in radians.
-        direction: towards larger ("up") or smaller ("down") values at first.
+        direction: towards larger ("up") or smaller ("down") values at first, or one branch through the orbit of "both", from
+            the end at smaller values on, in which the arclength of that part is negative.
         step: longest step, in arclength.
         max_points: greatest number of orbits.
         until: kinds of events at which the branch ends, see `BifurcationPoint`.
@@ -85,6 +86,13 @@ def continue_branch(
     Raises:
         NsmapsError: invalid arguments. An orbit that does not converge gives a branch without orbits.
     """
+    check_choice("direction", direction, ("up", "down", "both"))
+    if direction == "both":
+        how: Any = {"step": step, "max_points": max_points, "until": until, "tolerance": tolerance, "kinds": kinds}
+        up = continue_branch(system, parameter, orbit, value, bounds, "up", **how)
+        if not len(up.values) or up.ended == CLOSED:
+            return up
+        return up.after(continue_branch(system, parameter, orbit, value, bounds, "down", **how))
     extent = _extent(bounds, value, step, max_points, until, kinds)
     curve = curve_from(map_along(system, parameter), orbit, value, bounds, tolerance, parameter)
     upward = np.zeros(orbit.states.size + 1)

@@ -10,7 +10,7 @@ from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.design.conditions import margins
 from nsmaps.dynamics.design.problem import Point, Problem
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_choice
 from nsmaps.exact.systems.parameters import System
 
 if TYPE_CHECKING:
@@ -65,8 +65,7 @@ def check_limits(
     sense: str, multiplier: float | None, graze: float, share: float, counts: Mapping[str, int], sampled: bool
 ) -> None:
     """Refuse limits that mean nothing."""
-    if sense not in ("max", "min"):
-        raise NsmapsError(f"sense is {sense!r}; expected: 'max' or 'min'")
+    check_choice("sense", sense, ("max", "min"))
     for name, count in counts.items():
         if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
             hint = " (its sense is given by name: sense='min')" if str(count) in ("max", "min") else ""

@@ -13,7 +13,7 @@ from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, diagram_so_far,
 from nsmaps.dynamics.diagrams.parts import Sweep, attractors_at
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.dynamics.returnmap import map_along, starts_under
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_choice
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import SERIAL, Parallel, divides
@@ -117,5 +117,4 @@ def _check(values: Floats, n_returns: int, transient: int, direction: object) ->
         raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers, shape (V,)")
     if n_returns < 1 or transient < 0:
         raise NsmapsError(f"{n_returns} returns after {transient}; expected: at least 1 after at least 0")
-    if direction not in (None, "up", "down", "both"):
-        raise NsmapsError(f"direction is {direction!r}; expected: 'up', 'down', 'both' or None")
+    check_choice("direction", direction, ("up", "down", "both", None))

@@ -11,7 +11,7 @@ from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.noise.law import Noise
 from nsmaps.dynamics.noise.orbits import noisy_orbits
 from nsmaps.dynamics.returnmap import map_along, nearest_starts, starts_under
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import check_choice
 from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.results import NONE, Result, array, range_text, units_of
 
@@ -72,8 +72,7 @@ def impact_diagram(
     Raises:
         NsmapsError: the direction is neither "up" nor "down", or there is no such parameter; others as for `noisy_orbits`.
     """
-    if direction not in ("up", "down"):
-        raise NsmapsError(f"direction is {direction!r}; expected: 'up' or 'down'")
+    check_choice("direction", direction, ("up", "down"))
     along = np.sort(np.atleast_1d(np.asarray(values, float)))[:: 1 if direction == "up" else -1]
     system_of = map_along(model, parameter)
     parts = [(system_of, along, starts_under(system_of, along, start), noise, n_returns, transient, entropy_of(rng), step)]
