@@ -4,7 +4,6 @@ from collections.abc import Iterable, Sequence
 from math import gcd
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
@@ -28,49 +27,29 @@ SAME_TIME = (
 )
 
 
-def periods(
-    states: Floats, codes: Ints, coordinates: Coordinates, tolerance: ArrayLike, time: Floats | None = None
-) -> NDArray[np.int64]:
-    """The least number of returns after which orbits repeat, at most K/2; 0 where there is none.
+def repetition(states: Floats, codes: Ints, coordinates: Coordinates, tolerance: ArrayLike, time: Floats | None = None) -> int:
+    """The least number of returns after which an orbit repeats, at most K/2; 0 where there is none.
 
     Args:
-        states: shape (..., K, n), successive states.
-        codes: shape (..., K), of the words of the returns to them, which must repeat too.
-        tolerance: of each coordinate, in its units, from its first value on: shape (n,), one for all, or (..., n), of each orbit.
-        time: shape (..., K), of these returns; NaN where unknown. Periods must take the same time, relative to itself: the
+        states: shape (K, n), successive states.
+        codes: shape (K,), of the words of the returns to them, which must repeat too.
+        tolerance: of each coordinate, in its units, from its first value on: shape (n,), or one for all.
+        time: shape (K,), of these returns; NaN where unknown. Periods must take the same time, relative to itself: the
             states of slow impacts that accumulate agree within any tolerance, but each return is shorter than the last.
     """
-    count, dim = states.shape[-2:]
-    flat, words = states.reshape(-1, count, dim), codes.reshape(-1, count)
-    near = np.broadcast_to(np.asarray(tolerance, float), (*codes.shape[:-1], dim)).reshape(-1, 1, dim)
-    lengths = np.arange(1, count // 2 + 1)
-    maybe = np.ones((len(flat), len(lengths)), bool)
-    for here in (lengths, np.full_like(lengths, count - 1)):  # they rule out almost every length: linear cost
-        maybe &= _repeat(flat, words, here, here % lengths, coordinates, near)
-    period = np.zeros(len(flat), np.int64)
-    every = np.arange(count)
-    for q in lengths[maybe.any(axis=0)].tolist():
-        left = np.flatnonzero(maybe[:, q - 1] & (period == 0))
-        if len(left):  # compared with the first period, not the previous one: slow decay would pass for a period
-            period[left[_repeat(flat[left], words[left], every, every % q, coordinates, near[left]).all(axis=1)]] = q
-    if time is not None:
-        period[~_keeps_time(time.reshape(-1, count), period)] = 0
-    return period.reshape(codes.shape[:-1])
 
+    def agree(here: Ints, there: Ints) -> Bools:
+        return coordinates.near(states[here], states[there], tolerance) & (codes[here] == codes[there])
 
-def _repeat(states: Floats, codes: Ints, here: Ints, there: Ints, coordinates: Coordinates, tolerance: Floats) -> Bools:
-    """A mask: states (N, K, n) and words (N, K) at some places agree with others within (N, 1, n), shape (N, places)."""
-    return coordinates.near(states[:, here], states[:, there], tolerance) & (codes[:, here] == codes[:, there])
-
-
-def _keeps_time(time: Floats, period: Ints) -> Bools:
-    """A mask of the orbits, of returns of times (N, K), whose first period takes as long as the last, or has no known time."""
-    kept = np.ones(len(period), bool)
-    for q in np.unique(period[period > 0]).tolist():
-        own = np.flatnonzero(period == q)
-        first, last = time[own, :q].sum(axis=1), time[own, -q:].sum(axis=1)
-        kept[own] = ~(np.abs(first - last) > SAME_TIME * np.maximum(np.abs(first), np.abs(last)))
-    return kept
+    every, lengths = np.arange(len(states)), np.arange(1, len(states) // 2 + 1)
+    last = np.full_like(lengths, len(states) - 1)
+    maybe = agree(last, last % lengths)  # these two rule out almost every length: linear cost
+    maybe[maybe] = agree(lengths[maybe], 0 * lengths[maybe])
+    for q in lengths[maybe].tolist():
+        if agree(every, every % q).all():  # compared with the first period, not the previous one: slow decay would pass for one
+            first, end = (0.0, 0.0) if time is None else (float(time[:q].sum()), float(time[-q:].sum()))
+            return 0 if abs(first - end) > SAME_TIME * max(abs(first), abs(end)) else q
+    return 0
 
 
 def joined(words: Sequence[str], alphabet: Alphabet | None = None) -> str:

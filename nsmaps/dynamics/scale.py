@@ -49,7 +49,9 @@ def scale_of(return_map: ReturnMap, *states: Floats, beside: Floats | None = Non
 def extents_of(return_map: ReturnMap, points: Floats) -> Floats | None:
     """The extents of the motions through states (N, n) that are starts, shape (n,), zero without one; None if none are known."""
     found = np.zeros(points.shape[1])
-    for point in points:
+    for k, point in enumerate(points):
+        if k and (point == points[k - 1]).all():
+            continue
         try:
             own = return_map.extents(point[None])
         except StateError:

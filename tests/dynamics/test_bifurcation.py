@@ -7,7 +7,7 @@ import pytest
 
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates
-from nsmaps.dynamics.motion import label, periods
+from nsmaps.dynamics.motion import label, repetition
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -152,9 +152,9 @@ def test_progress_both_ways_is_one_count(kept, tmp_path):
 
 def test_angles_repeat_over_the_cut():
     states = np.array([[1.0, 1e-9], [1.0, 2 * np.pi - 1e-9], [1.0, 1e-9], [1.0, 0.0]])
-    assert periods(states, np.zeros(4, int), Coordinates(("v", PHASE)), 1e-6) == 1
-    assert periods(states, np.zeros(4, int), Coordinates(("v", "phi")), 1e-6) == 0
-    assert periods(states, np.array([1, 2, 1, 2]), Coordinates(("v", PHASE)), 1e-6) == 2
+    assert repetition(states, np.zeros(4, int), Coordinates(("v", PHASE)), 1e-6) == 1
+    assert repetition(states, np.zeros(4, int), Coordinates(("v", "phi")), 1e-6) == 0
+    assert repetition(states, np.array([1, 2, 1, 2]), Coordinates(("v", PHASE)), 1e-6) == 2
 
 
 def plainly(states, codes, tolerance):
@@ -174,17 +174,16 @@ def test_periods_are_those_of_every_number_tried(count):
     ended = np.where(np.arange(count)[:, None] > 30, np.nan, [0.5, 0.5])
     states = np.concatenate([states, [0.9 ** np.arange(count)[:, None] * [4e-6, 1e-6], ended]])
     codes = np.where(rng.uniform(0, 1, states.shape[:2]) < 1e-3, 3, 7)
-    found = periods(states, codes, Coordinates(("v", "w")), 1e-6)
-    assert found.tolist() == [plainly(*each, 1e-6) for each in zip(states, codes, strict=True)]
-    assert count < 40 or len(set(found.tolist())) > 3
+    found = [repetition(*each, Coordinates(("v", "w")), 1e-6) for each in zip(states, codes, strict=True)]
+    assert found == [plainly(*each, 1e-6) for each in zip(states, codes, strict=True)]
+    assert count < 40 or len(set(found)) > 3
 
 
 def test_periods_of_long_runs():
     """Of so many returns that to compare every number of them at every state, 2e9 comparisons, would not end in a minute."""
-    long = np.random.default_rng(0).uniform(0, 1, (2, 50_000, 2))
-    cycle = np.resize(long[0, :7], (2, 50_000, 2))
-    assert periods(long, np.zeros(long.shape[:2], int), Coordinates(("v", "w")), 1e-6).tolist() == [0, 0]
-    assert periods(cycle, np.zeros(long.shape[:2], int), Coordinates(("v", "w")), 1e-6)[0] == 7
+    long, codes = np.random.default_rng(0).uniform(0, 1, (50_000, 2)), np.zeros(50_000, int)
+    assert repetition(long, codes, Coordinates(("v", "w")), 1e-6) == 0
+    assert repetition(np.resize(long[:7], (50_000, 2)), codes, Coordinates(("v", "w")), 1e-6) == 7
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,8 @@ from systems import BouncingBall
 
 import nsmaps
 from nsmaps.dynamics.charts import parameter_plane as module
-from nsmaps.dynamics.charts import tails
 from nsmaps.dynamics.charts.quadtree import refined
+from nsmaps.dynamics.limits import settled
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.flows import tables
 from nsmaps.exact.outcome import Outcome
@@ -95,7 +95,7 @@ def test_the_exponent_of_chaos_is_that_of_a_long_orbit(made: Any) -> None:
 
 
 def test_what_repeats_to_the_last_bit_is_not_computed_and_has_the_same_numbers(made: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr(tails, "_repeating", lambda states: states[:0])
+    monkeypatch.setattr(settled, "_repeating", lambda states: states[:0])
     whole = nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500)
     assert whole.n_returns == 64 * 2 * 1800
     assert made.n_returns < 0.7 * whole.n_returns

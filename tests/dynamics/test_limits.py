@@ -12,7 +12,7 @@ import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.coordinates import Angle
 from nsmaps.dynamics.attractors.limit_set import limit_set
-from nsmaps.dynamics.limits.limit import limits
+from nsmaps.dynamics.limits.decision import limits
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns

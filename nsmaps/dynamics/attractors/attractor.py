@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Floats, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.distance import Nearest, distances, extents
-from nsmaps.dynamics.limits.limit import Limit, cycle_in, limits
-from nsmaps.dynamics.limits.path import Path, followed, vast
+from nsmaps.dynamics.limits.cycles import cycle_in
+from nsmaps.dynamics.limits.decision import limits, seen
+from nsmaps.dynamics.limits.limit import Limit
+from nsmaps.dynamics.limits.path import Path, vast
 from nsmaps.dynamics.limits.releases import beside_release
-from nsmaps.dynamics.motion import UNRESOLVED
-from nsmaps.dynamics.orbit import orbit, returns_of
+from nsmaps.dynamics.limits.settled import Transient
+from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.results import Result, array, units_of
@@ -124,25 +126,24 @@ def find_attractors(
     rounding decides, which are named `?`. Orbits that end or escape reach none, and orbits of which neither a period
     nor chaos was shown make no attractor.
     """
-    last = np.array(starts, float)
-    for part in returns_of(return_map, last, discard):
-        last = part.image[-len(last) :]
-    coordinates, first = Coordinates(return_map.coordinates), np.array(starts, float)
-    last = last[np.isfinite(last).all(axis=1) & ~vast(coordinates, last, coordinates.magnitudes(first))]
-    if not len(last):
+    first = np.array(starts, float)
+    coordinates, sizes = Coordinates(return_map.coordinates), Coordinates(return_map.coordinates).magnitudes(first)
+    transient = Transient.of(return_map, first, discard, 2 * max_period, 2 * max_period) if len(first) else None
+    which = np.flatnonzero(finite_rows(transient.states) & ~vast(coordinates, transient.states, sizes)) if transient else first
+    if transient is None or not len(which):
         return []
-    path = followed(return_map, last, 2 * max_period)
-    bounded = ~vast(coordinates, path.states[-1], coordinates.magnitudes(first))
-    scale = scale_of(return_map, path.states[:, bounded], beside=first)
-    held = np.flatnonzero(np.isfinite(path.states[-1]).all(axis=1) & bounded)
+    path = transient.path(return_map, which, 2 * max_period, first[which], derivative=True)
+    scale = scale_of(return_map, path.states[:, ~vast(coordinates, path.states[-1], sizes)], beside=first)
     found, open_ = list[Attractor](), list[int]()
-    for k in held.tolist():
+    for k in range(len(which)):
         if not _is_of(path, k, (*known, *found)):
-            cycle = cycle_in(return_map, path.of_one(k), scale, tolerance)
-            if cycle is None:
+            one = seen(return_map, path.of_one(k), scale, tolerance)
+            if one.is_open and not one.unstable:
+                one = cycle_in(return_map, one.path, scale, tolerance) or one
+            if one.length:
+                found += _new(_cycle(one, tolerance, scale), (*known, *found))
+            elif one.is_open:
                 open_.append(k)
-            else:
-                found += _new(_cycle(cycle, tolerance, scale), (*known, *found))
     found += _followed_on(return_map, path, open_, scale, tolerance, (*known, *found))
     return [replace(each, units=units_of(return_map)) for each in found]
 
@@ -155,8 +156,8 @@ def _followed_on(
     while open_:
         open_ = [k for k in open_ if not _is_of(path, k, (*known, *found))]
         here, open_, count = open_[:count], open_[count:], 4 * count
-        for one in limits(return_map, path.states[-1, here], scale, tolerance):
-            if one.held and (one.kind != UNRESOLVED or one.rests):
+        for one in limits(return_map, path.states[-1, here], scale, tolerance, path.begun[here]):
+            if one.held and not one.is_open:
                 attractor = _cycle(one, tolerance, scale) if one.period else _visited(return_map, one, scale)
                 found += _new(attractor, (*known, *found))
     return found

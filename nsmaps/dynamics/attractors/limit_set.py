@@ -3,14 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.dynamics.limits.limit import approached, cycle_in, limits, refined
+from nsmaps.dynamics.limits.cycles import refined
+from nsmaps.dynamics.limits.decision import limits_on
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import MEANING, has_rest, kind_of
 from nsmaps.dynamics.orbit import Orbit
@@ -124,28 +125,19 @@ def limit_set(return_map: ReturnMap, path: Orbit) -> LimitSet | None:
 
     An orbit that ends only when it is followed on has the states that it visits, and no name.
 
-    A cycle is sought in the last returns of the orbit, and if there is none the orbit is followed on: what it ends on is decided
-    as by `nsmaps.dynamics.limits.limit.limits`, with the extent of its motion as the scale (`scale_of`).
+    What it ends on is decided as by `nsmaps.dynamics.limits.decision.limits_on`, with the extent of its motion as the scale
+    (`scale_of`): by its returns, or where they do not show it by those that follow.
     """
     if not np.isfinite(path.states).all() or not len(path.codes):
         return None
     scale = scale_of(return_map, path.states)
-    circle = path.coordinates.angles
-    each = path.codes, path.turns[:, circle].sum(axis=1), path.time, path.outcome, path.numbers
-    rows: Any = [row[:, None] for row in each]
-    seen = Path(path.coordinates, path.walls, path.alphabet, path.states[:, None], *rows)
-    found, more = cycle_in(return_map, seen, scale, TOLERANCE) or approached(return_map, seen, scale), 0
-    if found is None:
-        found = limits(return_map, path.final[None], scale, TOLERANCE)[0]
-        more = found.more
-    if not found.kind and not found.length:
-        found = replace(found, path=seen)
+    (found,) = limits_on(return_map, Path.of_orbit(path, path.states[:1]), scale, TOLERANCE)
     if found.length and found.cycle is None:
-        found = refined(return_map, found, scale, TOLERANCE) or found
+        found = replace(refined(return_map, found, scale, TOLERANCE) or found, more=found.more)
     first = int(np.argmin(found.states[:, 0])) if found.length else 0
     states, words = np.roll(found.states, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
-    about = path.coordinates, found.period, len(found.path.codes) // 2, more, found.label, words, states, factors
+    about = path.coordinates, found.period, len(found.path.codes) // 2, found.more, found.label, words, states, factors
     return LimitSet(*about, found.exponent, found.error, units_of(return_map))
 
 

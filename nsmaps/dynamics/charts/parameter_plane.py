@@ -61,8 +61,8 @@ def parameter_plane(
         max_period: longest period that is sought in the last returns alone; longer ones are sought in all `n_returns`.
         direction: with "up" or "down" orbits start where those of the neighbour along the first parameter ended; "both" has 2 S
             orbits, the ascending ones first. With None the orbits of every pixel begin at the given starts.
-        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the largest
-            magnitude on the orbit.
+        tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the extent
+            of the motion, between events too; see `nsmaps.dynamics.scale.scale_of`.
         refine: distance of the pixels computed first, a power of two, such as 16. Others are computed beside those where the
             motions of neighbours differ, or none has a period, since windows of periodic motion lie everywhere among such ones.
             Elsewhere the attractors of a neighbour are continued, by orbits from their states at the parameters of the pixel;

@@ -4,16 +4,13 @@ from itertools import chain
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.quantifiers import Place, Quantifier, quantified
 from nsmaps.dynamics.charts.motions import Motion, Motions, attractors, motion_of
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
-from nsmaps.dynamics.limits.limit import Limit
-from nsmaps.dynamics.limits.releases import ROUNDED
-from nsmaps.dynamics.motion import periods
+from nsmaps.dynamics.motion import ESCAPE
 from nsmaps.dynamics.observables.orbits import orbit_means
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.returnmap import followed
@@ -78,35 +75,30 @@ def _beside(tails: list[tuple[Tail | None, ...]], count: int, dim: int, length: 
     found = Tail.empty(len(tails) * len(tails[0]) * count, length.window, dim)
     for k, each in enumerate(chain.from_iterable(tails)):
         if each is not None:
-            for name in ("states", "turns", "codes", "outcome", "slopes", "scale", "growth"):
-                getattr(found, name)[k * count : (k + 1) * count] = getattr(each, name)
-            found.walls, found.alphabet, found.computed = each.walls, each.alphabet, found.computed + each.computed
-            found.limits |= {k * count + orbit: one for orbit, one in each.limits.items()}
+            own = slice(k * count, (k + 1) * count)
+            for name in ("states", "outcome", "scale", "growth"):
+                getattr(found, name)[own] = getattr(each, name)
+            found.limits[own], found.computed = each.limits, found.computed + each.computed
     return found
 
 
 def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     """Motions, attractors, exponents, outcomes and last states of the pixels, of `orbits` each, and the motions' names."""
-    period = periods(found.states, found.codes, coordinates, ROUNDED * found.scale)
-    names = Motions(found.walls, found.alphabet)
-    motion, exponent = np.full(len(period), -1, np.int32), np.where(period > 0, _exponent(found.slopes, period), found.growth)
+    count, names, exponent = len(found.limits), Motions(), found.growth
+    motion, span = np.full(count, -1, np.int32), np.zeros(count, np.int64)
     on = found.final.copy()  # not all of the last returns with it
-    for k in np.flatnonzero(np.isfinite(found.final).all(axis=1)).tolist():
-        one = found.limits.get(k)
-        if one is None:
-            motion[k] = names.of(found.codes[k], found.turns[k], int(period[k]))
-        elif one.held:
-            motion[k] = names.number(motion_of(one.label, one.words, one.period, one.turns))
-            period[k] = one.length
-            exponent[k] = _of_cycle(one) if one.period else exponent[k]
+    for k, one in enumerate(found.limits):
+        if one is not None and one.held:
+            motion[k], span[k] = names.number(motion_of(one)), one.length
+            exponent[k] = one.rate if one.length else exponent[k]
             on[k] = on[k] if one.cycle is None else one.cycle.states[0]
-        else:
+        elif one is not None and one.kind == ESCAPE:
             found.states[k], found.outcome[k] = np.nan, Outcome.escaped
-    rows = found.states, period, found.scale
+    rows = found.states, span, found.scale
     pixels = zip(*(each.reshape(-1, orbits, *each.shape[1:]) for each in rows), strict=True)
     table: Arrays = {
         "motion": motion,
-        "span": period,  # in returns, each impact of a chatter counted
+        "span": span,  # in returns, each impact of a chatter counted
         "attractor": np.concatenate([attractors(coordinates, *pixel) for pixel in pixels]),
         "exponent": exponent,
         "outcome": found.outcome,
@@ -145,28 +137,6 @@ def _along_orbits(
                 sets += [((k, s), path.coordinates.wrap(path.states[:-1, j]), system) for j, s in enumerate(own.tolist())]
     values = quantified(quantifiers, motion.shape, sets) if sets else {}
     return {"means": means} | {f"{QUANTIFIER}{name}": rows for name, rows in values.items()}
-
-
-def _of_cycle(one: Limit) -> float:
-    """The largest exponent per return of a cycle; NaN without its multipliers."""
-    if one.cycle is not None:
-        slopes = one.cycle.returns.derivative
-    else:
-        slopes = None if one.path.slopes is None else one.path.slopes[-one.length :, 0]
-    return np.nan if slopes is None else float(_exponent(slopes[None], np.array([len(slopes)]))[0])
-
-
-def _exponent(slopes: Floats, period: NDArray[np.int64]) -> Floats:
-    """The largest exponent per return of cycles, from the derivatives of their returns (N, K, n, n); NaN without a period."""
-    found = np.full(len(period), np.nan)
-    for p in np.unique(period[period > 0]).tolist():
-        own = np.flatnonzero((period == p) & np.isfinite(slopes[:, -p:]).all(axis=(1, 2, 3)))
-        product = slopes[own, -p]
-        for k in range(1 - p, 0):
-            product = slopes[own, k] @ product
-        with np.errstate(divide="ignore"):
-            found[own] = np.log(np.abs(np.linalg.eigvals(product)).max(axis=1, initial=0.0)) / p
-    return found
 
 
 def as_arrays(motions: tuple[Motion, ...]) -> Arrays:

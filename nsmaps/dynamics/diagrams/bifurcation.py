@@ -38,10 +38,9 @@ def bifurcation_diagram(
 ) -> BifurcationDiagram:
     """The attractors over the values of a parameter, as in remark num_bif.
 
-    A period up to K/2 is sought in the K returns that are stored. Orbits without one are followed for up to 5000 more: what
-    they end on is decided as by `nsmaps.dynamics.limits.limit.limits`, so that C names chaos alone, Q of quasi-periodic motion,
-    `?` where neither was shown, and `escapes` of orbits that leave every bound. One that is on an unstable cycle to the last bit
-    starts again from beside it.
+    What orbits end on is decided as by `nsmaps.dynamics.limits.decision.limits`, of those that do not repeat in the K returns
+    that are stored by up to 5000 more: C names chaos alone, Q quasi-periodic motion, `?` motion of which neither was shown, and
+    `escapes` orbits that leave every bound. One that is on an unstable cycle up to rounding starts again from beside it.
 
     Args:
         system: a system, or a function of the parameter that gives the return map. A value at which it raises a ValueError, as
@@ -55,7 +54,7 @@ def bifurcation_diagram(
             orbit that ended starts again from its start at that value. With "both" there are 2 S orbits, the ascending ones
             first. With None the orbits at every value begin at the given starts.
         tolerance: largest difference of a coordinate after a period, of an angle in radians, of others relative to the extent
-            of the motion, between events too, and at least to the median of the extents in the diagram.
+            of the motion, between events too; see `nsmaps.dynamics.scale.scale_of`.
         borders: whether the borders of the widest windows are located, too; see `nsmaps.dynamics.diagrams.windows.windows`.
         parallel: see `nsmaps.Parallel`. Parts are values, as many as make
             100,000 returns; with `direction` every start is followed through the values of a part separately.
@@ -93,12 +92,12 @@ def _diagram(
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     if not parallel.divided or not len(starts):
         first = starts if direction else None
-        blocks = [(order, slice(None), attractors_at(map_of, along[order], starts, n_returns, transient, first))]
+        blocks = [(order, slice(None), attractors_at(map_of, along[order], starts, n_returns, transient, tolerance, first))]
     else:
-        so_far = partial(diagram_so_far, parameter, along, starts, tolerance)
-        sweep = Sweep(map_of, along, order, n_returns, transient, parallel.share(0.0, STATES, "states"), so_far)
+        so_far = partial(diagram_so_far, parameter, along, starts)
+        sweep = Sweep(map_of, along, order, n_returns, transient, tolerance, parallel.share(0.0, STATES, "states"), so_far)
         blocks = sweep.followed(starts) if direction else sweep.independent(starts)
-    found = unnamed(parameter, along, starts, blocks, tolerance)
+    found = unnamed(parameter, along, starts, blocks)
     return found.named(map_of, tolerance, parallel.share(STATES, 1.0, "limits"))
 
 

@@ -9,15 +9,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Storable
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.dynamics.diagrams.names import ResolvedMotion, alphabet_among, are_exact, names, open_ends
+from nsmaps.dynamics.diagrams.names import ResolvedMotion, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, attractors_at
-from nsmaps.dynamics.limits.path import diverges
-from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, periods
+from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, names_among
+from nsmaps.parallel import NOT_COMPUTED, SERIAL, Parallel, names_among
 from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, frequent, range_text
 
 NAMED = 6  #: motions in the text of a diagram
@@ -125,8 +124,8 @@ def continued_diagram(
 ) -> BifurcationDiagram:
     """The attractors at one value, of orbits that continue those of a diagram with some starts (S, n) from states (S, n)."""
     along, order = np.array([value]), np.zeros(1, np.int64)
-    blocks = [(order, slice(None), attractors_at(map_of, along, states, n_returns, transient, starts))]
-    return unnamed("", along, states, blocks, tolerance).named(map_of, tolerance, SERIAL)
+    blocks = [(order, slice(None), attractors_at(map_of, along, states, n_returns, transient, tolerance, starts))]
+    return unnamed("", along, starts, blocks).named(map_of, tolerance, SERIAL)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -135,7 +134,8 @@ class Unnamed:
 
     diagram_so_far: BifurcationDiagram
     open_: Bools  #: shape (V, S), these orbits
-    scale: Floats  #: shape (n,)
+    scale: Floats  #: shape (V, S, n), of each orbit
+    starts: Floats  #: shape (S, n)
 
     def diagram(self, found: Sequence[ResolvedMotion] = ()) -> BifurcationDiagram:
         """The diagram with periods and names of the first open orbits; others are unresolved."""
@@ -146,7 +146,7 @@ class Unnamed:
         for (v, s), motion in zip(np.argwhere(self.open_).tolist(), found, strict=False):
             length[v, s], period[v, s], labels[v, s] = motion.length, motion.period, motion.label
             own, cycle = settled[v, s], motion.states
-            if 0 < len(cycle) <= len(own) and not plain.coordinates.near(cycle, own[-1], FAR, self.scale).any():
+            if 0 < len(cycle) <= len(own) and not plain.coordinates.near(cycle, own[-1], FAR, self.scale[v, s]).any():
                 settled[v, s], far = cycle[np.arange(len(own)) % len(cycle)], True
         gone = labels == ESCAPE
         states = np.where(gone[..., None, None], np.nan, plain.states)
@@ -160,16 +160,17 @@ class Unnamed:
             if parallel.progress is not None:
                 parallel.progress(1.0)
             return self.diagram()
-        about = self.diagram_so_far.values, self.diagram_so_far.states[:, :, -1], self.open_, self.scale, tolerance
+        last = self.diagram_so_far.states[:, :, -1]
+        about = self.diagram_so_far.values, last, self.open_, self.scale, self.starts, tolerance
         return self.diagram(open_ends(map_of, *about, parallel, self.diagram))
 
 
-def diagram_so_far(parameter: str, values: Floats, starts: Floats, tolerance: float, blocks: list[Block]) -> BifurcationDiagram:
+def diagram_so_far(parameter: str, values: Floats, starts: Floats, blocks: list[Block]) -> BifurcationDiagram:
     """The diagram of what is computed, in which no orbit is followed on."""
-    return unnamed(parameter, values, starts, blocks, tolerance).diagram()
+    return unnamed(parameter, values, starts, blocks).diagram()
 
 
-def unnamed(parameter: str, values: Floats, starts: Floats, blocks: list[Block], tolerance: float) -> Unnamed:
+def unnamed(parameter: str, values: Floats, starts: Floats, blocks: list[Block]) -> Unnamed:
     """The diagram over all values from the results at some of them."""
     reasons = np.full(len(values), NOT_COMPUTED, object)
     for cut, _, part in blocks:
@@ -178,36 +179,28 @@ def unnamed(parameter: str, values: Floats, starts: Floats, blocks: list[Block],
     if some is None:
         raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
     shape = len(values), len(starts), *some["states"].shape[2:]
-    states, turns, time = np.full(shape, np.nan), np.zeros(shape, np.int32), np.full(shape[:3], np.nan)
-    codes, outcome = np.zeros(shape[:3], np.int64), np.full(shape[:2], Outcome.invalid, np.int8)
-    numbers, scales, unstable = np.ones(shape[:3], np.int32), np.ones((*shape[:2], shape[-1])), np.zeros(shape[:2], bool)
-    tables: Arrays = {"states": states, "turns": turns, "codes": codes, "outcome": outcome, "time": time}
-    tables |= {"numbers": numbers, "scale": scales, "unstable": unstable}
+    tables: dict[str, Any] = {
+        "states": np.full(shape, np.nan),
+        "turns": np.zeros(shape, np.int32),
+        "scale": np.ones((*shape[:2], shape[3])),
+    }
+    tables |= {"codes": np.zeros(shape[:3], np.int64), "outcome": np.full(shape[:2], Outcome.invalid, np.int8)}
+    tables |= {"length": np.zeros(shape[:2], np.int64), "period": np.zeros(shape[:2], np.int64)}
+    tables |= {"label": np.full(shape[:2], "", object), "is_open": np.zeros(shape[:2], bool)}
     for cut, own, part in blocks:
         for name in tables if "states" in part else ():
             tables[name][cut[part["reasons"] == ""], own] = part[name]
     coordinates, walls = names_among(some)
-    held = np.isfinite(states[:, :, -1]).all(axis=-1) & ~diverges(coordinates, states, starts)
-    scale = np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates))
-    length = np.where(unstable, 0, periods(states, codes, coordinates, tolerance * np.maximum(scales, scale), time))
-    period = np.where(np.arange(shape[2]) < length[..., None], numbers, 0).sum(axis=-1)
-    labels = names(coordinates, walls, alphabet_among(some), codes, turns, length, period)
-    labels[unstable] = UNRESOLVED
-    labels[~held & np.isin(outcome, (Outcome.returned, Outcome.escaped)) & (reasons == "")[:, None]] = ESCAPE
-    open_ = held & ~unstable & ((length == 0) | ~are_exact(coordinates, states, length, scale))
+    labels, scales, open_ = (tables.pop(name) for name in ("label", "scale", "is_open"))
+    held = np.isfinite(tables["states"][:, :, -1]).all(axis=-1) & (labels != ESCAPE)
     found = BifurcationDiagram(
         coordinates=coordinates,
         walls=walls,
         parameter=parameter,
         values=values,
-        states=states,
-        turns=turns,
-        codes=codes,
-        outcome=outcome,
         reasons=tuple(reasons.tolist()),
-        period=np.where(held, period, 0),
-        scale=scale,
-        labels=np.where(held | (labels == ESCAPE), labels, "").astype(str),
-        length=np.where(held, length, 0),
+        scale=np.median(scales[held], axis=0) if held.any() else np.ones(len(coordinates)),
+        labels=labels.astype(str),
+        **tables,
     )
-    return Unnamed(found, open_, scale)
+    return Unnamed(found, open_, scales, starts)

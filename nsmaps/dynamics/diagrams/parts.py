@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.names import alphabet_as_arrays
 from nsmaps.dynamics.limits.settled import Settled, settled
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.returnmap import ReturnMap
@@ -29,13 +28,19 @@ class Sweep(Generic[D]):
     order: NDArray[np.int64]  #: indices of the values in the order in which they are taken
     returns: int
     discard: int
+    tolerance: float
     parallel: Parallel
     diagram: Callable[[list[Block]], D]  #: from the results at some of them
+
+    @property
+    def how(self) -> tuple[int, int, float]:
+        """The arguments of `attractors_at` that all parts have."""
+        return self.returns, self.discard, self.tolerance
 
     def independent(self, starts: Floats) -> list[Block]:
         """Every start at every value; parts are values."""
         cuts = self._cuts(len(starts))
-        parts = [(self.map_of, self.values[cut], starts, self.returns, self.discard, None) for cut in cuts]
+        parts = [(self.map_of, self.values[cut], starts, *self.how, None) for cut in cuts]
 
         def blocks(found: Mapping[int, Arrays]) -> list[Block]:
             return [(cuts[k], slice(None), part) for k, part in found.items()]
@@ -48,7 +53,7 @@ class Sweep(Generic[D]):
         done, count, first = 0, len(self.order), starts
         for cut in self._cuts(1):
             pairs = zip(starts[:, None], first[:, None], strict=True)
-            parts = [(self.map_of, self.values[cut], start, self.returns, self.discard, own) for start, own in pairs]
+            parts = [(self.map_of, self.values[cut], start, *self.how, own) for start, own in pairs]
             parallel = self.parallel.share(done / count, (done + len(cut)) / count, f"from-{done:06d}")
             found = parallel.run(attractors_at, parts, partial(self._diagram_until, blocks, cut))
             blocks += _of_starts(cut, dict(enumerate(found)))
@@ -76,26 +81,27 @@ def attractors_at(
     starts: Floats,
     returns: int,
     discard: int,
+    tolerance: float,
     first: Floats | None = None,
 ) -> Arrays:
     """The attractors of starts (S, n) at values, in this order, and the last states: arrays of a diagram.
 
     Args:
-        first: where the last states at one value are the starts at the next, the starts at the first value, shape (S, n), whose
-            magnitudes are units of maps that have no extents; None where all values have the same starts.
+        first: where the last states at one value are the starts at the next, the starts at the first value, shape (S, n), beside
+            which states that escape are vast; None where all values have the same starts.
     """
 
     def run(return_map: ReturnMap, states: Floats) -> Settled:
-        return settled(return_map, states, discard, returns, starts if first is None else first)
+        return settled(return_map, states, discard, returns, starts if first is None else first, tolerance)
 
     found, reasons, last = followed(map_of, values, starts, run, first is not None)
-    runs = [each.orbit for each in found]
     about = {"last": last, "reasons": np.array(reasons, str)}
-    if not runs:
+    if not found:
         return about
-    kept = "turns", "codes", "time", "numbers"
-    tables = {name: np.stack([np.swapaxes(getattr(run, name), 0, 1) for run in runs]) for name in kept}
-    tables["states"] = np.stack([np.swapaxes(run.states[1:], 0, 1) for run in runs])
-    tables |= {name: np.stack([getattr(each, name) for each in found]) for name in ("scale", "unstable")}
-    tables["outcome"] = np.stack([run.outcome[-1] for run in runs])
-    return {**about, **tables, **names_as_arrays(runs[0].coordinates, runs[0].walls), **alphabet_as_arrays(runs[0].alphabet)}
+    paths = [each.path for each in found]
+    tables = {name: np.stack([np.swapaxes(getattr(path, name), 0, 1) for path in paths]) for name in ("turns", "codes")}
+    tables["states"] = paths[0].coordinates.wrap(np.stack([np.swapaxes(path.states[1:], 0, 1) for path in paths]))
+    tables |= {"scale": np.stack([each.scale for each in found]), "outcome": np.stack([path.outcome[-1] for path in paths])}
+    for name in ("length", "period", "label", "is_open"):
+        tables[name] = np.array([[getattr(one, name) for one in each.limits] for each in found])
+    return {**about, **tables, **names_as_arrays(paths[0].coordinates, paths[0].walls)}

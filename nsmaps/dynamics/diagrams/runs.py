@@ -145,7 +145,9 @@ class Runs:
             return "", np.full((1, self.start.size), np.nan)
         name, states = str(found.labels[0, 0]), found.states[0, 0]
         if longer > 1 and kind_of(name) == CHAOS != name:  # of rare events its short sample may have none
-            path = Path.of(Returns.concatenate([*returns_of(self.map_of(value), states[-1:], longer * self.transient)]), 1)
+            path = Path.of(
+                Returns.concatenate([*returns_of(self.map_of(value), states[-1:], longer * self.transient)]), states[-1:]
+            )
             name = Limit(CHAOS, path).label
         return name, states
 

@@ -14,6 +14,11 @@ ROUNDED = 1e-12  #: of the scale: states that repeat as exactly are on their cyc
 BESIDE, ROUNDING = 16, 1e-14  #: states beside another one, and their distance, of the scale: some ten times what rounding moves
 
 
+def comes_to_rest(path: Path) -> bool:
+    """True if the orbit of one path rests on the way."""
+    return bool((path.outcome == Outcome.stuck).any())
+
+
 def until_release(path: Path) -> Path:
     """A path up to its last release from rest; all of it without one."""
     released = np.flatnonzero(path.outcome[:, 0] == Outcome.stuck)

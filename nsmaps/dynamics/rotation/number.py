@@ -8,7 +8,9 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates, StateLike, as_starts
-from nsmaps.dynamics.limits.limit import limits
+from nsmaps.dynamics.limits.cycles import SHORT
+from nsmaps.dynamics.limits.decision import limits
+from nsmaps.dynamics.limits.releases import ROUNDED
 from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.scale import scale_of
@@ -49,13 +51,14 @@ def rotation_number(
     state = as_starts(start, coordinates)[None]
     settled = orbit(return_map, state, transient).final
     name = _named(return_map, coordinates, of)
-    found = (
-        limits(return_map, settled, scale_of(return_map, settled, beside=state), 1e-6)[0] if np.isfinite(settled).all() else None
-    )
+    scale = scale_of(return_map, settled, beside=state)
+    found = limits(return_map, settled, scale, 1e-6, state)[0] if np.isfinite(settled).all() else None
     if found is None or not found.held:
         raise NsmapsError(f"the orbit of {state[0].tolist()} ends or escapes; expected: a start whose orbit stays")
-    if found.length:
-        cycle = found.cycle if found.cycle is not None else periodic_orbit(return_map, found.states, found.length)
+    length = found.path.last(SHORT).repeats(ROUNDED * scale) if found.unstable else found.length
+    if length:
+        seen = found.path.states[-length - 1 : -1, 0]
+        cycle = found.cycle if found.cycle is not None else periodic_orbit(return_map, seen, length)
         fraction = Fraction(steps(cycle.returns.known_turns.astype(np.int64), list(cycle.words), coordinates, name), cycle.period)
         return RotationNumber(float(fraction), float(np.spacing(float(fraction))), name, fraction, cycle)
     path = orbit(return_map, settled[0], n_returns)

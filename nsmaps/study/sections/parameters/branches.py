@@ -230,7 +230,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     """The branch of a cycle in each direction and those of its doublings; a branch without orbits if there is no cycle."""
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
-    from nsmaps.dynamics.motion import periods
+    from nsmaps.dynamics.motion import repetition
 
     value, model = section.value(plan.system.parameters), map_of_branch(section, plan.system)
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
@@ -243,7 +243,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
             break
     first = branches[0].orbits[0]
     twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
-    least = int(periods(*twice, plan.system.coordinates, REPEATS * first.scale))
+    least = repetition(*twice, plan.system.coordinates, REPEATS * first.scale)
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
         return (Branch.empty(orbit, section.parameter, reason),)
