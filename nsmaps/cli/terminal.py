@@ -144,10 +144,13 @@ def summary(result: "StudyResult", folder: Path, whole: bool = True, with_verdic
     given = [f"{name:8}{path}" for name, path in places.items() if path.is_file()]
     more = [] if whole else [f"All tables: nsmaps show {shlex.quote(str(folder))}; all verdicts: with --verdicts."]
     begin = "\n\n".join(filter(None, (result.study.title or result.study.name, headline(result))))
-    above = [*_lines(begin), "", *_aligned(key_numbers(result, KEY_NUMBERS))]
+    above = [*_lines(begin), ""]
     failed = [verdict for verdict in result.verdicts if verdict.required and not verdict.holds]
     reasons = [f"  {each.name}: {each.text.partition(': ')[2]}" for each in failed]
     below = _lines("\n".join([f"{conclusion(result)}", *reasons, *more, "", *given]))
+    room = LINES - len(above) - len(below)
+    rows = [_aligned(key_numbers(result, count)) for count in range(KEY_NUMBERS, 0, -1)]
+    above += next((lines for lines in rows if whole or len(lines) <= room), [])
     printed, room = list[str](), LINES - len(above) - len(below)
     for table in tables(result):
         lines = table_lines(table)

@@ -1,6 +1,8 @@
 """HTML as a tree, so that every text is escaped and every element closed; plain data as tables."""
 
-from collections.abc import Mapping, Sequence
+import re
+import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -8,7 +10,13 @@ EXACT = 1e15  #: below which a float that is whole is written so
 ONE = 5e-4  #: distance from 1 below which a number is written as that distance
 LONGEST = 300  #: letters of a text that are shown
 LONG = 40  #: letters from which the text of a cell is broken into lines
-SEVERAL = 4  #: rows of a list that are shown; of a longer one, such as the boxes of all updates, its length and its last
+SEVERAL = 4  #: entries of a list that are shown; of a longer one, such as the boxes of all updates, its length and its range
+GREEK = {  #: letters by the names of quantities, such as phi and Gamma
+    (name if letter.islower() else name.capitalize()): letter
+    for letter in "αβγδεζηθικλμνξοπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩ"
+    for name in [unicodedata.name(letter).split()[-1].lower().replace("lamda", "lambda")]
+}
+VERBATIM = ("pre", "style", "title")  #: elements whose text stays as it is
 
 
 def tag(name: str, /, *children: "Element | str", **attributes: str) -> Element:
@@ -37,13 +45,30 @@ def table(head: Sequence[str], rows: Sequence[Sequence["Element | str"]], **attr
     return tag("div", tag("table", top, tag("tbody", *body), **attributes), class_="scroll", tabindex="0")
 
 
+def typeset(element: Element, names: Iterable[str]) -> None:
+    """Write Greek letters for the names of quantities that are called so, and the signs of products and errors, in place."""
+    letters = {name: GREEK[name] for name in {*names, "pi"} if name in GREEK}
+    word = re.compile(rf"\b({'|'.join(letters)})\b")
+
+    def set_text(text: str | None) -> str | None:
+        if text is None:
+            return None
+        return re.sub(r"(?<=[\d\]]) x (?=\w)", " × ", word.sub(lambda found: letters[found[1]], text)).replace("+-", "±")
+
+    for child in element:
+        if child.tag not in VERBATIM:
+            child.text = set_text(child.text)
+            typeset(child, names)
+        child.tail = set_text(child.tail)
+
+
 def folded(title: str, *children: "Element | str", **attributes: str) -> Element:
     """What a reader opens who wants it; paper shows it open."""
     return tag("details", tag("summary", title), *children, **attributes)
 
 
 def formatted(value: Any) -> str:
-    """A plain value as a reader likes it: four digits, lists in brackets, long ones by their last entry."""
+    """A plain value as a reader likes it: four digits, a short list with commas, a long one by its length and range."""
     if value is None or (isinstance(value, list) and not value):  # a NumPy number is compared with [] as an array
         return "–"
     if isinstance(value, bool):
@@ -53,9 +78,11 @@ def formatted(value: Any) -> str:
         near = not whole and abs(value - 1) < ONE  # as an R2, of which four digits would say that it is 1
         return f"{value:.0f}" if whole else f"1 {'+' if value > 1 else '-'} {abs(value - 1):.2g}" if near else f"{value:.4g}"
     if isinstance(value, list | tuple):
+        known = [item for item in value if isinstance(item, int | float)]
         if len(value) > SEVERAL:
-            return f"{len(value)} rows, the last {formatted(value[-1])}"
-        return f"[{', '.join(formatted(item) for item in value)}]"
+            between = f"{formatted(min(known))} to {formatted(max(known))}" if known else f"the last {formatted(value[-1])}"
+            return f"{len(value)} values, {between}"
+        return ", ".join(f"({formatted(item)})" if isinstance(item, list | tuple) else formatted(item) for item in value)
     text = str(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]} ... ({len(text)} letters, whole in result.json)"
 
@@ -65,6 +92,9 @@ def tables(data: Any, level: int = 3, name: str = "") -> list[Element]:
     heading = [tag(f"h{min(level, 6)}", name.replace("_", " "))] if name else []
     if isinstance(data, Mapping) and not data:
         return [*heading, tag("p", "none")]
+    single = {key: _rows(value) for key, value in data.items()} if isinstance(data, Mapping) else {}
+    if len(single) > 1 and all(len(rows) == 1 for rows in single.values()):  # a table each would be long
+        data = {key: rows[0][1] for key, rows in single.items()}
     if rows := _rows(data):
         texts = [key for key in rows[0][1] if any(_sentences(row[key]) for _, row in rows)]
         columns = [key for key in rows[0][1] if key not in texts]

@@ -1,5 +1,6 @@
-"""The page of a run: its key figure and verdicts first, then figures, numbers, what was asked, timings, versions, how to cite."""
+"""The page of a run: headline, key figure, main numbers, other figures, what fails; folded below: all else."""
 
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from xml.etree.ElementTree import Element, tostring
@@ -7,9 +8,9 @@ from xml.etree.ElementTree import Element, tostring
 from nsmaps.files.storage import replace_file
 from nsmaps.report.cite import citation, run_citation
 from nsmaps.report.glossary import legend
-from nsmaps.report.html import folded, table, tables, tag
+from nsmaps.report.html import folded, table, tables, tag, typeset
 from nsmaps.report.pictures import figures_on_page, spoken
-from nsmaps.study.conclusions.headline import headline
+from nsmaps.study.conclusions.headline import headline, key_numbers
 from nsmaps.study.conclusions.phrases import parameters
 from nsmaps.study.conclusions.summary import numbers
 from nsmaps.study.conclusions.verdict import conclusion
@@ -19,6 +20,7 @@ from nsmaps.study.sections.parameters.motions import digits
 
 FILE = "report.html"
 EXPLORE = "explore.html"  #: a page beside the report, named in it where it is there
+KEY_NUMBERS = 8  #: at most
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"  #: a browser that obeys it sends no requests
 
 
@@ -36,19 +38,20 @@ def _page(result: StudyResult, folder: Path) -> Element:
     title = result.study.title or result.study.name
     key, figures = figures_on_page(result, folder)
     versions = table(["what", "version"], [[name, version] for name, version in result.versions.items()])
-    sections = {
-        "Verdicts": _verdicts(result),
-        "Figures": figures,
+    folds = {
+        f"Verdicts ({len(result.verdicts)})": _verdicts(result),
         "Numbers": _numbers(result),
-        "What was asked": _asked(result, folder),
+        "What was asked": _asked(folder),
         "Timings": _timings(result),
-        "Versions": [folded("Versions of the software", versions)],
+        "Versions": [versions],
         "How to cite": _cite(result, folder),
     }
-    links = [tag("li", tag("a", name, href=f"#{_anchor(name)}")) for name in sections]
+    sections = {"More figures": figures, "What fails": _failures(result)}
+    body = [tag("section", tag("h2", name), *parts, id=_anchor(name)) for name, parts in sections.items() if parts]
+    body += [folded(name, *parts, id=_anchor(name)) for name, parts in folds.items()]
+    links = [tag("li", tag("a", name, href=f"#{_anchor(name)}")) for name in (*sections, *folds) if sections.get(name, True)]
     if (folder / EXPLORE).is_file():
         links.insert(0, tag("li", tag("a", "Explore", href=EXPLORE)))
-    body = [tag("section", tag("h2", name), *parts, id=_anchor(name)) for name, parts in sections.items()]
     head = tag(
         "head",
         tag("meta", charset="utf-8"),
@@ -57,14 +60,16 @@ def _page(result: StudyResult, folder: Path) -> Element:
         tag("title", f"{title} (nsmaps)"),
         tag("style", files("nsmaps.report").joinpath("style.css").read_text(encoding="utf-8")),
     )
-    above = tag("h1", title), _about(result), *_headline(result), _summary(result)
-    header = tag("header", *above, *key, tag("nav", tag("ul", *links), aria_label="Sections"))
+    header = tag("header", tag("h1", title), _about(result), *_headline(result), *_summary(result))
+    nav = tag("nav", tag("ul", *links), aria_label="Sections")
     end = tag("footer", tag("p", f"Made by nsmaps {result.versions.get('nsmaps', '')} from the folder of the run alone."))
-    return tag("html", head, tag("body", header, tag("main", *body), end), lang="en")
+    page = tag("body", header, nav, tag("main", *key, *_key_numbers(result), *body), end)
+    typeset(page, [*result.system.coordinates, *result.system.parameters])
+    return tag("html", head, page, lang="en")
 
 
 def _anchor(name: str) -> str:
-    return name.lower().replace(" ", "-")
+    return name.partition(" (")[0].lower().replace(" ", "-")
 
 
 def _about(result: StudyResult) -> Element:
@@ -74,28 +79,49 @@ def _about(result: StudyResult) -> Element:
 
 
 def _headline(result: StudyResult) -> list[Element]:
-    """The sentence on the results of the run, where there is one."""
+    """The sentences on the results of the run."""
     text = headline(result)
     return [tag("p", text, class_="headline")] if text else []
 
 
-def _summary(result: StudyResult) -> Element:
-    """One sentence on the verdicts, before anything else."""
-    kind = "yes" if result.holds and result.finished else "no"
-    return tag("p", conclusion(result), class_=f"status {kind}", role="status")
+def _key_numbers(result: StudyResult) -> list[Element]:
+    """The main numbers with their meanings."""
+    rows = [part for value, meaning in key_numbers(result, KEY_NUMBERS) for part in (tag("dt", value), tag("dd", meaning))]
+    return [tag("dl", *rows, class_="key")] if rows else []
+
+
+def _summary(result: StudyResult) -> list[Element]:
+    """What the verdicts come to: green and red of those required, amber where others fail, else without a colour."""
+    text = conclusion(result)
+    required = any(verdict.required for verdict in result.verdicts)
+    kind = "no" if not (result.holds and result.finished) else "warn" if _failed(result) else "yes" if required else ""
+    return [tag("p", text, class_=f"status {kind}".rstrip(), role="status")] if text else []
+
+
+def _failed(result: StudyResult) -> list[Verdict]:
+    """The verdicts that fail and are not expected to."""
+    return [verdict for verdict in result.verdicts if not verdict.holds and not verdict.shows]
+
+
+def _failures(result: StudyResult) -> list[Element]:
+    failed = _failed(result)
+    return [_verdict_table(failed)] if failed else []
+
+
+def _verdict_table(verdicts: Sequence[Verdict]) -> Element:
+    rows = table(["claim", "of", "holds", "required", "because"], [_verdict(verdict) for verdict in verdicts], class_="verdicts")
+    for cell in rows.iter("td"):
+        if not (cell.text or len(cell)):
+            cell.set("class", "empty")
+    return rows
 
 
 def _verdicts(result: StudyResult) -> list[Element]:
     if not result.verdicts:
         return [tag("p", "This study makes no claim.")]
-    head = ["claim", "of", "holds", "required", "because"]
-    verdicts = table(head, [_verdict(verdict) for verdict in result.verdicts], class_="verdicts")
-    for cell in verdicts.iter("td"):
-        if not (cell.text or len(cell)):
-            cell.set("class", "empty")
     note = f"A claim is of one map: the {result.system.map_name}, or one put in its place. Required ones decide the exit code."
     terms = [part for term, text in legend(result) for part in (tag("dt", term), tag("dd", text))]
-    return [tag("p", note, class_="soft"), verdicts, folded("Terms", tag("dl", *terms))]
+    return [tag("p", note, class_="soft"), _verdict_table(result.verdicts), folded("Terms", tag("dl", *terms))]
 
 
 def _verdict(verdict: Verdict) -> list[Element | str]:
@@ -104,10 +130,10 @@ def _verdict(verdict: Verdict) -> list[Element | str]:
     return [verdict.name, verdict.of, holds, "yes" if verdict.required else "", verdict.text.partition(": ")[2]]
 
 
-def _asked(result: StudyResult, folder: Path) -> list[Element]:
+def _asked(folder: Path) -> list[Element]:
     note = "The study as it was run, with every number worked out. It is study.yaml in the run's folder, and can be run again."
     study = tag("pre", tag("code", (folder / "study.yaml").read_text(encoding="utf-8")))
-    return [tag("p", note, class_="soft"), folded("study.yaml", study)]
+    return [tag("p", note, class_="soft"), study]
 
 
 def _numbers(result: StudyResult) -> list[Element]:
@@ -134,11 +160,14 @@ def _timings(result: StudyResult) -> list[Element]:
     )
     return [
         tag("p", note, class_="soft"),
-        folded(f"{total:.1f} s by step", table(["step", "seconds", "share"], [*rows, ["all", f"{total:.2f}", ""]])),
+        table(["step", "seconds", "share"], [*rows, ["all", f"{total:.2f}", ""]]),
     ]
 
 
 def _cite(result: StudyResult, folder: Path) -> list[Element]:
     run = run_citation(result.study.name, result.study.title, result.versions, folder)
     text = f"{citation(result.versions.get('nsmaps', ''))}\n{run}"
-    return [tag("p", "The software, the paper whose method it implements, and this run."), tag("pre", tag("code", text))]
+    return [
+        tag("p", "The software, the paper whose method it implements, and this run."),
+        tag("pre", tag("code", text), class_="wrapped"),
+    ]

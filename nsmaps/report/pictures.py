@@ -107,4 +107,4 @@ def _figure(result: StudyResult, picture: Picture) -> Element:
 
 
 def _lines(lines: list[str]) -> list[Element]:
-    return [tag("ul", *(tag("li", line) for line in lines), class_="soft")] if lines else []
+    return [tag("p", line, class_="soft") for line in lines]

@@ -33,7 +33,7 @@ def boxes(text: str) -> np.ndarray:
 def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
     """Orbits of 500 starts of the box that is told stay in it, and are in the other one at last."""
     said = told(PAIR + ORBITS + BOX)
-    point = "Exact map: one stable fixed point (1:1/T), on which both orbits followed end; every orbit from v in "
+    point = "Exact map: one stable fixed point (1:1/T), on which both orbits followed end. Every orbit from v in "
     assert said.startswith(point)
     name = "1:1/T: one return to the section and one other impact in one period of the forcing."
     assert said.endswith(f" and stays there (enclosed), which contains the attractors of the orbits. {name}")
@@ -51,7 +51,7 @@ def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
     said = told(PAIR.replace("0.35", "0.30") + one)
     name = "1:1/2T: one return to the section and one other impact in two periods of the forcing."
     assert said == f"Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends. {name}"
-    doubt = "; sampled on a grid of states: every orbit from "
+    doubt = ". Sampled on a grid of states: every orbit from "
     sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
     assert doubt in sampled
     assert "enclosed" not in sampled

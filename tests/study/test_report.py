@@ -29,6 +29,11 @@ BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil
 HOSTILE = """<script>alert("1")</script> & 'co'"""
 
 
+def printed(text: str) -> str:
+    """A text as it is set on the page."""
+    return text.replace("phi", "φ").replace("] x ", "] × ")
+
+
 class Page(HTMLParser):
     """What a page holds; tags that do not close in order are an error."""
 
@@ -76,7 +81,7 @@ def test_a_run_leaves_one_closed_page_that_asks_nobody(good: str, ran: Ran) -> N
     links = {attributes["href"].removeprefix("#") for attributes in page.of("a")}
     ids = [attributes["id"] for _, attributes in page.tags if "id" in attributes]
     assert links == set(ids)
-    assert len(ids) == len(set(ids)) == 7
+    assert len(ids) == len(set(ids)) == 8
     addresses = [attributes[key] for _, attributes in page.tags for key in ADDRESSES if key in attributes]
     assert all(address.startswith(("#", "data:image/png;base64,")) for address in addresses)
     assert page.of("link") == page.of("script") == page.of("iframe") == []
@@ -97,15 +102,22 @@ def test_every_figure_is_within_with_a_text_in_its_place(good: str, ran: Ran) ->
     assert all(len(image["alt"]) > 20 and int(image["width"]) > 100 for image in images)
 
 
-def test_verdicts_come_first_and_all_of_them(good: str, ran: Ran) -> None:
+def test_a_page_has_what_fails_open_and_all_verdicts_folded(good: str, ran: Ran) -> None:
     folder = ran(good)
     page, result = page_of(folder), nsmaps.read_result(folder)
     assert len(result.verdicts) == 7
+    failing = [verdict for verdict in result.verdicts if not verdict.holds]
+    assert failing
     for verdict in result.verdicts:
-        assert verdict.name in page.text
-        assert verdict.text.partition(": ")[2] in page.text
-    headings = re.findall(r"<h2>(.*?)</h2>", (folder / "report.html").read_text())
-    assert headings == ["Verdicts", "Figures", "Numbers", "What was asked", "Timings", "Versions", "How to cite"]
+        assert page.text.count(printed(verdict.name)) >= 1 + (verdict in failing)
+        assert printed(verdict.text.partition(": ")[2]) in page.text
+    text = (folder / "report.html").read_text()
+    assert re.findall(r"<h2>(.*?)</h2>", text) == ["More figures", "What fails"]
+    folds = re.findall(r"<details id=[^>]*><summary>(.*?)</summary>", text)
+    assert folds == ["Verdicts (7)", "Numbers", "What was asked", "Timings", "Versions", "How to cite"]
+    assert 'class="status warn"' in text, "none required fails"
+    numbers = dict(re.findall(r"<dt>([^<]*)</dt><dd>([^<]*)</dd>", text.partition('<dl class="key">')[2].partition("</dl>")[0]))
+    assert numbers["100 %"] == "of the grid lies in a piece of the composite map"
     held = sum(verdict.holds for verdict in result.verdicts[1:])
     assert f"The one required verdict holds. Of 6 that are not required, {held} hold." in page.text
     assert (folder / "study.yaml").read_text() in page.text
@@ -202,7 +214,9 @@ def test_plain_data_become_tables() -> None:
     text = [tostring(part, encoding="unicode", method="html") for part in made]
     page = Page("".join(text))
     assert [page.text.count(part) for part in ("states4", "none–", "R10.1235", "R21", "1yes")] == [1, 1, 1, 1, 1]
-    assert formatted([[0.0, 1.0]] * 12) == "12 rows, the last [0, 1]"
+    assert formatted([[0.0, 1.0]] * 12) == "12 values, the last 0, 1"
+    assert (formatted([1.0, 0.25]), formatted([[1, 2], [3, 4]])) == ("1, 0.25", "(1, 2), (3, 4)")
+    assert formatted([0.5, 3, 1, 2, 0.75]) == "5 values, 0.5 to 3"
     assert formatted(np.float64(0.5)) == "0.5", "as the numbers of a run are before they are read back"
     assert tostring(tag("a", "x<", tag("b"), " & y", href='"')) == b'<a href="&quot;">x&lt;<b /> &amp; y</a>'
 
@@ -331,7 +345,7 @@ figures: [orbits, envelopes]
 
 def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn(ran: Ran) -> None:
     folder = ran(NOWHERE)
-    reason = f"no auxiliary map has a value (domain 'beyond': {nsmaps.read_result(folder).domain.reason})"
+    reason = f"no auxiliary map has a value (domain 'beyond': {printed(nsmaps.read_result(folder).domain.reason)})"
     assert f"envelopes could not be drawn: the figure 'envelopes' has nothing to show: {reason}" in page_of(folder).text
     assert len(page_of(folder).of("img")) == 1
     answer = CliRunner().invoke(app, ["figures", "out", "--only", "envelopes"])

@@ -82,7 +82,7 @@ def _numbers(result: StudyResult, end: "LimitSet") -> Iterator[tuple[str, str]]:
     yield point(result.system.coordinates, end.states[0]).strip("()"), f"a state of {what}" if end.period > 1 else what
     if len(end.multipliers):
         factor = abs(complex(end.multipliers[0]))
-        yield f"{factor:.4g}", f"factor by which small deviations from it change in {count_of(end.period, 'return')}"
+        yield f"{factor:.4g}", f"factor by which deviations change in {count_of(end.period, 'return')}"
 
 
 def domains_findings(result: StudyResult) -> Iterator[Finding]:

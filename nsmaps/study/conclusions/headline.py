@@ -35,9 +35,14 @@ def headline(result: StudyResult) -> str:
     texts: dict[str, list[str]] = {}
     for finding in findings(result)[:MOST]:
         texts.setdefault(as_computed(result, finding.of), []).append(as_computed(result, finding.text))
-    text = " ".join(f"{of[0].upper()}{of[1:]}: {'; '.join(parts)}." for of, parts in texts.items())
+    text = " ".join(f"{_sentence(of)}: {'. '.join([parts[0], *map(_sentence, parts[1:])])}." for of, parts in texts.items())
     name = NAME.search(text)
     return f"{text} {meaning(*name.groups())}" if name else text
+
+
+def _sentence(text: str) -> str:
+    """A text with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
 
 
 def meaning(returns: str, others: str, periods: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.dynamics.continuation.events import HALVING
 from nsmaps.dynamics.diagrams.borders import LABEL, RANGE
 from nsmaps.dynamics.motion import CHAOS, kind_of, kinds_explained
 from nsmaps.study.conclusions.texts import percent, values_text
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 NONE = "no attractor"  #: for an interval without a motion: there is no map, or the orbits end
 MOTIONS = 6  #: of a diagram that a sentence lists
-WIDEST = 3  #: windows whose intervals it states
+WIDEST = 2  #: windows whose intervals it states
 UNNAMED = (RANGE, LABEL, "not located")  #: kinds of borders other than bifurcations
 PAIRS = 5  #: of coexisting motions that a sentence names
 Row = dict[str, Any]
@@ -82,25 +83,30 @@ def diagram_finding(diagram: "BifurcationDiagram", of: str) -> Finding:
     name, labels = diagram.parameter, diagram.labels[:, 0].tolist()
     named = [window for window in diagram.windows if window.label and not kind_of(window.label)]
     widest = sorted(named, key=lambda window: window.seen[0] - window.seen[1])[:WIDEST]
-    texts = [f"{window.label} {_held(window, name)}" for window in sorted(widest, key=lambda window: window.seen)]
-    events: dict[str, list[float]] = {}
-    for border in (border for window in diagram.windows for border in (window.low, window.high)):
-        if not isnan(border.value) and border.kind not in UNNAMED:
-            events.setdefault(border.kind, []).append(border.value)
+    texts = [f"{window.label} {_held(window, name)}" for window in widest]
+    events = _bifurcations(diagram, float(np.mean(widest[0].seen)) if widest else 0.0)
     texts += [f"{kind} at {name} = {values_text(values)}" for kind, values in events.items()]
     chaos = [value for value, label in zip(diagram.values.tolist(), labels, strict=True) if kind_of(label) == CHAOS]
     if chaos:
         where = f"from {min(chaos):.6g} to {max(chaos):.6g}" if len(chaos) > 1 else f"at {name} = {chaos[0]:.6g}"
         texts.append(f"chaos {where}, {len(chaos)} of {len(labels)} values")
-    numbers = [(f"{name} = {value:.6g}", kind) for kind, values in events.items() for value in dict.fromkeys(values)]
-    numbers += [
-        (percent(labels.count(window.label) / len(labels)), f"of the values of {name} have {window.label}") for window in widest
-    ]
-    numbers += [(percent(len(chaos) / len(labels)), f"of the values of {name} have chaos")] if chaos else []
+    numbers = [(f"{name} = {value:.6g}", kind) for kind, values in events.items() for value in values]
+    shares = [(window.label, labels.count(window.label)) for window in widest] + [("chaos", len(chaos))] * bool(chaos)
+    numbers += [(percent(count / len(labels)), f"of the values of {name} have {label}") for label, count in shares]
     if not texts:
         texts = [f"{motions_of(diagram)} for {name} from {diagram.values.min():g} to {diagram.values.max():g}"]
         numbers = [(str(len(set(labels))), f"motions at {len(labels)} values of {name}")]
     return Finding(of, "; ".join(texts), tuple(numbers))
+
+
+def _bifurcations(diagram: "BifurcationDiagram", of: float) -> dict[str, list[float]]:
+    """The values of the bifurcations between windows by kind, those near one value first; a halving is named as the doubling."""
+    borders = {end.value: end.kind for window in diagram.windows for end in (window.low, window.high) if end.kind != HALVING}
+    events: dict[str, list[float]] = {}
+    for value, kind in sorted(borders.items(), key=lambda pair: abs(pair[0] - of)):
+        if kind not in UNNAMED and not isnan(value):
+            events.setdefault(kind, []).append(value)
+    return events
 
 
 def _held(window: "Window", name: str) -> str:
