@@ -17,7 +17,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Parallel, names_among
-from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, frequent, range_text
+from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, range_text
 
 NAMED = 6  #: motions in the text of a diagram
 FAR = 1e-3  #: share of the scale: distance of the last state from a cycle, beyond which an orbit is far from it
@@ -82,20 +82,14 @@ class BifurcationDiagram(WithCoordinates, Result):
     units: Mapping[str, str] = field(default_factory=dict)  #: of coordinates and parameters, by name
     direction: str = ""  #: in which orbits were followed, "up", "down" or "both"; "" where each value has the same starts
 
-    def __str__(self) -> str:
-        """The range, the number of orbits, and the motions of the first one, in the order of the values."""
+    def summary(self) -> str:
+        """The range, and the motions of the first orbit in the order of the values."""
         order = np.argsort(self.values, kind="stable")
         names = list(dict.fromkeys(name for name in self.labels[order, 0].tolist() if name))
         motions = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
-        ends = f"{self.parameter} from {self.values.min():.6g} to {self.values.max():.6g}, {len(self.values)} values"
-        return f"Bifurcation diagram, {ends}, {self.states.shape[1]} orbits: {motions or 'no attractor'}"
-
-    def summary(self) -> str:
-        """The numbers that matter."""
-        starts = f"{self.labels.shape[1]} start{'s' * (self.labels.shape[1] != 1)}"
-        return (
-            f"{range_text(self.parameter, self.values)}, {starts}, {self.states.shape[2]} returns each: {frequent(self.labels)}"
-        )
+        _, starts, returns, _ = self.states.shape
+        over = f"{range_text(self.parameter, self.values)}, {starts} start{'s' * (starts != 1)}"
+        return f"{over}, {returns} returns each: {motions or 'no attractor'}"
 
     @property
     def settled(self) -> Floats:

@@ -44,10 +44,10 @@ class Graze(WithCoordinates, Result):
     tracks: tuple[Track | ModeTrack, ...] = ()  #: motions at the first, the smallest and the last distance; none of plain maps
     units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates, by name
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
         """The words on both sides, the state, and the coefficients."""
         roots = ", ".join(f"{a:.6g} +- {e:.1g}" for a, e in zip(self.coefficient, self.error, strict=True))
-        return f"Graze between {' and '.join(self.words)} at {self.state.tolist()}, coefficients of the square root {roots}"
+        return f"between {' and '.join(self.words)} at {self.state.tolist()}, coefficients of the square root {roots}"
 
 
 def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, samples: int = 400) -> Graze:
