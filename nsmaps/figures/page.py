@@ -1,6 +1,6 @@
 """A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,7 +78,7 @@ class Sheet:
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
         _as_it_stands(figure)
         if self.legend:
-            _one_legend(figure)
+            _one_legend(figure, Bbox([[1 - 1 / columns, 0], [1, 1 / rows]]) if len(self.panels) < rows * columns else None)
         return figure
 
     def _letter(self, number: int) -> str:
@@ -101,8 +101,11 @@ class Sheet:
         return paths
 
 
-def _one_legend(figure: Figure) -> None:
-    """The legends of all panels as one below them, in as many columns as there is room for; the figure grows by its height."""
+def _one_legend(figure: Figure, free: Bbox | None) -> None:
+    """The legends of all panels as one: in what is left free of the figure, if it fits, else below all panels.
+
+    It has as many columns as there is room for; below the panels the figure grows by its height.
+    """
     entries: dict[str, Any] = {}
     for ax in figure.axes:
         own = ax.get_legend()
@@ -117,18 +120,29 @@ def _one_legend(figure: Figure) -> None:
             own.remove()
     if not entries:
         return
-    renderer, (width, height) = cast(Any, figure.canvas).get_renderer(), figure.get_size_inches()
-    names = list(entries)
+    if free is not None:
+        inside = _widest(figure, entries, free.width, loc="center", bbox_to_anchor=free)
+        if inside.height <= free.height * figure.bbox.height:
+            return
+        figure.legends.pop()
+    width, height = figure.get_size_inches()
+    below = _widest(figure, entries, 1.0, loc="outside lower center")
+    figure.set_size_inches(width, height + below.height / figure.dpi)
+    _renderer(figure)  # another one, of the new size
+
+
+def _widest(figure: Figure, entries: Mapping[str, Any], share: float, **place: Any) -> Bbox:
+    """A legend in as many columns as fit into a share of the width of the figure; its box in pixels."""
+    renderer, names = cast(Any, figure.canvas).get_renderer(), list(entries)
     for columns in range(len(entries), 0, -1):
         ordered = [name for column in range(columns) for name in names[column::columns]]  # to be read row by row
         handles = [entries[name] for name in ordered]
-        below = figure.legend(handles, ordered, loc="outside lower center", ncols=columns, frameon=False, columnspacing=1.4)
-        box = below.get_window_extent(renderer)
-        if box.width <= figure.bbox.width or columns == 1:
-            figure.set_size_inches(width, height + box.height / figure.dpi)
-            _renderer(figure)  # another one, of the new size
-            return
-        below.remove()
+        legend = figure.legend(handles, ordered, ncols=columns, frameon=False, columnspacing=1.4, **place)
+        box: Bbox = legend.get_window_extent(renderer)
+        if box.width <= share * figure.bbox.width or columns == 1:
+            break
+        legend.remove()
+    return box
 
 
 def _renderer(figure: Figure) -> Any:

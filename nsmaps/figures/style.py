@@ -1,9 +1,9 @@
 """The style of figures: colours that colour-blind readers distinguish, one typeface, uniform labels.
 
-Lines have the colours of Okabe and Ito. Fills of pieces are at least 25 apart in CIELAB, and those of families, at any tint up to
-0.4, at least 26, both with normal sight and in simulated deuteranopia and protanopia; lines of `LOOKS` are 17 apart
-and differ in dashes and marker too. Colours follow the paper: words BB black and BTB magenta, exact orbits orange and composite
-orbits green, upper maps blue.
+Lines have the colours of Okabe and Ito. Distances are in CIELAB, the least with normal sight and in simulated deuteranopia and
+protanopia: fills of pieces are at least 25 apart, those of families, at any tint up to 0.4, at least 26, areas of `MOTIONS`, other
+periods, chaos and white 31, `INKS` 25; lines of `LOOKS` are 17 apart and differ in dashes and marker too. Colours follow the paper:
+words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
 """
 
 import re
@@ -37,6 +37,15 @@ INKS = (BLACK, "#8A0B67", "#0574B4", "#B86000", "#00531F")  #: of dots and thin 
 INK = "#7B796D"
 FAMILIES = (BLACK, MAGENTA, YELLOW, "#1A14F0", "#3B6303", "#C56FFF", "#F1DAA4", "#030B72")
 PIECES = ("#858585", "#C0D284", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
+MOTIONS = (
+    "#46B2FC",
+    "#CB9218",
+    "#369653",
+    "#FFF647",
+    "#D58FB0",
+    "#005AB8",
+)  #: areas of periods or motions over parameters
+OTHERS, QUASI, OPEN = "#545254", "#712F79", "#E6D2B0"  #: beside these: further motions, quasi-periodic and unresolved ones
 FILL = 0.4  #: of white in the colour of an area
 MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
 REST = "#E4E4E4"  #: of all others
@@ -225,16 +234,16 @@ def noted(text: str) -> bool:
     return True
 
 
-def with_unit(text: str, name: str = "") -> str:
+def with_unit(text: str, name: str = "", unit: str = "") -> str:
     """The text of an axis with the unit of what it shows: `rad` of an angle, else what the system says; none if it is silent.
 
-    `name` is that of a coordinate or parameter, or `time`, `displacement`, `velocity`.
+    `name` is that of a coordinate or parameter, or `time`, `displacement`, `velocity`; other quantities have a `unit`.
 
     >>> from nsmaps.coordinates import Angle
     >>> with_unit("phase", Angle("phi"))
     'phase (rad)'
     """
-    unit = "rad" if is_angle(name) else _UNITS.get().get(name, "") if name else ""
+    unit = unit or ("rad" if is_angle(name) else _UNITS.get().get(name, "") if name else "")
     return text if not unit or noted(f"{text} in {unit}") else f"{text} ({unit})"
 
 

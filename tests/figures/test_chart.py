@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
 
 import nsmaps
@@ -12,7 +14,7 @@ from nsmaps.dynamics.charts.chart import ParameterPlane
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.parameters.chart import COLOURS, PERIODS, chart, exponents, mean
+from nsmaps.figures.parameters.chart import COLOURS, MINUS_INFINITY, UNKNOWN, chart, exponents, mean, sheets
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import CATALOGUE
 
@@ -52,13 +54,13 @@ def colours(ax):
 
 def test_periods_have_their_colours_in_every_chart(ax):
     chart(made(), ax)
-    one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 9, 10, 13))
+    one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 6, 7, 10))
     assert colours(ax) == [one, two, black, grey, one, white]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["1", "2", "above 9", "chaos", "several attractors", "refused parameters: 1 pixels"]
+    assert texts == ["1", "2", "above 6", "chaos", "several attractors", "refused parameters: 1 pixels"]
     patches = {patch.get_label(): to_hex(patch.get_facecolor()) for patch in ax.get_legend().get_patches()[:4]}
-    assert patches == {"1": one, "2": two, "above 9": grey, "chaos": black}
-    assert len(set(COLOURS)) == len(PERIODS) + 6
+    assert patches == {"1": one, "2": two, "above 6": grey, "chaos": black}
+    assert len(set(COLOURS)) == 12
 
 
 def test_what_coexists_and_what_is_refused_are_hatched(ax):
@@ -93,30 +95,98 @@ def test_exponents_are_centred_at_zero(ax):
     mesh = ax.collections[0]
     assert mesh.norm(0.0) == 0.5
     assert np.allclose(mesh.get_array().reshape(2, 3), made().exponent[..., 0])
+    (bar,) = [each for each in ax.figure.axes if each is not ax]
+    assert [tick.get_text() for tick in bar.get_yticklabels()] == ["−0.2", "−0.1", "0", "0.2", "0.4"]
+
+
+def test_the_colours_of_exponents_leave_out_what_lies_beyond_and_a_side_without_exponents(ax):
+    values = np.linspace(-1.0, -0.01, 200).reshape(10, 20)
+    values[0, 0], values[5, 5] = -50.0, 0.3
+    exponents(wide(values), ax)
+    (bar,) = [each for each in ax.figure.axes if each is not ax]
+    ends = [float(tick.get_text().replace("−", "-")) for tick in bar.get_yticklabels()]
+    assert ends == pytest.approx([-0.98, -0.49, 0.0], abs=0.02), "no side for one of 200 pixels"
+    mesh = ax.collections[0]
+    red, blue = mesh.to_rgba(0.3), mesh.to_rgba(-50.0)
+    assert (red[0] > red[2], blue[0] < blue[2]) == (True, True)
+    assert np.allclose(mesh.to_rgba(0.0)[:3], 0.97, atol=0.01), "white at zero"
 
 
 def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
     values = np.array([[-np.inf, 0.0, 0.4], [np.nan, -0.2, -0.2]])[..., None].repeat(2, axis=2)
     exponents(replace(made(), exponent=values), ax)
-    shown = [np.ma.filled(mesh.get_array().astype(float), np.nan).reshape(2, 3) for mesh in ax.collections]
+    meshes = [each for each in ax.collections if isinstance(each, QuadMesh)]
+    shown = [np.ma.filled(mesh.get_array().astype(float), np.nan).reshape(2, 3) for mesh in meshes]
     assert np.array_equal(shown[0], np.where(np.isfinite(values[..., 0]), values[..., 0], np.nan), equal_nan=True)
     assert np.isfinite(shown[1]).tolist() == [[True, False, False], [False, False, False]]
     assert np.isfinite(shown[2]).tolist() == [[False, False, False], [True, False, False]]
     assert [each.get_text() for each in ax.get_legend().get_texts()] == ["exponent minus infinity", "not computed"]
-    drawn = [to_hex(mesh.to_rgba(1.0)) for mesh in ax.collections[1:]]
+    drawn = [to_hex(mesh.to_rgba(1.0)) for mesh in meshes[1:]]
+    assert drawn[0] == to_hex(MINUS_INFINITY)
     assert len({*drawn, to_hex(ax.collections[0].to_rgba(0.0))}) == 3
+    (dots,) = [each for each in ax.collections if not isinstance(each, QuadMesh)]
+    assert dots.hatches == [UNKNOWN]
+    assert dots.get_paths()[0].contains_point((0.1, 0.6))
+    assert not dots.get_paths()[0].contains_point((0.2, 0.6))
 
 
 def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
     computed = np.array([[True] * 3, [True, True, False]])
     chart(replace(made(refused=np.zeros((2, 3), bool)), computed=computed), ax)
-    assert colours(ax)[-1] == to_hex(COLOURS[14])
+    assert colours(ax)[-1] == to_hex(COLOURS[11])
+    assert [each.hatches for each in ax.collections if not isinstance(each, QuadMesh)] == [[UNKNOWN], ["////"]]
     assert "not computed" in [each.get_text() for each in ax.get_legend().get_texts()]
     assert ax.get_title() == "period in returns (83 % computed)"
 
 
+def wide(exponent):
+    """A plane of these exponents, of motions of period 1 in its left half and of period 2 in its right one."""
+    rows, columns = exponent.shape
+    shape = (rows, columns, 1)
+    motion = np.where(np.arange(columns) < columns // 2, 0, 1) * np.ones((rows, 1), int)
+    arrays = {
+        "motion": motion[..., None].astype(np.int32),
+        "exponent": exponent[..., None],
+        "attractor": np.zeros(shape, np.int8),
+    }
+    arrays |= {"outcome": np.zeros(shape, np.int8), "state": np.zeros((*shape, 2)), "means": np.zeros((*shape, 1))}
+    arrays |= {"refused": np.zeros(shape[:2], bool), "computed": np.ones(shape[:2], bool)}
+    return replace(made(), along=np.arange(columns) * 1.0, across=np.arange(rows) * 1.0, **arrays)
+
+
+def test_wide_areas_have_the_numeral_of_their_period(ax):
+    chart(wide(np.zeros((20, 40))), ax)
+    assert [(text.get_text(), text.get_color()) for text in ax.texts] == [("2", "black"), ("1", "black")]
+    (one, _), (two, _) = sorted(text.get_position() for text in ax.texts)
+    assert 5 <= one <= 14
+    assert 25 <= two <= 34
+    ax.clear()
+    chart(made(), ax)
+    assert len(ax.texts) <= 16
+
+
+def test_an_optimum_is_a_star_of_the_legend_in_every_panel():
+    found = SimpleNamespace(parameters={"d": 0.2, "r": 0.55, "M": 1.0})
+    (sheet,) = sheets(made(), optimum=found)
+    figure = sheet.figure()
+    stars = [line for ax in figure.axes for line in ax.lines if line.get_marker() == "*"]
+    assert [line.get_xydata().tolist() for line in stars] == [[[0.2, 0.55]]] * 3
+    assert [text.get_text() for text in figure.legends[0].get_texts()].count("optimum") == 1
+
+
+def test_the_legend_of_three_panels_stands_in_the_place_of_the_fourth():
+    (sheet,) = sheets(made())
+    figure = sheet.figure()
+    (legend,) = figure.legends
+    box = legend.get_window_extent().transformed(figure.transFigure.inverted())
+    assert box.x0 >= 0.5 - 1e-6
+    assert box.y1 <= 0.5 + 1e-6
+    assert figure.get_size_inches()[1] == pytest.approx(2 * 0.85 * 5.1 / 2)
+
+
 def test_means_are_shown_by_name(ax):
-    mean(made(), ax, "loss")
+    mean(replace(made(), units={"loss": "J"}), ax, "loss")
+    assert [each.get_ylabel() for each in ax.figure.axes if each is not ax] == ["loss (J)"]
     assert np.allclose(ax.collections[0].get_array().reshape(2, 3).filled(-1), np.where(MOTION < 0, -1, MOTION + 0.5))
     with pytest.raises(NsmapsError, match="no observable or quantifier 'gain'; expected: period, turns, loss"):
         mean(made(), ax, "gain")

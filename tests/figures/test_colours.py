@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from nsmaps.figures.style import FAMILIES, INK, INKS, LOOKS, PIECES, REST, fill_of, tint
+from nsmaps.figures.style import BLACK, FAMILIES, INK, INKS, LOOKS, MOTIONS, OPEN, OTHERS, PIECES, QUASI, REST, fill_of, tint
 
 #: From linear RGB to what is seen: Machado, Oliveira and Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
 SIGHT = {
@@ -55,6 +55,12 @@ def test_families_are_told_apart_at_every_tint(sight, amount):
 def test_lines_differ_in_colour_and_in_dashes_or_marker(sight):
     assert least([colour for colour, *_ in LOOKS], sight) >= 17
     assert len({look[1:] for look in LOOKS}) == len(LOOKS)
+
+
+@pytest.mark.parametrize("sight", SIGHT)
+def test_areas_of_periods_are_told_apart(sight):
+    assert least([*MOTIONS, OTHERS, BLACK, "white"], sight) >= 31
+    assert least([*MOTIONS, OTHERS, BLACK, "white", QUASI, OPEN], sight) >= 22
 
 
 @pytest.mark.parametrize("sight", SIGHT)

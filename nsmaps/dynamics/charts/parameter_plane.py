@@ -186,9 +186,10 @@ class _Work:
         filled["computed"] = self.known.reshape(self.shape)
         if refinement is not None:
             filled |= {"probes": refinement.probes, "differing": refinement.differing}
+        units = {**units_of(self.map_of.system), **{one.name: one.unit for one in self.how[4] if one.unit}}
         none = np.full(filled["motion"].shape, np.nan)
         filled["quantifiers"] = {name: filled.pop(stored, none) for name, stored in own.items()}
-        return ParameterPlane(*about, **filled, units=units_of(self.map_of.system))
+        return ParameterPlane(*about, **filled, units=units)
 
 
 @dataclass(slots=True, eq=False)

@@ -5,29 +5,31 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, TwoSlopeNorm
+from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize, TwoSlopeNorm, to_rgb
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.parameters.stability import draw_curves
-from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, YELLOW, dress
+from nsmaps.figures.style import BLACK, MOTIONS, OPEN, OTHERS, QUASI, RED, dress, with_unit
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.design.optimum import Optimum
     from nsmaps.figures.parameters.stability import Curves
 
-PERIODS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, BLUE, RED, OLIVE, BROWN)  #: of the periods 1, 2, ..., in every chart
-LONGER, CHAOTIC, QUASI, OPEN, NOTHING, MISSING = (len(PERIODS) + k for k in range(1, 7))  #: numbers of further kinds
-COLOURS = (*PERIODS, GREY, BLACK, "#7A3B8F", "#E6D2B0", "#FFFFFF", "0.88")  #: of the kinds from 1 on
-WITHOUT = {CHAOS: CHAOTIC, QUASI_PERIODIC: QUASI, UNRESOLVED: OPEN}  #: the kinds of motions without a period
-SEVERAL, REFUSED = "////", "xxxx"  #: hatches
-MINUS_INFINITY, UNKNOWN = "#1B1145", "0.78"  #: of exponents, beside the colours of finite ones
+LONGER, CHAOTIC, RING, SLOW, NOTHING, MISSING = (len(MOTIONS) + k for k in range(1, 7))  #: numbers of kinds after the periods
+COLOURS = (*MOTIONS, OTHERS, BLACK, QUASI, OPEN, "#FFFFFF", "0.88")  #: of the kinds from period 1 on, in every chart
+WITHOUT = {CHAOS: CHAOTIC, QUASI_PERIODIC: RING, UNRESOLVED: SLOW}  #: the kinds of motions without a period
+SEVERAL, REFUSED, UNKNOWN = "////", "xxxx", "....."  #: hatches; what is unknown is grey beneath
+MINUS_INFINITY = "#3B0A45"  #: of exponents, beside the colours of finite ones
+TRIMMED = 0.02  #: share of the exponents beyond each end of their colours
+_NUMERAL, _NUMERALS = 0.11, 16  #: inches, the least radius of an area with a numeral; numerals at most
 
 
 def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None) -> tuple[Sheet, ...]:
@@ -43,7 +45,10 @@ def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "O
 def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
     """A panel with a star at an optimum."""
     panel(ax)
-    ax.plot(*([value] for value in place), "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False, label="optimum")
+    (star,) = ax.plot(*([value] for value in place), "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False)
+    before = ax.get_legend()
+    handles, texts = ([], []) if before is None else (before.legend_handles, [text.get_text() for text in before.get_texts()])
+    ax.legend([*handles, star], [*texts, "optimum"])
     return ax
 
 
@@ -53,12 +58,12 @@ def chart(
     by: str = "period",
     curves: "Curves | None" = None,
 ) -> Axes:
-    """The period of the attractor of the first start at each pixel, a fixed colour for each from 1 to 9.
+    """The period of the attractor of the first start at each pixel, a fixed colour and, in wide areas, a numeral from 1 to 6.
 
     Longer ones are grey, black is chaos, violet quasi-periodic motion, pale brown motion of which neither a period nor chaos was
-    shown, white what has no attractor. Hatched are pixels with several attractors,
-    and crossed those whose parameters the system refuses, whose number the legend states. Pixels that were not computed have
-    the colour of a neighbour; the title then says what share was computed.
+    shown, white what has no attractor, dotted what was not computed. Hatched are pixels with several attractors, and crossed
+    those whose parameters the system refuses, whose number the legend states. Where attractors are those of a neighbour,
+    continued, the title says at what share of the pixels orbits of the starts were computed.
 
     Args:
         result: from `nsmaps.parameter_plane`.
@@ -74,11 +79,13 @@ def chart(
     norm = BoundaryNorm(np.arange(len(COLOURS) + 1) + 0.5, len(COLOURS))
     ax.pcolormesh(result.along, result.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True)
     names = {number: str(number) for number in range(1, LONGER)}
-    names |= {LONGER: f"above {len(PERIODS)}", CHAOTIC: "chaos", QUASI: "quasi-periodic", OPEN: "unresolved"}
-    names |= {NOTHING: "no attractor", MISSING: "not computed"}
+    names |= {LONGER: f"above {len(MOTIONS)}", CHAOTIC: "chaos", RING: "quasi-periodic", SLOW: "unresolved"}
+    names |= {NOTHING: "no attractor"}
     shown = [number for number in names if (kinds[~result.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
+    patches += _unknown(ax, result, kinds == MISSING)
     patches += _hatched(ax, result)
+    _numerals(ax, result, kinds)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
     title = "period in returns" if by == "period" else "period in periods of the forcing"
     share = "" if result.computed.all() else f" ({100 * result.computed.mean():.2g} % computed)"
@@ -89,20 +96,67 @@ def chart(
 def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
     """The largest Lyapunov exponent per return of the first start, blue where it is below zero, white at zero, red above.
 
-    Minus infinity, as of motion that rests or chatters, has a colour of its own, and grey is where no exponent was computed.
+    The ends of the colours, which have ticks, leave 2 % of the exponents beyond each. Minus infinity, as of motion that rests or
+    chatters, has a colour of its own, and dotted grey is where no exponent is known.
     """
     values = result.exponent[..., 0]
     finite = values[np.isfinite(values)]
-    limits = np.quantile(finite, (0.02, 0.98), method="nearest").tolist() if finite.size else (0.0, 0.0)
-    norm = TwoSlopeNorm(0.0, min(limits[0], -1e-3), max(limits[1], 1e-3))
+    low, high = np.quantile(finite, (TRIMMED, 1 - TRIMMED), method="nearest").tolist() if finite.size else (-1.0, 0.0)
+    low, high = min(low, 0.0), max(high, 0.0)
+    colours, norm = _about_zero(low, high)
     shown = np.where(np.isfinite(values), values, np.nan)
-    mesh = ax.pcolormesh(result.along, result.across, shown, cmap="RdBu_r", norm=norm, shading="nearest", rasterized=True)
-    figure = ax.get_figure()
-    assert figure is not None
-    figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend="both")
-    kinds = ((np.isneginf(values), MINUS_INFINITY, "exponent minus infinity"), (np.isnan(values), UNKNOWN, "not computed"))
-    ax.legend(handles=[_paint(ax, result, there, colour, name) for there, colour, name in kinds if there.any()])
+    mesh = ax.pcolormesh(result.along, result.across, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+    extend = ("neither", "min", "max", "both")[int((finite < low).any()) + 2 * int((finite > high).any())]
+    bar = ax.figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend=extend)
+    bar.set_ticks(
+        ends := [*dict.fromkeys((low, low / 2, 0.0, high / 2, high))],
+        labels=[f"{end:.2g}".replace("-", "\N{MINUS SIGN}") for end in ends],
+    )
+    patches = []
+    if (lowest := np.isneginf(values)).any():
+        patches.append(_paint(ax, result, lowest, MINUS_INFINITY, "exponent minus infinity"))
+    ax.legend(handles=[*patches, *_unknown(ax, result, np.isnan(values))])
     return _dressed(result, ax)
+
+
+def _about_zero(low: float, high: float) -> tuple[Colormap, Normalize]:
+    """Colours from blue over white at zero to red between two ends; one side alone where the other has no room."""
+    both = colormaps["RdBu_r"]
+    if low < 0 < high:
+        return both, TwoSlopeNorm(0.0, low, high)
+    side = both(np.linspace(0.5, 1.0, 256) if high > 0 else np.linspace(0.0, 0.5, 256))
+    one = ListedColormap(side).with_extremes(under=both(0.0), over=both(1.0))
+    return one, Normalize(low, high if high > low else low + 1.0)
+
+
+def _unknown(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
+    """Paint what was not computed; the entry of the legend."""
+    if not there.any():
+        return []
+    _paint(ax, result, there, COLOURS[MISSING - 1], "")
+    _hatch(ax, result, there, UNKNOWN)
+    return [Patch(facecolor=COLOURS[MISSING - 1], edgecolor="0.35", hatch=UNKNOWN, label="not computed")]
+
+
+def _numerals(ax: Axes, result: "ParameterPlane", kinds: Ints) -> None:
+    """The period in the widest areas of one period, where each is widest."""
+    from scipy.ndimage import distance_transform_edt, label
+
+    inches = ax.bbox.height / kinds.shape[0] / ax.figure.dpi, ax.bbox.width / kinds.shape[1] / ax.figure.dpi
+    found = []
+    for period in np.unique(kinds[kinds <= len(MOTIONS)]).tolist():
+        areas, count = label(kinds == period)
+        radii = distance_transform_edt(np.pad(kinds == period, 1), sampling=inches)[1:-1, 1:-1]
+        for area in range(1, count + 1):
+            row, column = divmod(int(np.where(areas == area, radii, 0.0).argmax()), kinds.shape[1])
+            found.append((float(radii[row, column]), period, row, column))
+    for radius, period, row, column in sorted(found, reverse=True)[:_NUMERALS]:
+        if radius >= _NUMERAL:
+            fill = COLOURS[period - 1]
+            dark = np.dot(to_rgb(fill), (0.3, 0.59, 0.11)) < 0.5
+            look: dict[str, Any] = {"color": "white" if dark else "black", "fontweight": "bold", "ha": "center", "va": "center"}
+            stroke = [withStroke(linewidth=2.0, foreground=fill)]
+            ax.text(result.along[column], result.across[row], str(period), path_effects=stroke, **look)
 
 
 def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: str) -> Patch:
@@ -113,7 +167,7 @@ def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: 
 
 
 def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
-    """A quantifier of the attractor of the first start, or the mean of an observable along its orbit; grey if not computed.
+    """A quantifier of the attractor of the first start, or the mean of an observable along its orbit; dotted if not computed.
 
     Means are per period of the forcing, without forcing per return.
 
@@ -127,11 +181,9 @@ def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
     values = known[name]
     shown = np.where(np.isfinite(values), values, np.nan)
     mesh = ax.pcolormesh(result.along, result.across, shown, cmap="cividis", shading="nearest", rasterized=True)
-    figure = ax.get_figure()
-    assert figure is not None
-    figure.colorbar(mesh, ax=ax, label=name)
-    if np.isnan(values).any():
-        ax.legend(handles=[_paint(ax, result, np.isnan(values), UNKNOWN, "not computed")])
+    ax.figure.colorbar(mesh, ax=ax, label=with_unit(name, unit=result.units.get(name, "")))
+    if patches := _unknown(ax, result, np.isnan(values)):
+        ax.legend(handles=patches)
     return _dressed(result, ax)
 
 
@@ -143,7 +195,7 @@ def _means(result: "ParameterPlane") -> dict[str, Floats]:
 
 def _kinds(result: "ParameterPlane", period: Ints) -> Ints:
     """The number of the colour of each pixel, shape (W, V)."""
-    longer = np.where(period > len(PERIODS), LONGER, np.maximum(period, 1))
+    longer = np.where(period > len(MOTIONS), LONGER, np.maximum(period, 1))
     ended = np.where(result.computed, NOTHING, MISSING)
     without = np.array([*(WITHOUT.get(kind_of(motion.label), 0) for motion in result.motions), 0])[result.motion[..., 0]]
     return np.where(result.motion[..., 0] < 0, ended, np.where(without > 0, without, longer))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, ORANGE, RED, SKY, YELLOW, dress
+from nsmaps.figures.style import BLACK, MOTIONS, OPEN, OTHERS, QUASI, dress
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,12 +23,11 @@ if TYPE_CHECKING:
 
     Curves = Mapping[str, BifurcationCurve]
 
-_COLOURS = (SKY, ORANGE, GREEN, YELLOW, MAGENTA, RED, BLUE)
 _OTHER, _NONE = "other", "no attractor"
 _WITHOUT = {CHAOS: "chaos", QUASI_PERIODIC: "quasi-periodic", UNRESOLVED: "unresolved"}  #: motions without a period
 LINES = ("-", "--", ":", "-.")
 MARKS = {"cusp": "^", "fold-flip": "s", "1:1 resonance": "o", "1:2 resonance": "D", "1:3 resonance": "v", "1:4 resonance": "P"}
-_LAST = {_OTHER: GREY, **dict(zip(_WITHOUT.values(), ("#333333", "#7A3B8F", "#E6D2B0"), strict=True)), _NONE: "#FFFFFF"}
+_LAST = {_OTHER: OTHERS, **dict(zip(_WITHOUT.values(), (BLACK, QUASI, OPEN), strict=True)), _NONE: "#FFFFFF"}
 
 
 def sheets(result: "StabilityDiagram", curves: "Curves | None" = None, by: str = "motion") -> tuple[Sheet, ...]:
@@ -37,7 +36,7 @@ def sheets(result: "StabilityDiagram", curves: "Curves | None" = None, by: str =
 
 
 def stability(result: "StabilityDiagram", ax: Axes, curves: "Curves | None" = None, by: str = "motion") -> Axes:
-    """What attracts over two parameters: a colour for each of the seven most frequent motions n:m/pT, or periods in returns.
+    """What attracts over two parameters: a colour for each of the six most frequent motions n:m/pT, or periods in returns.
 
     Args:
         result: from `stability_diagram`.
@@ -49,9 +48,9 @@ def stability(result: "StabilityDiagram", ax: Axes, curves: "Curves | None" = No
     """
     names = _names(result, by)
     kinds, counts = np.unique(names, return_counts=True)
-    motions = [kind for _, kind in sorted(zip(-counts, kinds.tolist(), strict=True)) if kind not in _LAST][: len(_COLOURS)]
+    motions = [kind for _, kind in sorted(zip(-counts, kinds.tolist(), strict=True)) if kind not in _LAST][: len(MOTIONS)]
     motions.sort(key=lambda name: (len(name), name))
-    table = dict(zip(motions, _COLOURS, strict=False)) | _LAST
+    table = dict(zip(motions, MOTIONS, strict=False)) | _LAST
     shown = [name for name in table if name in kinds or (name == _OTHER and set(kinds) - set(table))]
     index = {name: shown.index(name) for name in shown}
     cells = np.vectorize(lambda name: index.get(name, index.get(_OTHER)))(names)
