@@ -1,9 +1,9 @@
 """The style of figures: colours that colour-blind readers distinguish, one typeface, uniform labels.
 
 Lines have the colours of Okabe and Ito. Distances are in CIELAB, the least with normal sight and in simulated deuteranopia and
-protanopia: fills of pieces are at least 25 apart, those of families, at any tint up to 0.4, at least 26, areas of `MOTIONS`, other
-periods, chaos and white 31, `INKS` 25; lines of `LOOKS` are 17 apart and differ in dashes and marker too. Colours follow the paper:
-words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
+protanopia: fills of pieces are at least 25 apart, those of families, at any tint up to 0.4, at least 26, areas of `MOTIONS`, of
+others, chaos and white 31, `INKS` 25; lines of `LOOKS` are 17 apart and differ in dashes and marker too. Colours follow the
+paper: words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
 """
 
 import re

@@ -46,9 +46,11 @@ def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
     """A panel with a star at an optimum."""
     panel(ax)
     (star,) = ax.plot(*([value] for value in place), "*", ms=9, color=RED, mec="#FFFFFF", mew=0.6, clip_on=False)
-    before = ax.get_legend()
-    handles, texts = ([], []) if before is None else (before.legend_handles, [text.get_text() for text in before.get_texts()])
-    ax.legend([*handles, star], [*texts, "optimum"])
+    if before := ax.get_legend():
+        texts, handles = [text.get_text() for text in before.get_texts()], before.legend_handles
+    else:
+        texts, handles = [], []
+    ax.legend(handles=[*handles, star], labels=[*texts, "optimum"])  # type: ignore[list-item]  # of a legend that is drawn
     return ax
 
 
