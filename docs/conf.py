@@ -9,7 +9,7 @@ project = "nsmaps"
 author = "The nsmaps developers"
 version = release = version_of("nsmaps")
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton", "sphinx_design"]
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_generated/figures.md", "_generated/arrays.md"]  # the latter are included by pages
 nb_execution_mode = "auto"  # notebooks are kept without outputs, and executed here
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
@@ -76,6 +76,36 @@ def write_thumbnails(app: object) -> None:
     write_page("thumbnails.md", [*lines, "::::"])
 
 
+def write_tables(app: object) -> None:
+    """The tables of figures, from their declarations, and of the arrays of results, from their classes."""
+    import nsmaps
+    from nsmaps.results import ARRAY, ArrayProperty
+    from nsmaps.study.study import CATALOGUE
+
+    lines = ["| name | shows | needs |", "|---|---|---|"]
+    for name, figure in CATALOGUE.items():
+        caption, needs = figure.caption.replace("|", "\\|"), ", ".join(f"`{section}`" for section in figure.sections)
+        lines.append(f"| `{name}` | {caption} | {needs} |")
+    write_page("figures.md", lines)
+    lines = ["| result | array | axes | unit | holds |", "|---|---|---|---|---|"]
+    for room in (nsmaps, *(getattr(nsmaps, name) for name in dir(nsmaps) if name not in nsmaps.__all__)):
+        for name in getattr(room, "__all__", ()):
+            cls = getattr(room, name)
+            declared = {
+                key: field.metadata[ARRAY]
+                for key, field in getattr(cls, "__dataclass_fields__", {}).items()
+                if ARRAY in field.metadata
+            }
+            declared |= (
+                {key: value.declaration for key, value in vars(cls).items() if isinstance(value, ArrayProperty)}
+                if isinstance(cls, type)
+                else {}
+            )
+            for key, each in declared.items():
+                lines.append(f"| `{name}` | `{key}` | {', '.join(each.axes)} | {each.unit or 'of the quantity'} | {each.text} |")
+    write_page("arrays.md", lines)
+
+
 def write_page(name: str, lines: list[str]) -> None:
     """Write a page that is generated when the site is built."""
     (HERE / "_generated").mkdir(exist_ok=True)
@@ -120,5 +150,6 @@ def setup(app: Any) -> None:
     app.add_html_math_renderer("mathml", (formula("inline"), None), (formula("block"), None))
     app.connect("builder-inited", write_api)
     app.connect("builder-inited", write_thumbnails)
+    app.connect("builder-inited", write_tables)
     app.connect("doctree-read", open_in_full)
     app.connect("build-finished", write_explore)
