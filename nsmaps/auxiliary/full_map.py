@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -164,6 +165,8 @@ class AuxiliaryRegion(Result):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class AuxiliaryOrbit(WithCoordinates, Result):
     """An orbit of the full auxiliary map by its generic iteration, upper and lower maps alternately; see `auxiliary_orbit`."""
+
+    picture: ClassVar[str] = "nsmaps.figures.domains.auxiliary_map"
 
     coordinates: Coordinates
     regions: tuple[AuxiliaryRegion, ...]

@@ -1,8 +1,9 @@
 """Coexisting attractors of bifurcation diagrams: distinguished at each value and matched along the parameter."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import chain, count
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from nsmaps.dynamics.attractors.attractor import Attractor, kept, may_be_one
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.errors import NsmapsError
+from nsmaps.results import NONE, Result, array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,13 +26,19 @@ class Span:
     high: float  #: greatest of them
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Coexistence:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Coexistence(Result):
     """The attractors that S orbits reached at each of V values, in ascending order."""
 
-    values: Floats  #: shape (V,)
-    attractor: NDArray[np.int64]  #: shape (V, S), a number for each attractor; -1 for an orbit that ended
-    labels: NDArray[np.str_]  #: shape (V, S), the name of the attractor, one for each number at a value
+    picture: ClassVar[str] = "nsmaps.figures.longrun.spans"
+
+    values: Floats = field(metadata=array("value", "values of the parameter", name="parameter"))
+    attractor: NDArray[np.int64] = field(
+        metadata=array("value orbit", "a number for each attractor; -1 for an orbit that ended", NONE)
+    )
+    labels: NDArray[np.str_] = field(metadata=array("value orbit", "name of the attractor, one for each number at a value", NONE))
+    parameter: str
+    units: Mapping[str, str] = field(default_factory=dict)  #: of the coordinates and the parameter, by name
 
     @property
     def counts(self) -> NDArray[np.int64]:
@@ -99,7 +107,7 @@ def match_attractors(diagrams: Sequence[BifurcationDiagram], near: float = 0.03,
             for (number, shown), group in zip(last.items(), groups, strict=True):
                 own = np.flatnonzero(there)[group]
                 numbers[k, own], names[k, own] = number, shown.label
-    return Coexistence(np.sort(diagrams[0].values), numbers, names.astype(str))
+    return Coexistence(np.sort(diagrams[0].values), numbers, names.astype(str), diagrams[0].parameter, diagrams[0].units)
 
 
 def grouped(sets: list[Attractor]) -> list[list[int]]:

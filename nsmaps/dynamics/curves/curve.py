@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import get_args
+from typing import ClassVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,8 @@ class BifurcationCurve(Result):
     special: tuple[SpecialPoint, ...]  #: in the order of the curve
     ended: tuple[str, str]  #: the reasons why it ends, at its beginning and at its end
     everywhere: tuple[str, ...] = ()  #: kinds of such points that all orbits have up to rounding, and which are not in `special`
+    names: tuple[str, str] = ("first parameter", "second parameter")  #: of the parameters
+    picture: ClassVar[str] = "nsmaps.figures.parameters.curves"
 
     def summary(self) -> str:
         """The numbers that matter."""
@@ -114,7 +116,7 @@ def bifurcation_curve(
     _check(event, second, ranges, step, max_points)
     curve = _curve(map_of, event, second, ranges, tolerance)
     if curve.kind == DETACHMENT:
-        return _detachments(curve, event, second, step, max_points)
+        return replace(_detachments(curve, event, second, step, max_points), names=(first, other))
     y = _beside(curve, event, second) if curve.least else curve.along.y(event.orbit.states, event.value)
     start = None if y is None else correct(curve, curve.unknowns(y, second), _upward(curve.unknowns(y, second)))
     if start is None or not curve.along.low <= start.values[0] <= curve.along.high:
@@ -123,7 +125,7 @@ def bifurcation_curve(
     sense = tangent(start, _upward(start.y))
     control = Control(step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
     ways = [_Way.followed(curve, start, sign * sense, control, max_points) for sign in (-1.0, 1.0)]
-    return _result(curve, start, *ways)
+    return replace(_result(curve, start, *ways), names=(first, other))
 
 
 def _detachments(curve: CriticalCurve, event: BifurcationPoint, second: float, step: float, max_points: int) -> BifurcationCurve:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -47,6 +47,8 @@ class Attempt(Storable):
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Optimum(Result):
     """The largest or least value of an observable that was found, with the motion there and all that limits it."""
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.optimum"
 
     observable: Observable
     per: str  #: mean per period of the forcing, per return or per time

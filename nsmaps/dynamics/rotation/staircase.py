@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import ClassVar
 
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.continuation.events import TESTS
@@ -16,6 +17,7 @@ from nsmaps.dynamics.rotation.number import RotationNumber, rotation_number
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
+from nsmaps.results import Result
 
 NARROWEST = 1e-13  #: share of the range, below which a step is not found
 NEAR = 1e-9  #: of p, within which a rotation number is at the end of the range
@@ -50,12 +52,15 @@ class Plateau:
         return farey_parents(self.rotation)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Staircase:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Staircase(Result):
     """The steps up to a period, in ascending order of the rotation number."""
+
+    picture: ClassVar[str] = "nsmaps.figures.longrun.spans"
 
     plateaux: tuple[Plateau, ...]
     missing: tuple[Fraction, ...]  #: rotation numbers of the range of which no step was found
+    parameter: str = ""
 
     def plateau(self, rotation: Fraction | str) -> Plateau:
         """That of a rotation number, such as "2/5". NsmapsError without one."""
@@ -139,7 +144,7 @@ def staircase(
             assert cycle is not None
             edges = [_edge(system, parameter, cycle, value, bounds, way) for way in ("down", "up")]
             plateaux.append(Plateau(rotation, cycle, value, *edges))
-    return Staircase(tuple(sorted(plateaux, key=lambda each: each.rotation)), tuple(sorted(missing)))
+    return Staircase(tuple(sorted(plateaux, key=lambda each: each.rotation)), tuple(sorted(missing)), parameter)
 
 
 @dataclass(slots=True)

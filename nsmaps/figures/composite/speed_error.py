@@ -12,21 +12,29 @@ from nsmaps.figures.style import BLUE, GREY, ORANGE, RED
 from nsmaps.reduced.validation.speed import Speed
 
 
-def sheets(speed: Speed, errors: Mapping[str, float], tolerance: float, title: str = "exact map") -> tuple[Sheet, ...]:
+def sheets(
+    speed: Speed, errors: Mapping[str, float] | None = None, tolerance: float | None = None, title: str = "exact map"
+) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (
-        Sheet(
-            "speed_error", (partial(speed_error, speed, errors=errors, tolerance=tolerance, title=title),), 1, 0.6, legend=True
-        ),
-    )
+    of = partial(speed_error, speed, errors=errors, tolerance=tolerance, title=title)
+    return (Sheet("speed_error", (of,), 1, 0.6 if errors else 0.35, legend=True),)
 
 
-def speed_error(speed: Speed, ax: Axes, errors: Mapping[str, float], tolerance: float, title: str = "exact map") -> Axes:
+def speed_error(
+    speed: Speed,
+    ax: Axes,
+    errors: Mapping[str, float] | None = None,
+    tolerance: float | None = None,
+    title: str = "exact map",
+) -> Axes:
     """The largest errors at held-out states against the time a state, with the tolerance and the exact map's time as lines.
 
     Errors of closed forms are shown by the role of their pieces, those of strips by the distance of the states from an edge.
     Left of the exact map's time a map is worth its error. The exact map has none here: it is what the others are held against.
+    Without errors both times are bars.
     """
+    if errors is None or tolerance is None:
+        return _bars(speed, ax, title)
     errors = {label: error for label, error in errors.items() if np.isfinite(error) and error > 0}
     looks = ((BLUE, "o"), (RED, "s"))
     for (label, error), (colour, marker) in zip(errors.items(), looks, strict=False):
@@ -41,4 +49,15 @@ def speed_error(speed: Speed, ax: Axes, errors: Mapping[str, float], tolerance: 
     ax.grid(color="0.9", zorder=0)
     ax.legend()
     ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
+    return ax
+
+
+def _bars(speed: Speed, ax: Axes, title: str) -> Axes:
+    """The times of both maps."""
+    times = {title: speed.exact, "composite map": speed.composite}
+    ax.barh(list(times), list(times.values()), color=[ORANGE, BLUE], height=0.55)
+    for place, time in enumerate(times.values()):
+        ax.annotate(f"{time:.3g} ns", (time, place), xytext=(3, 0), textcoords="offset points", va="center")
+    ax.set_xlim(0, 1.2 * max(times.values()))
+    ax.set_xlabel("processor time per state (ns)")
     return ax

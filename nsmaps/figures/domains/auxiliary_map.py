@@ -21,7 +21,12 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.limit_set import OrbitPair
 
 
-def sheets(orbit: AuxiliaryOrbit, composite: CompositeMap, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> tuple[Sheet, ...]:
+def sheets(
+    orbit: AuxiliaryOrbit,
+    composite: CompositeMap | None = None,
+    grid: Grid | None = None,
+    orbits: "Sequence[OrbitPair]" = (),
+) -> tuple[Sheet, ...]:
     """One sheet: a panel a coordinate."""
     of = partial(auxiliary_map, orbit, composite=composite, grid=grid, orbits=orbits)
     panels = tuple(partial(of, coordinate=name) for name in orbit.coordinates)
@@ -31,8 +36,8 @@ def sheets(orbit: AuxiliaryOrbit, composite: CompositeMap, grid: Grid, orbits: "
 def auxiliary_map(
     orbit: AuxiliaryOrbit,
     ax: Axes,
-    composite: CompositeMap,
-    grid: Grid,
+    composite: CompositeMap | None = None,
+    grid: Grid | None = None,
     orbits: "Sequence[OrbitPair]" = (),
     coordinate: str = "",
 ) -> Axes:
@@ -42,7 +47,11 @@ def auxiliary_map(
     replace the map, in A_1 and over the regions of the pieces that the study names.
     """
     i = position(orbit.coordinates, coordinate or orbit.coordinates[0])
-    draw_pieces(composite, ax, i, grid, colours_over(composite, grid, orbits))
+    if composite is not None and grid is not None:
+        draw_pieces(composite, ax, i, grid, colours_over(composite, grid, orbits))
+    else:
+        ends = [region.envelopes[i].x[[0, -1]] for region in orbit.regions]
+        ax.set_xlim(np.min(ends), np.max(ends))
     for k, region in enumerate(orbit.regions):
         envelope = region.envelopes[i]
         for curve, colour, text in ((envelope.upper, BLUE, "upper map"), (envelope.lower, ORANGE, "lower map")):

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from time import process_time_ns
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -19,6 +19,8 @@ CLEARLY = 0.8  #: share of the exact map's time below which a map is clearly fas
 @dataclass(frozen=True, slots=True, repr=False)
 class Speed(Result):
     """Nanoseconds of processor time per state, the best of some rounds, in batches of 20,000."""
+
+    picture: ClassVar[str] = "nsmaps.figures.composite.speed_error"
 
     exact: float
     composite: float
