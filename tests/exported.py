@@ -12,7 +12,7 @@ from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.reduced.conditions.region import Box, ConditionRegion, Region
 from nsmaps.reduced.fit.polyfit import PolynomialFit
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.symbolic.curve_iterates import held_iterate, second_iterate
+from nsmaps.symbolic.curve_iterates import second_iterate
 from nsmaps.symbolic.map_iterates import symbolic_iterate
 
 NAMES = ("v", Angle("phi"))
@@ -159,7 +159,7 @@ def cases():
     smooth, shadows, script = random_map([[0.5, 1.0], [0.1, 0.9]]), shadowing(), shadowing("Number")
     called, fourier = functions(), series()
     second, second_d = second_iterate(smooth, 0.2, 0.7), second_iterate(over_d, 0.2, 0.4, "min_first", piece="P0")
-    third, power = held_iterate(smooth, [0.2, 0.3, 0.8], variable="v"), symbolic_iterate(line(), 4)
+    third, power = second_iterate(smooth, held=[0.2, 0.3, 0.8], variable="v"), symbolic_iterate(line(), 4)
     return {
         "map": (plane, [[0.4, 1.1], [-0.2, 1.2]], plane),
         "line": (line(), [[-0.1, 1.1]], line()),

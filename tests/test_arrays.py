@@ -22,7 +22,7 @@ def test_help_shows_what_is_like_an_array_by_its_name(name):
 
 def test_the_name_is_seen_where_it_is_meant():
     assert inspect.signature(nsmaps.exact.ReturnMap.first_return).parameters["states"].annotation is ArrayLike
-    assert "state: Union[ArrayLike, " in pydoc.plain(pydoc.render_doc(nsmaps.orbit)).replace("ArrayLike | ", "Union[ArrayLike, ")
+    assert "start: Union[ArrayLike, " in pydoc.plain(pydoc.render_doc(nsmaps.orbit)).replace("ArrayLike | ", "Union[ArrayLike, ")
 
 
 def test_a_system_is_printed_with_its_class(pair):
@@ -41,7 +41,7 @@ def test_returns_are_printed_as_a_line(pair):
 def test_results_are_printed_without_their_arrays(pair):
     system = pair(0.35)
     orbit = nsmaps.orbit(system, [0.2, 0.1], 3000)
-    domain = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], 1, bounds="sampled", samples=21)
+    domain = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], 1, bounds="sampled", n_samples=21)
     for result in (orbit, domain, system.impacts([0.2, 0.1], 2000), nsmaps.periodic_orbit(system, [0.83, 0.36])):
         assert "array([" not in repr(result) + str(result)
         assert max(len(repr(result)), len(str(result))) < 700

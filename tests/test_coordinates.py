@@ -66,7 +66,7 @@ BOXED = {
     "grazing_curves": lambda system, box: system.grazing_curves(box, lines=9),
     "forward_invariant_box": lambda system, box: nsmaps.cells.forward_invariant_box(system, box, 2),
     "morse_sets": lambda system, box: nsmaps.cells.morse_sets(system, box, 0, 2),
-    "attracting_domain": lambda system, box: nsmaps.attracting_domain(system, box, 1, samples=9),
+    "attracting_domain": lambda system, box: nsmaps.attracting_domain(system, box, 1, n_samples=9),
     "over": lambda system, box: nsmaps.reduced.PolyMap.reset(system.coordinates, {"v": 1.0}).over(box),
 }
 
@@ -159,7 +159,7 @@ def test_other_boxes_are_refused(box: object, why: str) -> None:
 def test_domains_and_covers_take_a_box_by_name() -> None:
     return_map = nsmaps.reduced.PolyMap.of_monomials(("x", "y"), {"x": {(1, 0): 0.5}, "y": {(0, 1): 0.25}}, [[-2, 2], [-2, 2]])
     by_name, rows = {"y": (-1, 1), "x": (-1.5, 1.5)}, [[-1.5, 1.5], [-1, 1]]
-    first, second = (nsmaps.attracting_domain(return_map, box, updates=1).boxes for box in (by_name, rows))
+    first, second = (nsmaps.attracting_domain(return_map, box, max_updates=1).boxes for box in (by_name, rows))
     assert np.array_equal(first, second)
     first_cover, second_cover = (nsmaps.cells.morse_sets(return_map, box, depth=2) for box in (by_name, rows))
     assert np.array_equal(first_cover.boxes, second_cover.boxes)

@@ -92,7 +92,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "ReturnMap": lambda s: isinstance(s, nsmaps.exact.ReturnMap),
     "FullAuxiliaryMap": lambda s: nsmaps.auxiliary.FullAuxiliaryMap(s, [box(s)]),
     "StripMap": lambda s: nsmaps.reduced.StripMap(s, None),
-    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, samples=3),
+    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, n_samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(s, {SWEPT[s]: tuple(values(s)), SECOND[s]: (0.0, 1.0)}, near(s)),
     "bifurcation_diagram": swept,
@@ -134,7 +134,6 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "global_continuation": lambda s: nsmaps.global_continuation(
         s, SWEPT[s], values(s), box(s), n_samples=4, max_returns=200, n_kicks=2, n_directions=2, n_states=1
     ),
-    "held_iterate": lambda s: nsmaps.symbolic.held_iterate(s, [0.1]),
     "symbolic_iterate": lambda s: nsmaps.symbolic.symbolic_iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, starts=STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
@@ -208,7 +207,6 @@ REFUSED = {
     "compose_pieces": "requires a map of pieces; expected: CompositeMap or ParametricMap",
     "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
     "switch_branch": "another branch begins at an event of a branch; expected: BifurcationPoint",
-    "held_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "symbolic_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
     "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
     "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",

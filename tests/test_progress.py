@@ -126,7 +126,7 @@ def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
 
 
 REPORTING = {
-    "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", samples=21, **how),
+    "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", n_samples=21, **how),
     "strip_map": lambda system, how: nsmaps.reduced.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
     "morse_sets": lambda system, how: nsmaps.cells.morse_sets(system, BOX, 2, **how),
     "find_cycles": lambda system, how: nsmaps.cells.find_cycles(system, BOX, 1, 2, **how),
@@ -198,7 +198,7 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
 @pytest.mark.parametrize(
     ("name", "call"),
     [
-        ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", samples=21)),
+        ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", n_samples=21)),
         ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
         ("strip map", lambda system: nsmaps.reduced.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
         (

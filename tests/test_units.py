@@ -136,8 +136,8 @@ def test_exponents(name, unit):
 def test_attracting_domains(unit):
     plain, there = SYSTEMS["capsule"][0], Units(*unit)
     box = np.array([[0.8284, 0.8384], [0.3537, 0.3735]])
-    one = nsmaps.attracting_domain(plain, box, updates=2, samples=51, bounds="sampled")
-    other = nsmaps.attracting_domain(there.of(plain), there.states(box.T).T, updates=2, samples=51, bounds="sampled")
+    one = nsmaps.attracting_domain(plain, box, max_updates=2, n_samples=51, bounds="sampled")
+    other = nsmaps.attracting_domain(there.of(plain), there.states(box.T).T, max_updates=2, n_samples=51, bounds="sampled")
     assert one.forward_invariant == other.forward_invariant
     assert one.forward_invariant, one.reason
     assert np.allclose(other.boxes / there.states([1, 1])[:, None], one.boxes, atol=1e-9)

@@ -78,10 +78,10 @@ class AttractingDomain(WithCoordinates, Result):
 def attracting_domain(
     return_map: AnyMap,
     box: BoxLike,
-    updates: int = 11,
+    max_updates: int = 11,
     *,
     grow: bool = False,
-    samples: int = 201,
+    n_samples: int = 201,
     tolerance: float = 0.01,
     of: str | None = None,
     progress: Progress | None = None,
@@ -93,7 +93,7 @@ def attracting_domain(
     """Bound the attracting domain of a map from a start box R1+, eq. An and Bn.
 
     Each update finds the auxiliary maps on the box of the last one and iterates their worst case until it
-    converges. The iteration stops after `updates` updates, at the first that moves no bound by more than 1e-10 of the start box,
+    converges. The iteration stops after `max_updates`, at the first that moves no bound by more than 1e-10 of the start box,
     or at the first whose box is not carried into itself, as nothing is known of the envelopes beyond that box.
 
     An update takes milliseconds for polynomials, and a second or more for exact and composite maps, which are enclosed; growing
@@ -102,13 +102,13 @@ def attracting_domain(
     Args:
         return_map: an exact system, a composite map or a PolyMap.
         box: a mapping of names to (low, high), a `Box`, or an array of shape (n, 2); angles in radians, on any turn.
-        updates: largest number N of updates.
+        max_updates: largest number N of updates.
         grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.
         around: with `grow`, a state, shape (n,), about which the given box is halved up to six times where it cannot be grown.
-        samples: points an axis of the grids on which envelopes are sampled; fewer in more than two coordinates.
+        n_samples: points an axis of the grids on which envelopes are sampled; fewer in more than two coordinates.
         tolerance: largest move of a bound in the last update, relative to the start box, that counts as converged.
         of: name of the map in the result.
-        progress: called after each update with the fraction of `updates` that is done, and with 1 at the end.
+        progress: called after each update with the fraction of `max_updates` that is done, and with 1 at the end.
         bounds: `outer`, `inflated`, `enclosed` or `sampled`; the sharpest that the map allows if omitted, see `auxiliary_maps`.
         max_seconds: after this time no step of growing and no update is begun; finished updates are kept, and `reason` states it.
         error: distance of a PolyMap from the map that it approximates, for which the result then is a bound, or an estimate.
@@ -117,26 +117,26 @@ def attracting_domain(
         NsmapsError: the box is empty or has other coordinates, a number is out of range, or the map has no such bounds.
     """
     start = as_box(box, return_map.coordinates)
-    _check(updates, samples)
+    _check(max_updates, n_samples)
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is valid on the given box only; expected: one of the two")
-    make = auxiliary_maps(return_map, bounds, error, samples)
+    make = auxiliary_maps(return_map, bounds, error, n_samples)
     centre = None if around is None else np.asarray(around, float)
     with working("attracting domain", progress, max_seconds) as work:
         found, why = found_box(make, return_map, start, centre, MOST, work) if grow else (start, "")
         start = start if found is None else found
-        done, boxes, maps = _updates(make, start, updates if found is not None else 0, work)
+        done, boxes, maps = _updates(make, start, max_updates if found is not None else 0, work)
     invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)
     reason = why if found is None else _reason(return_map, done, moved, tolerance, maps.status)
-    if invariant and len(done) < updates and moved > REST:
-        reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {updates}"
+    if invariant and len(done) < max_updates and moved > REST:
+        reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {max_updates}"
     return AttractingDomain(
         of=of or (error.of if error is not None else name_of(return_map)),
         coordinates=Coordinates(return_map.coordinates),
         boxes=np.array(boxes),
         updates=tuple(done),
         forward_invariant=invariant,
-        converged=invariant and moved <= (tolerance if len(done) == updates else REST),
+        converged=invariant and moved <= (tolerance if len(done) == max_updates else REST),
         status=maps.status,
         reason=reason if invariant else _why_not(return_map, reason, start, error),
         units=units_of(return_map),
@@ -217,9 +217,9 @@ def _agree(last: Update, accuracy: Floats) -> bool:
     return bool(np.all(np.abs(cycle - last.worst[-1]) <= (GENERIC * np.ptp(last.box, axis=1) + accuracy)[:, None]))
 
 
-def _check(updates: int, samples: int) -> None:
-    if updates < 1 or samples < 3:
-        raise NsmapsError(f"updates is {updates} and samples is {samples}; expected: at least 1 and at least 3")
+def _check(max_updates: int, n_samples: int) -> None:
+    if max_updates < 1 or n_samples < 3:
+        raise NsmapsError(f"max_updates is {max_updates} and n_samples is {n_samples}; expected: at least 1 and at least 3")
 
 
 def _distinct(value: float, limit: float) -> str:
@@ -241,7 +241,7 @@ def _reason(return_map: AnyMap, done: list[Update], moved: float, tolerance: flo
         verb, more = (
             ("converged", "")
             if moved <= tolerance
-            else ("not yet converged", f", more than {100 * tolerance:g} %; raise `updates`")
+            else ("not yet converged", f", more than {100 * tolerance:g} %; raise `max_updates`")
         )
         return f"every box is carried into itself; {verb}: update {last.number} moved a bound by {beside}{more}{rests}"
     image = last.worst[1]

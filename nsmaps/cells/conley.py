@@ -23,7 +23,7 @@ class MorseGraph:
 
 
 @shows
-def conley_indices(return_map: Boxed, window: BoxLike, depth: int = 5, *, of: str = "") -> MorseGraph:
+def conley_indices(return_map: Boxed, box: BoxLike, depth: int = 5, *, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 
     CMGDB takes one image box of a cell: the hull of the images by all words, so that its sets may be larger than those of
@@ -36,7 +36,7 @@ def conley_indices(return_map: Boxed, window: BoxLike, depth: int = 5, *, of: st
         import CMGDB
     except ImportError as error:
         raise NsmapsError("Conley indices are computed by CMGDB, which is not installed; expected: the extra 'morse'") from error
-    cells = Cells.over(return_map.coordinates, window, 1)
+    cells = Cells.over(return_map.coordinates, box, 1)
     low, high = cells.window.T
     enclosing = box_map(return_map)
 

@@ -93,9 +93,9 @@ class MorseCover(Result):
 @shows
 def morse_sets(
     return_map: Boxed,
-    window: BoxLike,
-    depth: int = 5,
-    cells: int | Sequence[int] = 8,
+    box: BoxLike,
+    depth: int = 4,
+    n_cells: int | Sequence[int] = 8,
     *,
     of: str = "",
     progress: Progress | None = None,
@@ -108,8 +108,8 @@ def morse_sets(
 
     Args:
         return_map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
-        window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
-        cells: of the first level, an axis or each axis.
+        box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
+        n_cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
         progress: called after each level with the fraction that is done, if each takes twice as long as the last.
 
@@ -120,7 +120,7 @@ def morse_sets(
     if depth < 0:
         raise NsmapsError(f"the depth is {depth}; expected: at least 0")
     enclosing = box_map(return_map)
-    stage, levels = _Stage.first(Cells.over(return_map.coordinates, window, cells)), list[Level]()
+    stage, levels = _Stage.first(Cells.over(return_map.coordinates, box, n_cells)), list[Level]()
     try:
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels))
@@ -210,15 +210,15 @@ class ForwardInvariantSet(Result):
 
 @shows
 def forward_invariant_box(
-    return_map: Boxed, box: BoxLike, cells: int | Sequence[int] = 32, *, of: str = ""
+    return_map: Boxed, box: BoxLike, n_cells: int | Sequence[int] = 32, *, of: str = ""
 ) -> ForwardInvariantSet:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 
     Args:
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
-        cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
+        n_cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
     """
-    grid = Cells.over(return_map.coordinates, box, cells)
+    grid = Cells.over(return_map.coordinates, box, n_cells)
     out = sum(int((~found.stays).sum()) for found in targets_of(box_map(return_map), grid, np.arange(grid.size)))
     said = (
         f"{out} of {grid.size} cells have images that leave the box, are not bounded or may not exist"

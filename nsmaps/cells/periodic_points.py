@@ -80,10 +80,10 @@ class CycleSearch(Result):
 @shows
 def find_cycles(
     return_map: ReturnMap | PolyMap,
-    window: BoxLike,
-    period: int = 1,
+    box: BoxLike,
+    max_period: int = 1,
     depth: int = 6,
-    cells: int | Sequence[int] = 8,
+    n_cells: int | Sequence[int] = 8,
     *,
     of: str = "",
     progress: Progress | None = None,
@@ -97,10 +97,10 @@ def find_cycles(
 
     Args:
         return_map: an exact system, a composite map or a PolyMap: with `first_return` with derivatives and `image_boxes`.
-        window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); angles on any turn.
-        period: the longest period, in returns, at least 1; cycles of every period up to it are sought.
+        box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); angles on any turn.
+        max_period: the longest period, in returns, at least 1; cycles of every period up to it are sought.
         depth: how many times the cells that cannot be excluded are halved along every axis, at least 0; more exclude more.
-        cells: at first along each axis, one number or one for each.
+        n_cells: at first along each axis, one number or one for each.
         of: name of the map in the result; see `name_of`.
         progress: called after each level with the fraction that is done, if each takes twice as long as the last.
 
@@ -113,25 +113,25 @@ def find_cycles(
     Raises:
         NsmapsError: the period, depth, window or number of cells is not valid; the limit of cells is exceeded.
     """
-    if period < 1 or depth < 0:
-        raise NsmapsError(f"period is {period} and depth is {depth}; expected: at least 1 and 0")
+    if max_period < 1 or depth < 0:
+        raise NsmapsError(f"max_period is {max_period} and depth is {depth}; expected: at least 1 and 0")
     of, boxed = of or name_of(return_map), box_map(return_map)
     returning = ReturnMap.require(boxed, "cycles")
-    grid = Cells.over(return_map.coordinates, window, cells)
+    grid = Cells.over(return_map.coordinates, box, n_cells)
     numbers = np.arange(grid.size)
-    may, walks = np.ones((grid.size, period), bool), tuple[Ints, ...]()
+    may, walks = np.ones((grid.size, max_period), bool), tuple[Ints, ...]()
     for level in range(depth + 1):
         if level:
             grid, numbers = grid.halved(), grid.parts(numbers)
         if len(numbers) > MOST_CELLS:
             raise NsmapsError(f"level {level} has {len(numbers)} cells; expected: {MOST_CELLS}; take less depth")
         graph = graph_of(grid, numbers, targets_of(boxed, grid, numbers))
-        numbers, may, walks = _not_excluded(graph, numbers, period, TRIES * (level == depth))
+        numbers, may, walks = _not_excluded(graph, numbers, max_period, TRIES * (level == depth))
         beat(2.0 ** (level - depth), f"level {level} of {depth}, {len(numbers)} cells")
     guesses = [grid.centres(numbers[walk.ravel()]).reshape(*walk.shape, len(grid.shape)) for walk in walks]
-    cycles, starts = _cycles(returning, grid, guesses, period)
+    cycles, starts = _cycles(returning, grid, guesses, max_period)
     known = _beside(grid, numbers, np.concatenate([np.empty((0, len(grid.shape))), *(cycle.states for cycle in cycles)]))
-    return CycleSearch(of, period, grid, numbers, may, known, cycles, starts)
+    return CycleSearch(of, max_period, grid, numbers, may, known, cycles, starts)
 
 
 def _not_excluded(graph: "csr_matrix", numbers: Ints, period: int, tries: int) -> tuple[Ints, Bools, tuple[Ints, ...]]:

@@ -133,9 +133,9 @@ def _listed(point: tuple[float, ...]) -> str:
 def exit_times(
     return_map: Boxed,
     regions: CompositeMap | Mapping[str, Region],
-    window: BoxLike,
-    depth: int = 4,
-    cells: int | Sequence[int] = 32,
+    box: BoxLike,
+    depth: int = 3,
+    n_cells: int | Sequence[int] = 32,
     *,
     target: ForwardInvariantSet | None = None,
     cycles: Sequence[PeriodicOrbit] = (),
@@ -155,8 +155,8 @@ def exit_times(
     Args:
         return_map: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
-        window: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
-        depth, cells: as for `morse_sets`.
+        box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
+        depth, n_cells: as for `morse_sets`.
         target: a closed set of cells of the same map, `forward_invariant`, from `forward_invariant_set`.
         cycles: known cycles, whose states the table lists by region.
         progress: called after each level with the fraction that is done, if each takes twice as long as the last.
@@ -164,7 +164,7 @@ def exit_times(
     if depth < 0 or (target is not None and not target.forward_invariant):
         wrong = f"the depth is {depth}" if depth < 0 else f"the target is not closed under the map ({target and target.reason})"
         raise NsmapsError(f"{wrong}; expected: a depth of at least 0, and a target that is forward invariant")
-    grids = [Cells.over(return_map.coordinates, window, cells)]
+    grids = [Cells.over(return_map.coordinates, box, n_cells)]
     for _ in range(depth):
         grids.append(grids[-1].halved())
     finest = grids[-1]

@@ -70,23 +70,26 @@ class Orbit(WithCoordinates, Result):
 
 
 @shows
-def orbit(return_map: ReturnMap, state: StateLike, n: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
+def orbit(return_map: ReturnMap, start: StateLike, n_returns: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
 
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
         return_map: an exact system, a composite map, or any other return map.
+        start: one state or many.
+        n_returns: their number.
         progress: called now and then with the fraction of the returns that is made, from 0 to 1.
         how: passed on to the map's returns, such as `chatter=inf` of an exact system.
 
     Raises:
-        StateError: the state has not the map's coordinates, or n is negative.
+        StateError: the state has not the map's coordinates, or `n_returns` is negative.
     """
-    start, dim = as_starts(state, ReturnMap.require(return_map, "an orbit").coordinates), len(return_map.coordinates)
+    coordinates = Coordinates(ReturnMap.require(return_map, "an orbit").coordinates)
+    first, dim, n = as_starts(start, coordinates), len(coordinates), n_returns
     if n < 0:
-        raise StateError(f"n is {n}; expected: a number of returns >= 0")
-    flat = start.reshape(-1, dim)
+        raise StateError(f"n_returns is {n}; expected: a number of returns >= 0")
+    flat = first.reshape(-1, dim)
     m, done = len(flat), 0
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
@@ -101,11 +104,11 @@ def orbit(return_map: ReturnMap, state: StateLike, n: int, *, progress: Progress
         if part.number is not None:
             number[rows] = part.number.reshape(-1, m)
         beat(done / n)
-    shape = n, *start.shape
+    shape = n, *first.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
     several = number.reshape(shape[:-1]) if (number > 1).any() else None
     about = alphabet, several, units_of(return_map)
-    return Orbit(Coordinates(return_map.coordinates), walls, states.reshape(n + 1, *start.shape), *each, *about)
+    return Orbit(coordinates, walls, states.reshape(n + 1, *first.shape), *each, *about)
 
 
 def returns_of(return_map: ReturnMap, states: Floats, n: int, **how: Any) -> Iterator[Returns]:

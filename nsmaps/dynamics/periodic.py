@@ -136,7 +136,7 @@ def stability(multipliers: ArrayLike) -> bool | None:
 
 
 def periodic_orbit(
-    return_map: ReturnMap, guess: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
+    return_map: ReturnMap, start: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
@@ -144,7 +144,7 @@ def periodic_orbit(
 
     Args:
         return_map: with derivatives, such as an exact system, a composite map or one of strips.
-        guess: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
+        start: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
         period: q, in returns.
         tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.
         scale: shape (n,), unit of each coordinate; if omitted the extent of the motion, a radian for an angle, of a map that
@@ -156,7 +156,7 @@ def periodic_orbit(
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
-    states = np.atleast_2d(as_starts(guess, ReturnMap.require(return_map, "a periodic orbit").coordinates))
+    states = np.atleast_2d(as_starts(start, ReturnMap.require(return_map, "a periodic orbit").coordinates))
     dim = len(return_map.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")

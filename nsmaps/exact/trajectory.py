@@ -14,25 +14,31 @@ from nsmaps.results import units_of
 
 
 @overload
-def track(system: ImpactSystem, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> Track: ...
+def track(system: ImpactSystem, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track: ...
 @overload
-def track(system: HybridSystem, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> ModeTrack: ...
+def track(system: HybridSystem, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> ModeTrack: ...
 @overload
-def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
-def track(system: System, state: ArrayLike, n: int, samples: int = 60, chatter: float = SUMMED_SPEED) -> Track | ModeTrack:
+def track(system: System, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
+def track(
+    system: System, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = SUMMED_SPEED
+) -> Track | ModeTrack:
     """The exact motion from a state of the return map, shape (m,), through the first n impacts or events, the start included.
 
     Impacts are those on all walls, events those of all guards; a motion that ends, as by `Guard.ends`, or that meets no further
     event within the horizon, has fewer. Between them the motion is the system's own, by the compiled flow.
 
     Args:
+        system: with impacts or modes.
+        start: a state, shape (m,).
+        n_events: number n of impacts or events.
+        n_samples: between two of them, both included.
         chatter: as in `first_return`.
 
     Raises:
         StateError: the state is not a start, n is less than 2, there are fewer than 2 samples, or `chatter` is negative.
     """
-    check_samples(n, samples)
+    check_samples(n_events, n_samples)
     check_chatter(chatter)
-    found = FlowSystem.require(system, "a trajectory")._track(state, n, samples, chatter)
+    found = FlowSystem.require(system, "a trajectory")._track(start, n_events, n_samples, chatter)
     about: dict[str, Any] = {"coordinates": system.coordinates} if isinstance(found, ModeTrack) else {}
     return replace(found, units=units_of(system), **about)

@@ -2,7 +2,6 @@
 
 from nsmaps.symbolic.curve_iterates import HeldIterate as HeldIterate
 from nsmaps.symbolic.curve_iterates import SecondIterate as SecondIterate
-from nsmaps.symbolic.curve_iterates import held_iterate as held_iterate
 from nsmaps.symbolic.curve_iterates import second_iterate as second_iterate
 from nsmaps.symbolic.cycles import CurveCycles as CurveCycles
 from nsmaps.symbolic.cycles import TwoCycles as TwoCycles

@@ -6,7 +6,7 @@ term of alpha_1, where it also stands; and p_1^3 in alpha_3 means phi_max^3.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, overload, runtime_checkable
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, near_match
@@ -97,16 +97,41 @@ class HeldIterate:
         return held_of(self.variable, curves, self.domain, _held_at(self.held, values))
 
 
+@overload
+def second_iterate(
+    polynomial: "AnyPolynomial",
+    phi_min: Held = ...,
+    phi_max: Held = ...,
+    order: Order = ...,
+    *,
+    variable: str | None = ...,
+    piece: str | None = ...,
+    coordinates: Sequence[str] = ...,
+) -> SecondIterate: ...
+
+
+@overload
+def second_iterate(
+    polynomial: "AnyPolynomial",
+    *,
+    held: Sequence[Held],
+    variable: str | None = ...,
+    piece: str | None = ...,
+    coordinates: Sequence[str] = ...,
+) -> HeldIterate: ...
+
+
 def second_iterate(
     polynomial: "AnyPolynomial",
     phi_min: Held = None,
     phi_max: Held = None,
     order: Order = "max_first",
     *,
+    held: Sequence[Held] | None = None,
     variable: str | None = None,
     piece: str | None = None,
     coordinates: Sequence[str] = ("v", "phi"),
-) -> SecondIterate:
+) -> SecondIterate | HeldIterate:
     """The second iterate of one coordinate of a polynomial map, the others held at their extremes alternately.
 
     `max_first` is f(f(v, phi_max), phi_min), eq. seconditerativev; where f falls with phi it is xi_U(xi_L(v)), which fixes q_v.
@@ -117,46 +142,31 @@ def second_iterate(
             for general coefficients b_0, b_1, ... in the order of eq. cubic2dv.
         phi_min, phi_max: the lower and upper extreme of the other coordinate; of several others a mapping of names to numbers.
             If None they are symbols of these names, such as phi_min, or v_min if phi is the variable.
+        order: of the two curves.
+        held: in place of these, n values at which the others are held, in the order in which they are applied, of the n-th
+            iterate: one gives a first-iterate map of eq. auxv. A value of None leaves symbols, such as phi_1 for the first.
         variable: the coordinate that is iterated; the first if omitted.
         piece: of a composite or parametric map.
         coordinates: of a PolyFit, which does not know them.
 
     Raises:
-        NsmapsError: the coordinate takes an absolute value or is unknown, the limit of the degree is exceeded, or the order is
-            unknown.
+        NsmapsError: the coordinate takes an absolute value or is unknown, the limit of the degree is exceeded, the order is
+            unknown, or no value is held.
     """
     from nsmaps.symbolic.formula import formula
 
     if order not in ("max_first", "min_first"):
         raise NsmapsError(f"order is {order!r}; expected: 'max_first' (eq. seconditerativev), 'min_first' (eq. auxv2nd)")
+    if held is not None and not len(held):
+        raise NsmapsError("no value is given to hold the other coordinates at; expected: one for each of n >= 1 iterates")
     f = formula(polynomial, piece, coordinates)
     name = _variable(f, variable)
+    if held is not None:
+        return _held_iterate(f, name, [_held(f, name, each, f"_{k}") for k, each in enumerate(held, 1)])
     low, high = _held(f, name, phi_min, "_min"), _held(f, name, phi_max, "_max")
     composed = _held_iterate(f, name, [high, low] if order == "max_first" else [low, high])
     first, second = composed.curves
     return SecondIterate(composed.variable, composed.expr, composed.alpha, first, second, order, composed.domain, composed.held)
-
-
-def held_iterate(
-    polynomial: "AnyPolynomial",
-    held: Sequence[Held],
-    *,
-    variable: str | None = None,
-    piece: str | None = None,
-    coordinates: Sequence[str] = ("v", "phi"),
-) -> HeldIterate:
-    """The n-th iterate of one coordinate, the others held at n values in the order in which they are applied.
-
-    One value gives a first-iterate map of eq. auxv, two a second iterate. A value of None leaves symbols, such as phi_1 for the
-    first. Other arguments and errors as `second_iterate`.
-    """
-    from nsmaps.symbolic.formula import formula
-
-    if not held:
-        raise NsmapsError("no value is given to hold the other coordinates at; expected: one for each of n >= 1 iterates")
-    f = formula(polynomial, piece, coordinates)
-    name = _variable(f, variable)
-    return _held_iterate(f, name, [_held(f, name, each, f"_{k}") for k, each in enumerate(held, 1)])
 
 
 def envelope_curves(
@@ -173,7 +183,7 @@ def envelope_curves(
         raise NsmapsError(f"the envelope of {envelope.coordinate!r} is {envelope.kind}; expected: one in closed form")
     others = [(k, name) for k, name in enumerate(formula(polynomial, piece).coordinates) if name != envelope.coordinate]
     sides = [{name: float(envelope.held[k, side]) for k, name in others} for side in (0, 1)]
-    lower, upper = (held_iterate(polynomial, [side], variable=envelope.coordinate, piece=piece) for side in sides)
+    lower, upper = (second_iterate(polynomial, held=[side], variable=envelope.coordinate, piece=piece) for side in sides)
     return lower, upper
 
 

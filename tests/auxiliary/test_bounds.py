@@ -55,7 +55,7 @@ def test_an_absolute_value_that_changes_sign_is_no_closed_form():
 
 def test_falling_curves_are_part_1_and_p_and_q_agree_to_rounding():
     """On y in [-1, 1]: xi_U = 0.6 - 0.5 x and xi_L = 0.2 - 0.5 x; p = -1/15, q = 19/30. Later updates go on from there."""
-    domain = attracting_domain(PAIR, ROOM, updates=1)
+    domain = attracting_domain(PAIR, ROOM, max_updates=1)
     p, q = (0.2 - 0.5 * 0.6) / (1 - 0.25), (0.6 - 0.5 * 0.2) / (1 - 0.25)
     x, y = domain.cycles
     assert (domain.status, domain.forward_invariant, domain.part) == ("outer", True, (1, 1))
@@ -79,7 +79,7 @@ def test_falling_curves_are_part_1_and_p_and_q_agree_to_rounding():
 def test_a_hump_inside_the_interval_is_part_2():
     """x' = 0.8 - 3 (x - 0.35)^2, in one coordinate: q is the hump's top, p its image; the top is inside [p, q]."""
     hump = {(0,): 0.8 - 3 * 0.35**2, (1,): 2.1, (2,): -3}
-    domain = attracting_domain(polynomials(("x",), [hump]), [[-0.2, 0.9]], updates=3)
+    domain = attracting_domain(polynomials(("x",), [hump]), [[-0.2, 0.9]], max_updates=3)
     (cycle,) = domain.cycles
     assert domain.part == (2,)
     assert not domain.updates[0].conditions[-1, 0]
@@ -96,7 +96,7 @@ def test_three_coordinates():
         {(0, 0, 2): 0.3, (1, 0, 0): 0.1, (0, 0, 0): 0.1},
     ]
     return_map = polynomials(("x", "y", "z"), terms)
-    domain = attracting_domain(return_map, [[-1, 1], [-1, 1], [-1, 1]], updates=6)
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1], [-1, 1]], max_updates=6)
     assert domain.forward_invariant
     assert [e.kind for e in domain.updates[0].envelopes] == ["closed form", "numeric", "closed form"]
     assert all(cycle.agree for cycle in domain.cycles)
@@ -110,7 +110,7 @@ def test_three_coordinates():
 def test_the_bound_of_a_henon_map_holds_its_attractor():
     """The Henon map in (x, y): 10^5 states of its attractor lie in every box of its updates."""
     henon = polynomials(("x", "y"), [{(0, 0): 1, (2, 0): -1.2, (0, 1): 1}, {(1, 0): 0.2}])
-    domain = attracting_domain(henon, [[-1.2, 1.26], [-0.25, 0.255]], updates=11)
+    domain = attracting_domain(henon, [[-1.2, 1.26], [-0.25, 0.255]], max_updates=11)
     assert domain.forward_invariant, domain.reason
     states = np.zeros((100, 2))
     for step in range(1100):
@@ -163,8 +163,8 @@ class Enclosing:
 
 def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
     box = [[-1, 1], [-1, 1]]
-    outer = attracting_domain(Enclosing(), box, updates=1)
-    inner = attracting_domain(Enclosing(), box, updates=1, bounds="sampled")
+    outer = attracting_domain(Enclosing(), box, max_updates=1)
+    inner = attracting_domain(Enclosing(), box, max_updates=1, bounds="sampled")
     assert (outer.status, inner.status, outer.forward_invariant) == ("enclosed", "sampled", True)
     for ours, theirs in zip(outer.boxes, inner.boxes, strict=True):
         assert (ours[:, 0] <= theirs[:, 0]).all()
@@ -173,7 +173,7 @@ def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
 
 
 def test_states_without_a_bounded_image_trap_nothing():
-    domain = attracting_domain(Enclosing(holes=[np.array([0.3, 0.1])]), [[-1, 1], [-1, 1]], updates=1)
+    domain = attracting_domain(Enclosing(holes=[np.array([0.3, 0.1])]), [[-1, 1], [-1, 1]], max_updates=1)
     assert not domain.forward_invariant
     unknown = "the enclosure does not decide for all states of the box where, or whether, they have an image"
     assert f"{unknown}; all 1004 states tried in it have one" in domain.reason
@@ -185,7 +185,7 @@ def test_states_without_a_bounded_image_trap_nothing():
 def test_a_start_box_is_found_around_a_small_one():
     box, why = smallest_box(Enclosing(), [[0.05, 0.1], [-0.02, 0.02]])
     assert box is not None, why
-    assert attracting_domain(Enclosing(), box, updates=1).forward_invariant
+    assert attracting_domain(Enclosing(), box, max_updates=1).forward_invariant
 
 
 @pytest.mark.parametrize(
@@ -204,8 +204,8 @@ def test_bounds_that_a_map_has_not(return_map, how, error, text):
 
 def test_a_map_of_pieces_is_enclosed():
     pieces = CompositeMap(("x", "y"), ("B",), (Piece("all", Box.of(("x", "y"), [[-2, 2], [-2, 2]]), PAIR, "BB"),))
-    domain, outer = attracting_domain(pieces, ROOM, updates=2), attracting_domain(PAIR, ROOM, updates=2)
-    inner = attracting_domain(pieces, ROOM, updates=2, bounds="sampled")
+    domain, outer = attracting_domain(pieces, ROOM, max_updates=2), attracting_domain(PAIR, ROOM, max_updates=2)
+    inner = attracting_domain(pieces, ROOM, max_updates=2, bounds="sampled")
     assert (domain.status, inner.status, domain.forward_invariant) == ("enclosed", "sampled", outer.forward_invariant)
     assert domain.box == pytest.approx(outer.box, abs=1e-4)
     assert (domain.box[:, 0] <= inner.box[:, 0]).all()

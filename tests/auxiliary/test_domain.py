@@ -27,7 +27,7 @@ class Plain:
 def test_envelopes_of_a_known_map_have_the_extremes_of_its_parabola():
     """x' = x - (y - 0.3)^2 over y in [0, 1]: the upper map touches at y = 0.3, the lower at y = 1."""
     return_map = Plain(lambda x, y: (x - (y - 0.3) ** 2, y))
-    x_map, y_map = envelopes(return_map, [[0, 1], [0, 1]], samples=21)
+    x_map, y_map = envelopes(return_map, [[0, 1], [0, 1]], n_samples=21)
     assert x_map.upper == pytest.approx(x_map.x, abs=1e-14)
     assert x_map.lower == pytest.approx(x_map.x - 0.49, abs=1e-14)
     assert y_map.lower == pytest.approx(y_map.x)
@@ -45,13 +45,13 @@ def test_envelopes_in_four_coordinates_are_those_of_the_formula():
 def test_the_worst_case_settles_on_its_two_cycle():
     """x' = -0.5 x + 0.1 y with |y| <= 1: xi_U = -0.5 x + 0.1, xi_L = -0.5 x - 0.1; p = -0.2, q = 0.2 in the first update."""
     return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1)
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1)
     assert domain.forward_invariant
     assert domain.boxes[-1] == pytest.approx(np.array([[-0.2, 0.2], [0, 0]]), abs=1e-9)
     generic = domain.updates[0].generic
     assert sorted(generic[-2:, 0]) == pytest.approx([-0.2, 0.2], abs=1e-9)
     assert domain.generic_agrees
-    shrunk = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=8)
+    shrunk = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=8)
     assert shrunk.converged
     assert shrunk.sizes[-1] == pytest.approx(0, abs=1e-9)
 
@@ -59,7 +59,7 @@ def test_the_worst_case_settles_on_its_two_cycle():
 def test_a_generic_cobweb_may_underestimate_the_worst_case():
     """A hump that the generic iterates miss: x' = 0.8 - 3 (x - 0.35)^2, no y. The worst case keeps the hump's top."""
     return_map = Plain(lambda x, y: (0.8 - 3 * (x - 0.35) ** 2 + 0 * y, 0.5 * y))
-    domain = attracting_domain(return_map, [[-0.2, 0.9], [-1, 1]], updates=2)
+    domain = attracting_domain(return_map, [[-0.2, 0.9], [-1, 1]], max_updates=2)
     assert domain.forward_invariant
     assert domain.boxes[-1][0, 1] == pytest.approx(0.8, abs=1e-9)
 
@@ -87,7 +87,7 @@ class Wavy(ReturnMap):
 @pytest.mark.parametrize("unit", [1.0, 1e3])
 def test_p_and_q_of_an_enclosure_agree_to_its_own_accuracy(unit):
     """xi_U = 0.4 - 0.5 x, xi_L = 0.2 - 0.5 x: p = 0, q = 0.4. The enclosure ends within 1e-5 of the box."""
-    domain = attracting_domain(Wavy(unit), unit * np.array([[-1, 1], [-1, 1]]), updates=1)
+    domain = attracting_domain(Wavy(unit), unit * np.array([[-1, 1], [-1, 1]]), max_updates=1)
     (x, _) = domain.cycles
     assert domain.status == "enclosed"
     apart = np.abs(x.iterated - x.roots).max()
@@ -100,7 +100,7 @@ def test_p_and_q_of_an_enclosure_agree_to_its_own_accuracy(unit):
 
 def test_the_agreement_of_a_formula_is_that_of_rounding():
     return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    (x, _) = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1).cycles
+    (x, _) = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1).cycles
     assert x.agree
     assert not replace(x, roots=x.roots + 1e-8).agree
     assert replace(x, slope=np.nan).stable is None
@@ -118,30 +118,30 @@ def test_a_box_that_is_left_stops_the_updates_and_says_how():
 
 def test_a_contraction_that_is_not_at_rest_is_not_settled():
     return_map = Plain(lambda x, y: (-0.9 * x + 0.099 * y, -0.9 * y + 0.099 * x))
-    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1)
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1)
     assert domain.forward_invariant
     assert domain.converged == (np.max(1 - np.abs(domain.boxes[-1])) <= 0.02)
     quick = Plain(lambda x, y: (-0.5 * x + 0.3 * y, -0.5 * y + 0.3 * x))
-    assert not attracting_domain(quick, [[-1, 1], [-1, 1]], updates=2).converged
+    assert not attracting_domain(quick, [[-1, 1], [-1, 1]], max_updates=2).converged
 
 
 @pytest.mark.parametrize("share", [0.99, 0.999999])
 def test_what_still_moves_says_by_more_than_what_and_what_to_do(share):
     """Bounds that move by a little more than is allowed, told with digits enough to see it."""
     return_map = Plain(lambda x, y: (-0.5 * x + 0.1 * y, 0.2 * y))
-    moved = np.abs(np.diff(attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1).boxes, axis=0)).max() / 2
-    reason = attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1, tolerance=share * moved).reason
+    moved = np.abs(np.diff(attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1).boxes, axis=0)).max() / 2
+    reason = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1, tolerance=share * moved).reason
     told = float(reason.partition("moved a bound by ")[2].partition(" %")[0])
     assert told == pytest.approx(100 * moved, rel=1e-2)
     assert told > 100 * share * moved
-    assert reason.endswith(f"more than {100 * share * moved:g} %; raise `updates`")
-    assert "raise" not in attracting_domain(return_map, [[-1, 1], [-1, 1]], updates=1, tolerance=moved).reason
+    assert reason.endswith(f"more than {100 * share * moved:g} %; raise `max_updates`")
+    assert "raise" not in attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1, tolerance=moved).reason
 
 
 def test_an_angle_is_taken_on_the_turn_of_the_box():
     """phi' = phi + 0.5 sin(phi) near phi = pi, given with whole turns to spare."""
     return_map = Plain(lambda x, y: (0.5 * x, y + 0.5 * np.sin(y) + 4 * np.pi), ("x", Angle("y")))
-    domain = attracting_domain(return_map, [[-1, 1], [2.5, 3.8]], updates=3)
+    domain = attracting_domain(return_map, [[-1, 1], [2.5, 3.8]], max_updates=3)
     assert domain.forward_invariant
     assert domain.boxes[-1][1] == pytest.approx([np.pi, np.pi], abs=1e-6)
 
@@ -150,7 +150,7 @@ def test_the_smallest_box_is_grown_to_a_trapped_one_or_given_up():
     return_map = Plain(lambda x, y: (-0.5 * x + 0.2, 0.5 * y + 0.1))
     box, why = smallest_box(return_map, [[0.5, 0.6], [0.2, 0.21]], max_growth=40)
     assert box is not None, why
-    assert attracting_domain(return_map, box, updates=1).forward_invariant
+    assert attracting_domain(return_map, box, max_updates=1).forward_invariant
     assert (
         attracting_domain(return_map, [[0.5, 0.6], [0.2, 0.21]], grow=True).forward_invariant is False
     )  # beyond four times the start

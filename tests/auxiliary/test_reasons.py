@@ -85,7 +85,7 @@ class Spiral(ReturnMap):
 
 def test_the_point_is_told_on_the_turn_of_the_box() -> None:
     radius = np.abs(np.linalg.eigvals(np.abs(Spiral.slope))).max()
-    domain = attracting_domain(Spiral(), [[-0.5, 0.5], [6.5, 7.5]], 1, samples=21)
+    domain = attracting_domain(Spiral(), [[-0.5, 0.5], [6.5, 7.5]], 1, n_samples=21)
     assert not domain.forward_invariant
     assert "(r = " in domain.reason
     assert f"phi = 7) the absolute derivatives have spectral radius {radius:.4g}, more than 1" in domain.reason

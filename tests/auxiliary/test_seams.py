@@ -36,7 +36,7 @@ def jumping(unit):
 
 @pytest.mark.parametrize("unit", [1.0, 1e-3])
 def test_a_jump_between_samples_is_not_exceeded_and_both_iterations_end_at_it(unit):
-    domain = attracting_domain(jumping(unit), unit * np.array([[-1, 1], [-1, 1]]), updates=1)
+    domain = attracting_domain(jumping(unit), unit * np.array([[-1, 1], [-1, 1]]), max_updates=1)
     (x, _), sup = domain.updates[0].envelopes, 0.2 - domain.updates[0].envelopes[0].x / unit / 2 + 0.3 * SEAM
     assert (x.upper / unit <= sup).all()
     assert x.upper / unit == pytest.approx(sup, abs=2e-7)
@@ -54,7 +54,7 @@ def test_a_composite_map_is_sampled_within_its_enclosure_at_a_seam():
     for name, sign, slope in (("below", "<", Fraction(3, 10)), ("above", ">=", Fraction(-1, 10))):
         return_map = PolyMap.of_monomials(NAMES, {"x": {**falls, (0, 1): slope}, "y": {(0, 1): Fraction(1, 2)}}, room)
         pieces.append(Piece(name, ConditionRegion(coordinates=NAMES, text=f"y {sign} {SEAM}"), return_map))
-    domain = attracting_domain(CompositeMap(NAMES, ("S",), tuple(pieces)), [[-1, 1], [-1, 1]], updates=1)
+    domain = attracting_domain(CompositeMap(NAMES, ("S",), tuple(pieces)), [[-1, 1], [-1, 1]], max_updates=1)
     assert domain.status == "enclosed"
     assert domain.box[0] == pytest.approx([P, Q], abs=1e-4)
     (x, _), generic = domain.cycles, domain.updates[0].generic[2:, 0]
@@ -67,7 +67,7 @@ def test_a_composite_map_is_sampled_within_its_enclosure_at_a_seam():
 def test_a_jump_along_the_coordinate_itself():
     """x' = x below 0.2341, else x - 0.6: the upper map is largest just before the jump, and no more than 0.2341."""
     return_map = Plain(lambda x, y: (np.where(x < 0.2341, x, x - 0.6) + 0 * y, y / 2))
-    domain = attracting_domain(return_map, [[-0.5, 0.5], [-1, 1]], updates=1)
+    domain = attracting_domain(return_map, [[-0.5, 0.5], [-1, 1]], max_updates=1)
     low, high = domain.updates[0].worst[1, 0]
     assert 0.2341 - 2e-7 < high <= 0.2341
     assert low == -0.5

@@ -48,7 +48,7 @@ def test_a_closed_set_around_the_fixed_point(name):
 def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
     made, window = BuckConverter(E=28), [[12.0, 12.12], [0.51, 0.69]]
     cover = morse_sets(made, window, 6)
-    found = find_cycles(made, window, period=2, depth=4)
+    found = find_cycles(made, window, max_period=2, depth=4)
     fixed, cycle = (each.states for each in found.cycles)
     assert len(cycle) == 2
     (minimal,) = cover.minimal
@@ -63,7 +63,7 @@ def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
 
 
 def test_a_box_that_the_exact_map_carries_into_itself():
-    domain = nsmaps.attracting_domain(DAMPED, [[0.66, 0.77], [1.265, 1.375]], updates=1)
+    domain = nsmaps.attracting_domain(DAMPED, [[0.66, 0.77], [1.265, 1.375]], max_updates=1)
     assert domain.forward_invariant
     assert domain.claim == "enclosed for the exact map"
     states = domain.boxes[0][:, 0] + np.random.default_rng(2).random((200, 2)) * np.ptp(domain.boxes[0], axis=1)

@@ -172,8 +172,8 @@ def test_interruption_keeps_the_last_finished_level():
         ([[1, 0], [0, 1]], {}, "low < high"),
         ([[0, 1]], {}, "each of x, y"),
         ([[0, 1], [0, 1]], {"depth": -1}, "depth is -1"),
-        ([[0, 1], [0, 1]], {"cells": (3,)}, "cells is"),
-        ([[0, 1], [0, 1]], {"cells": 3000}, "4000000"),
+        ([[0, 1], [0, 1]], {"n_cells": (3,)}, "cells is"),
+        ([[0, 1], [0, 1]], {"n_cells": 3000}, "4000000"),
     ],
 )
 def test_calls_that_are_wrong(window, how, message):

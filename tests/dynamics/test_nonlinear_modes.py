@@ -85,7 +85,7 @@ def test_observables_and_their_derivatives_have_the_closed_form():
 
 
 def test_tracks_and_arrivals_keep_the_energy():
-    track = nsmaps.track(WHEEL, [1.0], 6, samples=20)
+    track = nsmaps.track(WHEEL, [1.0], 6, n_samples=20)
     energy = track.states[..., 1] ** 2 / 2 + np.cos(track.states[..., 0])
     assert energy == pytest.approx(np.repeat(energy[:, :1], 20, axis=1), rel=1e-14)
     assert track.events.name.tolist() == ["F"] * 6

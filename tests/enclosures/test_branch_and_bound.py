@@ -40,7 +40,7 @@ class Counted(ReturnMap):
 def test_the_domain_of_fp_takes_hundreds_of_calls_of_the_enclosure_not_thousands():
     """Eleven updates with some 160 worst-case steps: a few rounds each, as pieces of the step before are used again."""
     return_map = Counted(nsmaps.load_system("vi_pair", d=0.35, M=0.1245, g=9.8, beta=pi / 3, F=5))
-    domain = attracting_domain(return_map, START, updates=11)
+    domain = attracting_domain(return_map, START, max_updates=11)
     steps = sum(len(update.worst) - 1 for update in domain.updates)
     assert domain.converged
     assert domain.status == "enclosed"
@@ -58,7 +58,7 @@ def test_the_fitted_domain_takes_hundreds_of_calls_of_bernstein_hulls(monkeypatc
     monkeypatch.setattr(Polynomials, "hulls", lambda self, boxes: calls.append(len(boxes)) or plain(self, boxes))
     terms = {"x": {(0, 0): 1.0, (2, 0): -1.4, (0, 1): 0.1}, "y": {(1, 0): 0.3, (0, 2): 0.1}}
     return_map = PolyMap.of_monomials(("x", "y"), terms, [[-1, 2], [-1, 1]])
-    domain = attracting_domain(return_map, [[-0.75, 1.1], [-0.4, 0.4]], updates=11)
+    domain = attracting_domain(return_map, [[-0.75, 1.1], [-0.4, 0.4]], max_updates=11)
     iterates = sum(len(update.generic) for update in domain.updates if update.forward_invariant)
     assert domain.forward_invariant
     assert iterates > 4000

@@ -59,7 +59,7 @@ def test_just_after_the_section_they_are_first_returns():
     pair, block = RecoilPair(**PAIR), RockingBlock(a=0.8, w=4.0)
     rng = np.random.default_rng(2)
     starts = np.column_stack([rng.uniform(0.2, 1, 30), rng.normal(0, 0.3, (30, 2)), rng.uniform(0, TWO_PI, 30)])
-    after = [track(pair, start, 2, samples=2).events.after[0] for start in starts]
+    after = [track(pair, start, 2, n_samples=2).events.after[0] for start in starts]
     arrivals = pair.arrivals(np.column_stack([np.array(after) - [1e-13, 0, 0, 0], starts[:, 3]]))
     returns = pair.first_return(starts)
     assert [f"B{word}" for word in arrivals.words] == returns.words.tolist()
@@ -74,7 +74,7 @@ def test_just_after_the_section_they_are_first_returns():
 def test_from_flights_they_are_the_next_event_of_the_section(kind):
     chosen = kind(**(STRIPS if kind is SoftImpact else PAIR))
     start = [0.5, 1.0] if kind is SoftImpact else [0.84, 0.19, -0.67, 0.32]
-    made = track(chosen, start, 12, samples=5)
+    made = track(chosen, start, 12, n_samples=5)
     at, letter, times = made.events.time, made.events.letter, made.time[:, 2]
     states = np.column_stack([made.states[:, 2], made.events.phase[:-1] + chosen.phase_rate() * (times - at[:-1])])
     arrivals = chosen.arrivals(states, made.modes.tolist())

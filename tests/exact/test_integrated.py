@@ -124,7 +124,7 @@ def test_impacts_and_tracks_are_those_of_the_closed_form(state):
     assert [*got.wall[first], *got.mark[first]] == [*expected.wall[second], *expected.mark[second]]
     for field in ("time", "phase", "speed"):
         assert getattr(got, field)[first] == pytest.approx(getattr(expected, field)[second], abs=1e-12)
-    one, other = (track(system, state, 6, samples=9) for system in BOTH["pair"])
+    one, other = (track(system, state, 6, n_samples=9) for system in BOTH["pair"])
     assert one.displacement == pytest.approx(other.displacement, abs=1e-13)
     assert one.velocity == pytest.approx(other.velocity, abs=1e-13)
 

@@ -74,7 +74,7 @@ def forced(rates, phase, rate, states):
 @pytest.mark.parametrize("name", MOTIONS)
 def test_flights_are_matrix_exponentials_of_thirty_digits(name):
     system, start, rates = MOTIONS[name]
-    made = track(system, start, 40 if "contact" in name else 9, samples=4)
+    made = track(system, start, 40 if "contact" in name else 9, n_samples=4)
     assert set(made.modes.tolist()) == set(rates)
     with mp.workdps(DIGITS), ctx.workdps(DIGITS):
         for k, mode in enumerate(made.modes.tolist()):
@@ -89,7 +89,7 @@ def test_flights_are_matrix_exponentials_of_thirty_digits(name):
 def test_flights_join_events(name):
     """Each ends in the states just before the next event; phases and times advance together."""
     system, start, _ = MOTIONS[name]
-    made = track(system, start, 30, samples=7)
+    made = track(system, start, 30, n_samples=7)
     events = made.events
     assert made.states[:, -1] == pytest.approx(events.before[1:], abs=1e-13)
     assert np.array_equal(made.states[:, 0], events.after[:-1])
@@ -104,7 +104,7 @@ def test_flights_join_events(name):
 @pytest.mark.parametrize("name", ["belt", "friction"])
 def test_events_of_the_section_are_the_orbit(name):
     system, start, _ = MOTIONS[name]
-    made = track(system, start, 60, samples=2)
+    made = track(system, start, 60, n_samples=2)
     letters = {"belt": ["M", "P"], "friction": ["O"]}[name]
     here = np.isin(made.events.letter, letters)
     orbit = nsmaps.orbit(system, start, here.sum() - 1)

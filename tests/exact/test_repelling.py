@@ -68,7 +68,7 @@ def test_an_event_that_leads_there_ends_the_return_when_it_does():
     np.testing.assert_allclose(returns.time[kicked], 0.5, rtol=1e-14)
     (reason,) = system.reasons(rows[kicked][:1])
     assert "the sliding 'side', 'above' and 'below', lead away from its surface, 0.5 after the start, at c = 0, u = 0" in reason
-    made = track(system, rows[kicked][0], 4, samples=5)
+    made = track(system, rows[kicked][0], 4, n_samples=5)
     assert made.events.name.tolist()[-1] == "K"
 
 

@@ -98,7 +98,7 @@ def test_smoothed_friction_takes_the_energy_of_the_quadrature(eps):
         down = float(mp.findroot(lambda w: way(w) - top, mp.mpf("0.58")))
     ball = Friction(eps=eps)
     assert ball.first_return([[1.0, 0.0]]).image[0, 0] == pytest.approx(down, abs=1e-13)
-    followed = track(ball, [1.0, 0.0], 2, samples=200)
+    followed = track(ball, [1.0, 0.0], 2, n_samples=200)
     assert followed.velocity[0, -1] == pytest.approx(-down, abs=1e-13)
     rates = np.diff(followed.velocity[0]) / np.diff(followed.time[0])
     assert rates[[0, -1]] == pytest.approx([-1.3, -0.7], abs=0.01)

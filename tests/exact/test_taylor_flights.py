@@ -155,7 +155,7 @@ def test_arrivals_and_motions_of_a_cubic_spring() -> None:
     assert found.image[0, 0] == pytest.approx(-(height**2) / np.sqrt(2), rel=1e-14)
     assert found.time[0] == pytest.approx(float(mp.ellipk(0.5)) / height, rel=1e-14)
     np.testing.assert_allclose(found.derivative[0, 0], [-np.sqrt(2) * height, 0.0], rtol=1e-13, atol=1e-13)
-    motion = track(system, [-2.0], 3, samples=40)
+    motion = track(system, [-2.0], 3, n_samples=40)
     x, v = np.moveaxis(motion.states, -1, 0)
     energy = v**2 / 2 + x**4 / 4
     np.testing.assert_allclose(energy, np.repeat(energy[:, :1], 40, axis=1), rtol=1e-13)

@@ -13,7 +13,7 @@ from nsmaps.exact.trajectory import track
 def test_flights_are_those_of_the_papers_formula(pair):
     """Eqs. relvar and eq_impact: Z'' = cos(pi t) + g, Z' -> -r Z' at impacts, from the state of fig. model:abc."""
     system = pair(0.35)
-    made = track(system, [0.43, 0.26], 16, samples=21)
+    made = track(system, [0.43, 0.26], 16, n_samples=21)
     t0 = 0.26 / np.pi
     for k in range(15):
         t, t_hit = t0 + made.time[k], t0 + made.time[k, 0]
@@ -34,7 +34,7 @@ def test_flights_are_those_of_the_papers_formula(pair):
 def test_at_rest_the_ball_falls_and_the_capsule_is_shaken(pair):
     """Eqs. cyl_dim and ball_dim, scaled: x'' = -g between impacts, X = -cos(pi t)/pi^2, membranes at X +- d/2."""
     system = pair(0.35)
-    made = track(system, [0.43, 0.26], 8, samples=41)
+    made = track(system, [0.43, 0.26], 8, n_samples=41)
     steps = np.diff(made.time, axis=1)[:, :1]
     assert np.diff(made.ball, 2, axis=1) / steps**2 == pytest.approx(np.full((7, 39), -system.g_bar), abs=1e-9)
     middle = -np.cos(np.pi * made.time + 0.26) / np.pi**2
@@ -47,7 +47,7 @@ def test_at_rest_the_ball_falls_and_the_capsule_is_shaken(pair):
 def test_a_ball_that_rests_stays_on_its_wall():
     """At a = 1.2 the table throws the ball again at phase arcsin(1/1.2)."""
     system = BouncingBall(a=1.2)
-    made = track(system, [0.05, 5.0], 40, samples=9)
+    made = track(system, [0.05, 5.0], 40, n_samples=9)
     rests = np.flatnonzero(made.impacts.mark[1:] != "")
     assert len(rests)
     assert (made.displacement[rests] == 0).all()

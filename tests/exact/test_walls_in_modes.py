@@ -170,8 +170,8 @@ def test_motions_end_at_a_wall_that_ends_them():
     assert len(impacts.time) == top + 1
     assert impacts.speed == pytest.approx(all_impacts.speed[: top + 1], abs=1e-12)
     assert f"The guard 'T' ends the motion, {impacts.time[-1]:.10g} after the start." == system.reasons(states[k : k + 1])[0]
-    assert track(system, states[k], 9, samples=5).velocity == pytest.approx(
-        track(whole, states[k], top + 1, samples=5).velocity, abs=1e-12
+    assert track(system, states[k], 9, n_samples=5).velocity == pytest.approx(
+        track(whole, states[k], top + 1, n_samples=5).velocity, abs=1e-12
     )
     with pytest.raises(NsmapsError, match="grazing curves need flights in closed form, and Open has the wall 'T', at which"):
         system.grazing_curves({"v": (0.1, 1), "phi": (0, 1)})

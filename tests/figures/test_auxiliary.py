@@ -137,7 +137,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
 def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     """A hump x' = 0.8 - 3 (x - 0.35)^2: the worst case fixes p = xi_L(q) and q = 0.8, the plain composite does not fix q."""
     hump = {(0,): Fraction("0.4325"), (1,): Fraction("2.1"), (2,): Fraction(-3)}
-    domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], updates=2)
+    domain = attracting_domain(PolyMap.of_monomials(("x",), {"x": hump}, [[-1, 1]]), [[-0.2, 0.9]], max_updates=2)
     second_iterate(result.second_iterate, ax, Bounded("hump", domain), "x")
     p, q = domain.updates[-1].worst[-1, 0]
     for name, fixed in (("$N = 2$", p), ("_upper of lower map 2", q)):

@@ -97,7 +97,7 @@ def test_the_motion_at_a_graze_touches_the_wall(ax):
     pair = load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
     found = graze(pair, [0.512, 0.4], {"v": 0.514, "phi": 0.4})
     assert found.words == ("BB", "BTB")
-    gap = track(pair, found.state, 2, samples=4001).displacement - found.tracks[1].at[1]
+    gap = track(pair, found.state, 2, n_samples=4001).displacement - found.tracks[1].at[1]
     assert 0 <= gap.min() < 1e-6
     small = pair.first_return(np.array([found.state + 1e-10 * found.direction])).lifted[0]
     assert (small - found.value) / 1e-5 == pytest.approx(found.coefficient, rel=1e-3)

@@ -170,8 +170,8 @@ def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
         return build_composite(there.coordinates, there.letters, surfaces(there, grid, [family]), [piece])
 
     ends = (0.226, 0.23)
-    fits = {d: fitted(d) for d in chebyshev_nodes(*ends, 5).tolist()}
-    along = parametric_map(fits, "d", *ends, 3).at
+    fits = {d: fitted(d) for d in chebyshev_nodes(ends, 5).tolist()}
+    along = parametric_map(fits, "d", ends, 3).at
     orbit = nsmaps.periodic_orbit(along(D), start)
     assert (orbit.period, orbit.label) == (2, "2:1, period 2")
     branch = nsmaps.continue_branch(along, "p", orbit, D, (D, 0.23), "up")

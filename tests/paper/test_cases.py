@@ -251,7 +251,7 @@ def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):
     grid = Grid(axes={"v": Axis(low=0.69, high=1.01, points=100), "phi": Axis(low=0.19, high=1.15, points=100)})
     fit = PolynomialFit(degrees={"v": 8, "phi": 8}).fit(BTB.surface(pair(0.35), grid))
     error = held_out_error(fit, pair(0.35), box)
-    domain = attracting_domain(fit, box, updates=3, error=error)
+    domain = attracting_domain(fit, box, max_updates=3, error=error)
     assert (domain.of, domain.status) == ("exact map", "inflated by held-out error")
     assert domain.forward_invariant
     exact = ran("fp").domains["exact"].boxes[3]
@@ -276,7 +276,7 @@ def test_domain_fp_of_the_exact_map():
 
 
 def test_domain_fp_of_the_exact_map_shrinks_to_the_fixed_point(pair):
-    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], updates=25, bounds="sampled")
+    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], max_updates=25, bounds="sampled")
     assert domain.forward_invariant
     assert (domain.sizes[-1] < 1e-4).all()
     assert domain.box.mean(axis=1) == pytest.approx([0.83338599, 0.36361156], abs=1e-4)

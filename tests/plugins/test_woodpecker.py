@@ -22,7 +22,7 @@ def test_the_cycle_of_the_toy_and_its_doubling():
 
 def test_the_cycle_passes_the_published_state():
     """The state on it from which Glocker's simulations start, phi_S = -0.2788, v = -0.3411 m/s, omega_S = -7.4583 rad/s."""
-    motion = nsmaps.track(Woodpecker(), CYCLE, 12, samples=200)
+    motion = nsmaps.track(Woodpecker(), CYCLE, 12, n_samples=200)
     slides = motion.states[motion.modes == "2 d"][0]
     v, s = (np.interp(0.2788, -slides[:, 1], slides[:, column]) for column in (2, 4))
     assert (v, s) == pytest.approx((-0.3411, -7.4583), rel=6e-3)

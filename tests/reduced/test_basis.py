@@ -331,7 +331,7 @@ def test_what_needs_polynomials_says_so(fitted):
     with pytest.raises(NsmapsError, match="a Fourier has no closed iterates: it is not of monomials"):
         nsmaps.symbolic.symbolic_iterate(Fourier(harmonics=1), 2)
     with pytest.raises(FitError, match="the piece 'all' has other variables than the coordinates"):
-        parametric_map({0.1: whole(fitted), 0.2: whole(fitted)}, "d", 0.1, 0.2, 1)
+        parametric_map({0.1: whole(fitted), 0.2: whole(fitted)}, "d", (0.1, 0.2), 1)
 
 
 class Logarithm(Own):

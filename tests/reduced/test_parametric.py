@@ -18,7 +18,7 @@ from nsmaps.reduced.fit.polyfit import PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
 
 LOW, HIGH = 0.26, 0.35
-NODES = chebyshev_nodes(LOW, HIGH, 7)
+NODES = chebyshev_nodes((LOW, HIGH), 7)
 surface_of = partial(sheets.surface_of, v=(0.6, 0.9, 25), phi=(0.15, 0.45, 21))
 
 
@@ -43,7 +43,7 @@ def composite(f, d, **axes):
 
 
 def made(f, order=4, nodes=NODES):
-    return parametric_map({d: composite(f, d)[0] for d in nodes.tolist()}, "d", LOW, HIGH, order)
+    return parametric_map({d: composite(f, d)[0] for d in nodes.tolist()}, "d", (LOW, HIGH), order)
 
 
 def test_a_polynomial_of_the_parameter_is_recovered():
@@ -65,7 +65,7 @@ def test_a_polynomial_of_the_parameter_is_recovered():
 
 def test_every_value_shares_one_scaling_though_the_data_do_not():
     nodes = {d: composite(smooth, d, v=(0.6, 0.5 + d, 25))[0] for d in NODES.tolist()}
-    parametric = parametric_map(nodes, "d", LOW, HIGH, 4)
+    parametric = parametric_map(nodes, "d", (LOW, HIGH), 4)
     assert parametric.piece("low").map.domain[0].tolist() == [0.6, 0.5 + NODES.max()]
     states = np.array([[0.7, 0.3]])
     np.testing.assert_allclose(parametric.at(0.3).first_return(states).image, np.column_stack(smooth(0.3, *states.T)), atol=1e-12)
@@ -78,7 +78,7 @@ def test_data_on_one_line_at_every_value():
         surface = surface_of(lambda v, phi, d=d: smooth(d, v, phi))
         on_line = surface.restrict(surface.start[:, 1] == surface.start[0, 1])
         nodes[d] = build_composite(NAMES, ("B",), {"F": on_line}, [line])
-    polymap = parametric_map(nodes, "d", LOW, HIGH, 4).piece("line").map
+    polymap = parametric_map(nodes, "d", (LOW, HIGH), 4).piece("line").map
     assert np.ptp(polymap.domain, axis=1) == pytest.approx([0.3, 0, 0.09])
     assert polymap([[0.7, 0.15, 0.3]])[0, 0] == pytest.approx(smooth(0.3, 0.7, 0.15)[0], abs=1e-13)
 
@@ -116,7 +116,7 @@ def over_the_seam(d, turn):
 def test_neither_the_order_of_the_values_nor_the_turns_of_the_data_matter(seed):
     rng = np.random.default_rng(seed)
     composites = {d: over_the_seam(d, rng.integers(-1, 2)) for d in rng.permutation(np.linspace(0, 2, 9)).tolist()}
-    parametric = parametric_map(composites, "d", 0.0, 2.0, 2)
+    parametric = parametric_map(composites, "d", (0.0, 2.0), 2)
     v, phi = np.random.default_rng(0).uniform([0, -0.3], [1, 0.3], (40, 2)).T
     for d in (0.0, 0.31, 2.0):
         got = parametric.at(d).first_return(np.column_stack([v, phi])).image
@@ -132,7 +132,7 @@ def test_errors_at_values_held_out(order):
     def bumpy(d, v, phi):
         return 0.5 + np.exp(v * phi) * np.sin(60 * d) / 5, 1 + 0 * v
 
-    parametric = made(bumpy, order, chebyshev_nodes(LOW, HIGH, 12))
+    parametric = made(bumpy, order, chebyshev_nodes((LOW, HIGH), 12))
     held = [(d, *composite(bumpy, d)) for d in (LOW, 0.3, 0.33)]
     report = report_on(parametric, [(d, fitted, {"low": surface}) for d, fitted, surface in held])
     assert (report.names, report.values.tolist()) == (("low",), [LOW, 0.3, 0.33])
@@ -156,10 +156,10 @@ WHOLE = PieceSpec(
 
 def quadratics(orders):
     fitted = {}
-    for a in chebyshev_nodes(0.6, 1.3, 5).tolist():
+    for a in chebyshev_nodes((0.6, 1.3), 5).tolist():
         surface = surface_of(lambda v, phi, a=a: quadratic(a, v, phi), v=(-1, 1, 9), phi=(0, 2, 3))
         fitted[a] = build_composite(NAMES, ("B",), {"F": surface}, [WHOLE])
-    return parametric_map(fitted, "a", 0.6, 1.3, 1, orders)
+    return parametric_map(fitted, "a", (0.6, 1.3), 1, orders)
 
 
 def test_period_doublings_of_a_parametric_map_are_where_they_are_known_to_be():
@@ -173,7 +173,7 @@ def test_period_doublings_of_a_parametric_map_are_where_they_are_known_to_be():
 
 def test_images_have_orders_of_their_own():
     """Of least squares at the nodes by themselves: the image of v is of order 0, that of phi of order 2 and so exact."""
-    nodes, states = chebyshev_nodes(0.6, 1.3, 5), np.array([[0.7, 0.3], [-0.4, 2.0]])
+    nodes, states = chebyshev_nodes((0.6, 1.3), 5), np.array([[0.7, 0.3], [-0.4, 2.0]])
     for orders, order in (({"low": {"v": 0, "phi": 2}}, 0), ({"low": 2}, 2)):
         parametric = quadratics(orders)
         slope = np.polynomial.Polynomial.fit(nodes, -nodes, order)
@@ -197,10 +197,10 @@ def test_what_is_refused():
     one, _ = composite(smooth, 0.3)
     other = build_composite(NAMES, ("B",), {}, PIECES[:1])
     with pytest.raises(FitError, match="different pieces"):
-        parametric_map({0.3: one, 0.31: other}, "d", LOW, HIGH, 1)
+        parametric_map({0.3: one, 0.31: other}, "d", (LOW, HIGH), 1)
 
 
 def test_nodes_are_those_of_chebyshev():
-    nodes = chebyshev_nodes(-1, 1, 5)
+    nodes = chebyshev_nodes((-1, 1), 5)
     np.testing.assert_allclose(np.cos(5 * np.arccos(nodes)), 0, atol=1e-14)
     assert (np.diff(nodes) > 0).all()

@@ -156,8 +156,8 @@ def test_files_keep_the_number_of_returns(tmp_path):
 
 
 def test_a_map_of_a_parameter_keeps_the_number_of_returns():
-    nodes = chebyshev_nodes(-1.9, -1.2, 3)
-    made = parametric_map({right: augmented(Tent(right=right)) for right in nodes.tolist()}, "right", -1.9, -1.2, 1)
+    nodes = chebyshev_nodes((-1.9, -1.2), 3)
+    made = parametric_map({right: augmented(Tent(right=right)) for right in nodes.tolist()}, "right", (-1.9, -1.2), 1)
     found = nsmaps.periodic_orbit(made.at(-1.7), [-0.3])
     assert found.period == 2
     assert found.states[0, 0] == pytest.approx(-0.7 / 1.85, abs=1e-12)

@@ -10,7 +10,7 @@ import sympy as sp
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.fit.polyfit import PolynomialFit, SeparableFit
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.symbolic.curve_iterates import envelope_curves, held_iterate, second_iterate
+from nsmaps.symbolic.curve_iterates import envelope_curves, second_iterate
 
 POLY23 = PolynomialFit(degrees={"v": 3, "phi": 2})
 B = sp.symbols("b_0:9", real=True)
@@ -117,12 +117,12 @@ def test_nth_iterates_at_a_sequence_of_values():
     value = 0.62
     for phi in held:
         value = polymap([[value, phi]])[0, 0]
-    iterate = held_iterate(polymap, held)
+    iterate = second_iterate(polymap, held=held)
     assert len(iterate.alpha) == 82
     assert iterate(0.62) == pytest.approx(value, rel=1e-12)
     assert iterate.domain == {"v": (0.5, 1.0)}
     with pytest.raises(NsmapsError, match="iterate 5 has degree 243 and up to 244 terms; expected: degree 100"):
-        held_iterate(polymap, [*held, 0.2])
+        second_iterate(polymap, held=[*held, 0.2])
 
 
 def test_numbers_for_general_coefficients_give_the_iterate_of_numbers():
@@ -174,18 +174,18 @@ def test_bad_calls_are_errors():
     with pytest.raises(NsmapsError, match="no symbol 'c_0'"):
         second_iterate(POLY23).at(c_0=1)
     with pytest.raises(NsmapsError, match="no value is given"):
-        held_iterate(POLY23, [])
+        second_iterate(POLY23, held=[])
     with pytest.raises(
         NsmapsError, match="iterate 3 has degree 27 and up to 3981263 terms; expected: degree 100 and 60000 terms"
     ):
-        held_iterate(POLY23, [None] * 3)
+        second_iterate(POLY23, held=[None] * 3)
 
 
 def test_what_is_held_is_told_in_the_order_of_the_curves():
     polymap = polynomial_map(("v", "phi"), (3, 2), [[0.5, 1.0], [0.1, 0.9]], 5)
     assert second_iterate(polymap, 0.2, 0.7).held == ({"phi": 0.7}, {"phi": 0.2})
     assert second_iterate(polymap, 0.2, 0.7, "min_first").held == ({"phi": 0.2}, {"phi": 0.7})
-    assert held_iterate(polymap, [0.3, 0.1, 0.2]).held == ({"phi": 0.3}, {"phi": 0.1}, {"phi": 0.2})
+    assert second_iterate(polymap, held=[0.3, 0.1, 0.2]).held == ({"phi": 0.3}, {"phi": 0.1}, {"phi": 0.2})
     open_ends = second_iterate(polymap)
     assert open_ends.held == ({"phi": HIGH}, {"phi": LOW})
     half = open_ends.at(phi_max=0.7)

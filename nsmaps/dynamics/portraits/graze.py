@@ -50,7 +50,7 @@ class Graze(WithCoordinates, Result):
         return f"between {' and '.join(self.words)} at {self.state.tolist()}, coefficients of the square root {roots}"
 
 
-def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, samples: int = 400) -> Graze:
+def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, n_samples: int = 400) -> Graze:
     """The graze between two states of different words: the map along the line through them, and its square root.
 
     The graze is found by bisection of the word. The coefficient is that of s in a polynomial in s, the square root of the
@@ -61,7 +61,7 @@ def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, samples: i
         return_map: exact, or of pieces given by formulas.
         one: a state, shape (n,) or by name.
         other: another one, whose return has another word.
-        samples: states along the line, up to the nearer of both on either side.
+        n_samples: states along the line, up to the nearer of both on either side.
 
     Raises:
         NsmapsError: both states have one word, or the map has no square root beside the change of words.
@@ -80,7 +80,7 @@ def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, samples: i
     reach = min(np.linalg.norm(end - place), np.linalg.norm(away - smooth))
     near, far = return_map.first_return(smooth - LEAST * reach * np.array([[1], [2]]) * direction).lifted
     value = 2 * near - far
-    return _beside(return_map, place, direction, float(reach), value, (before, after), samples)
+    return _beside(return_map, place, direction, float(reach), value, (before, after), n_samples)
 
 
 def graze_of(system: System, event: BifurcationPoint) -> Graze:

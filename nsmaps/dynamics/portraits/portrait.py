@@ -75,7 +75,7 @@ def motion_over(return_map: ReturnMap, start: Floats, n_returns: int) -> Track |
     found = track(return_map, start, count)
     while count < MOST and len(_times(found)) == count and _times(found)[-1] < lasts:
         count *= 2
-        found = track(return_map, start, count, samples=2)
+        found = track(return_map, start, count, n_samples=2)
     events = int((_times(found) <= lasts * (1 + ROUNDING)).sum())
     return track(return_map, start, max(events, 2))
 

@@ -71,16 +71,16 @@ class ParametricMap(WithCoordinates, Result):
         return piece_named(self.pieces, name)
 
 
-def chebyshev_nodes(low: float, high: float, count: int) -> Floats:
-    """The zeros of the Chebyshev polynomial of degree `count` between two ends, rising, shape (count,)."""
-    return np.asarray((low + high) / 2 - (high - low) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count), float)
+def chebyshev_nodes(bounds: tuple[float, float], n_nodes: int) -> Floats:
+    """The zeros of the Chebyshev polynomial of degree `n_nodes` between two bounds, rising, shape (n_nodes,)."""
+    low, high = bounds
+    return np.asarray((low + high) / 2 - (high - low) / 2 * np.cos(np.pi * (np.arange(n_nodes) + 0.5) / n_nodes), float)
 
 
 def parametric_map(
     composites: Mapping[float, CompositeMap],
     parameter: str,
-    low: float,
-    high: float,
+    bounds: tuple[float, float],
     order: int,
     orders: Mapping[str, Order] = MappingProxyType({}),
 ) -> ParametricMap:
@@ -89,12 +89,16 @@ def parametric_map(
     Coefficients are first transformed, exactly, to one scaling for each piece, and angles to one turn.
 
     Args:
+        composites: by value of the parameter.
+        parameter: its name.
+        bounds: least and greatest value, between which the map is valid.
         order: the degree of coefficients in the parameter.
         orders: other degrees, by piece, of all its images or by coordinate, as the paper's 4 of f2 and 5 of g2.
 
     Raises:
         FitError: fewer values than the highest order needs, composites of different pieces, or orders of other names.
     """
+    low, high = bounds
     composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
     first, *others = composites.values()

@@ -108,10 +108,10 @@ class ParametricSection(Analysis):
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
         ends = (self.low, self.high)
-        nodes = chebyshev_nodes(*ends, self.number_of_nodes)
+        nodes = chebyshev_nodes(ends, self.number_of_nodes)
         with plan.study.source.located(("parametric",)):
             at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
-            return_map = parametric_map(at_nodes, self.parameter, *ends, self.order, self.orders)
+            return_map = parametric_map(at_nodes, self.parameter, ends, self.order, self.orders)
             held = refits(plan, self.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
             reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
             return {"parametric": reported, "agreement": _compared(self, plan, return_map)}
