@@ -60,6 +60,17 @@ def test_a_diagram_counts_the_states_of_each_cell(scene):
     assert np.nanmax(shade) == 1
 
 
+def test_a_diagram_is_followed_up_or_down():
+    """Of two coexisting attractors each way shows the one that it came from."""
+    scene = scene_of(nsmaps.load_study("vi_pair/bistable"))
+    ways = {way: pictures.diagram(scene, 24, 40, direction=way) for way in (None, "up", "down")}
+    for way, shown in ways.items():
+        how = {"n_returns": pictures.RETURNS, "transient": pictures.DISCARDED, "direction": way}
+        found = nsmaps.bifurcation_diagram(scene.system, "d", shown.states.values, scene.start, **how)
+        np.testing.assert_array_equal(shown.states.states, found.states)
+    assert not np.array_equal(ways["up"].counts, ways["down"].counts)
+
+
 def test_a_plane_has_the_word_of_each_cell_s_middle(scene):
     found = pictures.words(scene, 24)
     (x0, x1), (y0, y1) = scene.plane.values()
@@ -77,6 +88,7 @@ def test_a_scene_saved_is_a_study_that_runs(tmp_path):
     path.write_text(resolved(study_of(scene, "mine")))
     study = nsmaps.load_study(path)
     assert study.system_object().d == 0.3
+    assert study.title == "vi_pair at d = 0.3, r = 0.5, g_bar = 0.211328, explored by hand"
     again = scene_of(study)
     assert (again.parameter, again.values, again.plane) == (scene.parameter, scene.values, scene.plane)
     np.testing.assert_array_equal(again.start, scene.start)

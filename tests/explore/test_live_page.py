@@ -131,6 +131,25 @@ def test_a_slider_moves_by_the_keyboard(live):
     wait(live, lambda: live.get_by_text("The orbit ends on").inner_text() != before)
 
 
+def test_a_value_is_typed_and_taken_back(live, folder):
+    before = live.get_by_text("The orbit ends on").inner_text()
+    field = live.get_by_label("value", exact=True).first
+    field.fill("0.3")
+    field.press("Enter")
+    live.get_by_text("stable cycle of 2 returns, 1:1/2T").wait_for()
+    live.get_by_role("button", name="Find cycles").click()
+    live.get_by_text("multipliers").nth(1).wait_for()
+    live.get_by_label("Name of a study").fill("typed")
+    live.get_by_label("Name of a study").press("Enter")
+    live.get_by_role("button", name="Save as a study").click()
+    live.get_by_text("nsmaps run").wait_for()
+    comments = (folder / "typed.yaml").read_text().splitlines()
+    assert comments[1] == "# Parameters changed: d = 0.3, was 0.35"
+    assert sum(line.startswith("# Cycle found: 1:1/") for line in comments) >= 2
+    live.get_by_role("button", name="Back").click()
+    wait(live, lambda: live.get_by_text("The orbit ends on").inner_text() == before)
+
+
 def test_a_narrow_page_has_no_overflow(live):
     live.set_viewport_size({"width": 390, "height": 800})
     live.wait_for_function("() => innerWidth === 390 && document.documentElement.scrollWidth <= 390")  # laid out anew

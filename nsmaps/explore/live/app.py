@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
@@ -20,6 +21,7 @@ from nsmaps.explore.live.scene import Scene, extents, span, study_of
 from nsmaps.progress import Progress
 
 _ROWS = 230  #: of a diagram, no more than pixels, so that thin lines are whole
+_KEPT = 50  #: scenes to which one can go back
 _WAIT = 80  #: milliseconds without a change of the axes, after which pictures are computed
 _PATIENCE = 10.0  #: seconds that the next, finer picture may take, by what the last one took
 
@@ -45,14 +47,14 @@ class App:
         self.scene, self.page = scene, Page(scene)
         self._first, self._folder = scene, folder
         self._shown: pictures.Diagram | None = None
+        self._found: pictures.Cycles = ()
+        self._earlier: list[Scene] = []
         self._worker = ThreadPoolExecutor(max_workers=1)
         page = self.page
         self._tasks: Mapping[str, Task] = {
             "orbit": Task(lambda scene, level, still: pictures.followed(scene), page.draw_orbit),
             "plane": Task(self._areas, page.draw_plane, (60, 120, 240), 2),
-            "diagram": Task(
-                lambda scene, level, still: pictures.diagram(scene, level, _ROWS, still), self._shows, (80, 240, 720)
-            ),
+            "diagram": Task(self._attractors, self._shows, (80, 240, 720)),
             "cycles": Task(lambda scene, level, still: pictures.cycles(scene), self._list_cycles),
         }
         self._asked, self._pending = dict.fromkeys(self._tasks, 0), dict[str, Any]()
@@ -76,8 +78,11 @@ class App:
         page = self.page
         for name, slider in page.sliders.items():
             slider.on_change("value", lambda attr, old, new, name=name: self._set(name, new))
+            page.entries[name].on_change("value", lambda attr, old, new, name=name: self._set(name, new))
         page.parameter.on_change("value", lambda attr, old, new: self._choose(new, self.scene.coordinate))
         page.coordinate.on_change("value", lambda attr, old, new: self._choose(self.scene.parameter, new))
+        page.follow.on_change("active", lambda attr, old, new: self._refresh("diagram"))
+        page.back.on_click(self._back)
         page.colours.on_change("active", lambda attr, old, new: self._refresh("plane"))
         page.cycles.on_click(lambda: self._refresh("cycles"))
         page.save.on_click(self._save)
@@ -89,16 +94,39 @@ class App:
     # changes by hand
 
     def _set(self, name: str, value: float) -> None:
-        """A parameter from its slider; the diagram depends on all but its own."""
+        """A parameter from its slider or its field, which show the same; the diagram depends on all but its own."""
+        if value is None or value == self.scene.system.parameters[name]:
+            return
         try:
-            self.scene = self.scene.at(**{name: float(value)})
+            scene = self.scene.at(**{name: float(value)})
         except NsmapsError as error:
             self._say(escape(str(error)))
             return
+        self._remember()
+        self.scene = scene
+        self.page.set_value(name, float(value))
         self._refresh("orbit", "plane", *(["diagram"] if name != self.scene.parameter else []))
+
+    def _remember(self) -> None:
+        """Add the scene to those to which `_back` leads."""
+        self._earlier = [*self._earlier[1 - _KEPT :], self.scene]
+
+    def _back(self) -> None:
+        """The scene before the last change by hand."""
+        if not self._earlier:
+            self._say("There is no earlier view.")
+            return
+        self.scene = self._earlier.pop()
+        for name, value in self.scene.system.parameters.items():
+            self.page.set_value(name, value)
+        self.page.widen(self.scene)
+        self._refresh("orbit", "plane", "diagram")
 
     def _choose(self, parameter: str, coordinate: str) -> None:
         """Another parameter or coordinate of the diagram, whose axes are made as wide as they have to be."""
+        if (parameter, coordinate) == (self.scene.parameter, self.scene.coordinate):
+            return
+        self._remember()
         old = self.scene
         values = old.values if parameter == old.parameter else span(old.system, parameter)
         heights = extents(old.system, old.start, parameter, values)[list(old.coordinates).index(coordinate)]
@@ -114,6 +142,10 @@ class App:
             return
         x, y = (float(ends[0]), float(ends[1])), (float(ends[2]), float(ends[3]))
         parts = {"values": x, "heights": y} if key == "diagram" else {"plane": dict(zip(self.scene.plane, (x, y), strict=True))}
+        if all(getattr(self.scene, name) == part for name, part in parts.items()):
+            return
+        if key not in self._pending:
+            self._remember()
         self.scene = replace(self.scene, **parts)
         if key in self._pending:
             self._doc.remove_timeout_callback(self._pending.pop(key))
@@ -126,6 +158,7 @@ class App:
     def _reset(self, key: str, event: Reset) -> None:
         """The axes with which the page began."""
         first = self._first
+        self._remember()
         parts = {"values": first.values, "heights": first.heights} if key == "diagram" else {"plane": first.plane}
         self.scene = replace(self.scene, **parts)
         self.page.widen(self.scene)
@@ -135,11 +168,12 @@ class App:
         """A point was clicked: the start is there, and of the diagram the parameter too."""
         x, y = float(event.x), float(event.y)
         if key == "plane":
+            self._remember()
             self.scene = self.scene.placed(x, y)
             self._refresh("orbit")
         elif self._shown is not None:
             self.scene = replace(self.scene, start=pictures.nearest(self._shown, self.scene, x, y))
-            self.page.sliders[self.scene.parameter].value = x  # what depends on it follows
+            self._set(self.scene.parameter, x)
 
     def _save(self) -> None:
         """Write the scene as a study into the folder; no file is overwritten."""
@@ -150,7 +184,7 @@ class App:
         try:
             if Path(name).name != name:
                 raise ValueError(f"{name!r} is not a name; expected: letters, digits, spaces and _, without a folder")
-            text = resolved(study_of(self.scene, name))
+            text = self._history() + resolved(study_of(self.scene, name))
             with path.open("x", encoding="utf-8") as file:
                 file.write(text)
         except FileExistsError:
@@ -160,13 +194,26 @@ class App:
         else:
             self._say(escape(f"saved; to run it: nsmaps run {path}"))
 
+    def _history(self) -> str:
+        """What was changed and found by hand, as comments above a saved study."""
+        began, now = self._first.system.parameters, self.scene.system.parameters
+        changed = [f"{name} = {now[name]:.12g}, was {began[name]:.12g}" for name in now if now[name] != began[name]]
+        lines = [f"Explored by hand, from: {self._first.title}", f"Parameters changed: {'; '.join(changed) or 'none'}"]
+        lines += [f"Cycle found: {pictures.cycle_text(one)}" for one in self._found]
+        return "".join(f"# {' '.join(line.split())}\n" for line in lines)
+
     # pictures
+
+    def _attractors(self, scene: Scene, level: int, still: Progress) -> pictures.Diagram:
+        ways: tuple[pictures.Way, ...] = None, "up", "down"
+        return pictures.diagram(scene, level, _ROWS, still, ways[self.page.follow.active or 0])
 
     def _refresh(self, *keys: str) -> None:
         """Compute pictures anew, and give up what is being computed of them."""
         self.page.now.location = self.scene.system.parameters[self.scene.parameter]
         if "plane" in keys or "cycles" in keys:
             self._say("")
+            self._found = ()
             self.page.draw_cycles(self.scene, pictures.by_stability((), len(self.scene.start)))
         for key in keys:
             self._asked[key] += 1
@@ -186,9 +233,12 @@ class App:
             return task.compute(scene, task.levels[level], still), monotonic() - begun
 
         def done(found: "Future[tuple[Any, float]]") -> None:
-            if not found.cancelled() and self._asked[key] == number:  # the document of a closed page takes no callbacks
-                self._doc.add_next_tick_callback(partial(self._arrived, key, level, number, scene, found))
+            if not found.cancelled() and self._asked[key] == number:
+                with suppress(AttributeError):  # Bokeh's document of a page that is closed meanwhile has lost its parts
+                    self._doc.add_next_tick_callback(partial(self._arrived, key, level, number, scene, found))
 
+        fine = f", level {level + 1} of {len(task.levels)}" if len(task.levels) > 1 else ""
+        self.page.busy.text = f"computing: {key}{fine}"
         self._worker.submit(work).add_done_callback(done)
 
     def _arrived(self, key: str, level: int, number: int, scene: Scene, found: "Future[tuple[Any, float]]") -> None:
@@ -200,6 +250,7 @@ class App:
             self._say(escape(str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"))
             return
         task, (picture, seconds) = self._tasks[key], found.result()
+        self.page.busy.text = ""
         task.draw(scene, picture)
         if level + 1 < len(task.levels):
             growth = (task.levels[level + 1] / task.levels[level]) ** task.power
@@ -214,6 +265,7 @@ class App:
         self.page.draw_diagram(scene, shown)
 
     def _list_cycles(self, scene: Scene, found: "pictures.Cycles") -> None:
+        self._found = found
         self.page.draw_cycles(scene, pictures.by_stability(found, len(scene.start)))
         lines = [escape(pictures.cycle_text(one)) for one in found] or ["No cycle was found from points of the plane."]
         self._say("<br>".join(lines))

@@ -9,8 +9,11 @@ from bokeh.models import (
     Button,
     ColumnDataSource,
     Div,
+    GlobalInlineStyleSheet,
+    HoverTool,
     LayoutDOM,
     LinearColorMapper,
+    NumericInput,
     RadioButtonGroup,
     Range1d,
     Select,
@@ -22,18 +25,26 @@ from bokeh.plotting import figure
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.explore.live.pictures import Diagram, Followed, Plane
+from nsmaps.explore.live.pictures import DISCARDED, RETURNS, Diagram, Followed, Plane
 from nsmaps.explore.live.scene import Scene, span
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, PIECES, RED, REST, SKY, tint
+from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, PIECES, RED, REST, SKY, family_colours, tint
 
 _STEPS = 400  #: of a slider
 _SHADES = [f"#{level:02x}{level:02x}{level:02x}" for level in range(220, -1, -1)]
 _CURVES = (RED, BLUE, BLACK, GREEN, MAGENTA, SKY, ORANGE)  #: of the motion: the ball or first state, then walls or other states
-_FILLS = [*("#{:02x}{:02x}{:02x}".format(*(round(255 * part) for part in tint(each, 0.4))) for each in PIECES), REST]  #: of areas
+_DARK = "@media (prefers-color-scheme: dark) { html { background: #fff; filter: invert(0.92) hue-rotate(180deg); } }"
 _HELP = "Drag a rectangle on a picture to enlarge it, click a point to follow its orbit. Sliders move by the arrow keys, too."
 _SIDE = 300  #: pixels, of the column of widgets
 _WIDE = {"sizing_mode": "stretch_width", "min_width": 300}
 _PLACE = {"x": "x", "y": "y", "dw": "dw", "dh": "dh"}
+
+
+def _pale(colour: str) -> str:
+    """A colour on which marks can be seen."""
+    return "#{:02x}{:02x}{:02x}".format(*(round(255 * part) for part in tint(colour, 0.4)))
+
+
+_FILLS = [*map(_pale, PIECES), REST]  #: of areas
 
 
 class Page:
@@ -43,13 +54,17 @@ class Page:
         names = list(scene.system.parameters)
         self.title = Div(text=f"<h2>{escape(scene.title)}</h2><p>{_HELP}</p>")
         self.sliders = {name: _slider(scene, name) for name in names}
+        self.entries = {name: _entry(slider) for name, slider in self.sliders.items()}
         self.parameter = Select(title="Parameter of the diagram", value=scene.parameter, options=names)
         self.coordinate = Select(title="Coordinate of the diagram", value=scene.coordinate, options=list(scene.coordinates))
+        self.follow = RadioButtonGroup(labels=["same start", "followed up", "followed down"], active=0)
         self.colours = RadioButtonGroup(labels=["words", "basins"], active=0)
+        self.back = Button(label="Back")
         self.cycles = Button(label="Find cycles of up to four returns")
         self.name = TextInput(title="Name of a study", value="explored")
         self.save = Button(label="Save as a study", button_type="primary")
-        self.said, self.summary, self.areas = Div(text="", width=_SIDE), Div(text="", **_WIDE), Div(text="", **_WIDE)
+        self.busy, self.said = Div(text="", width=_SIDE, styles={"min-height": "1.5em"}), Div(text="", width=_SIDE)
+        self.summary, self.areas = Div(text="", **_WIDE), Div(text="", **_WIDE)
         self._images = {key: ColumnDataSource({name: [] for name in ("image", *_PLACE)}) for key in ("diagram", "plane")}
         self._marks = {key: ColumnDataSource({"x": [], "y": []}) for key in ("orbit", "last", "start", "stable", "unstable")}
         self._curves = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
@@ -60,16 +75,23 @@ class Page:
         self.motion = figure(name="motion", height=360, title=title, **_look("pan"))
         self.motion.multi_line("xs", "ys", source=self._curves, line_color="colour", line_width=1.6, legend_field="name")
         self.motion.xaxis.axis_label = "time" if moves else "return"
+        for picture in (self.diagram, self.plane, self.motion):
+            picture.toolbar.logo = None
+            picture.add_tools(HoverTool(tooltips=[("x", "$x{0.000000}"), ("y", "$y{0.000000}")], point_policy="follow_mouse"))
         self.widen(scene)
 
     def layout(self) -> LayoutDOM:
         """All of it, widgets at the left, or above on a narrow page."""
-        widgets = (self.parameter, self.coordinate, *self.sliders.values(), self.colours, self.cycles, self.name, self.save)
+        values = [row(slider, self.entries[name], width=_SIDE) for name, slider in self.sliders.items()]
+        widgets = (self.busy, self.back, self.parameter, self.coordinate, self.follow, *values, self.colours, self.cycles)
         wraps = {"sizing_mode": "stretch_width", "styles": {"flex-wrap": "wrap"}}
         plane = column(self.areas, self.plane, **_WIDE)
         motion = column(self.summary, self.motion, **_WIDE)
         pictures = column(self.diagram, row(plane, motion, **wraps), **_WIDE)
-        return row(column(self.title, *widgets, self.said, width=_SIDE), pictures, **wraps)
+        style = GlobalInlineStyleSheet(css=_DARK)
+        return row(
+            column(self.title, *widgets, self.name, self.save, self.said, width=_SIDE), pictures, stylesheets=[style], **wraps
+        )
 
     def _make_diagram(self) -> tuple[Any, Span]:
         plot = figure(name="diagram", height=330, title="Attractors from the start", **_look("box_zoom"))
@@ -83,8 +105,8 @@ class Page:
     def _make_plane(self) -> Any:
         plot = figure(name="plane", height=360, **_look("box_zoom"))
         plot.grid.visible = False
-        areas = LinearColorMapper(_FILLS, low=-0.5, high=len(_FILLS) - 0.5)
-        plot.image("image", source=self._images["plane"], color_mapper=areas, level="image", **_PLACE)
+        self._areas = LinearColorMapper(_FILLS, low=-0.5, high=len(_FILLS) - 0.5)
+        plot.image("image", source=self._images["plane"], color_mapper=self._areas, level="image", **_PLACE)
         looks: Mapping[str, tuple[str, dict[str, Any]]] = {
             "orbit": ("orbit", {"size": 3, "color": "#333333"}),
             "last": ("last tenth", {"size": 7, "fill_color": MAGENTA, "line_color": BLACK}),
@@ -94,6 +116,7 @@ class Page:
         }
         for key, (text, look) in looks.items():
             plot.scatter("x", "y", source=self._marks[key], legend_label=text, **look)
+        self._items = dict(zip(looks, plot.legend[0].items, strict=True))
         plot.add_layout(plot.legend[0], "below")
         plot.legend.orientation, plot.legend.click_policy, plot.legend.ncols = "horizontal", "hide", 3
         return plot
@@ -105,16 +128,25 @@ class Page:
         (self.diagram.xaxis.axis_label, self.diagram.yaxis.axis_label) = scene.parameter, scene.coordinate
         (self.plane.xaxis.axis_label, self.plane.yaxis.axis_label) = scene.plane
 
+    def set_value(self, name: str, value: float) -> None:
+        """Show the value of a parameter on its slider and in its field; the slider is made longer where it ends before."""
+        slider = self.sliders[name]
+        slider.update(start=min(slider.start, value), end=max(slider.end, value), value=value)
+        self.entries[name].value = value
+
     def draw_diagram(self, scene: Scene, shown: Diagram) -> None:
         """A diagram over the axes of the scene that it was computed for."""
         self._images["diagram"].data = _placed(shown.shade, scene.values, scene.heights)
-        self.diagram.title.text = f"Attractors from the start at {shown.counts.shape[1]} values"
+        how = ("from the start", "followed up", "followed down")[self.follow.active or 0]
+        self.diagram.title.text = f"Attractors {how} at {shown.counts.shape[1]} values, {RETURNS} returns after {DISCARDED}"
 
     def draw_plane(self, scene: Scene, shown: Plane) -> None:
         """A plane over the axes of the scene that it was computed for, with its areas named above."""
         self._images["plane"].data = _placed(shown.areas.astype(float), *scene.plane.values())
         chip = '<span style="background:{};padding:1px 8px;border:1px solid #888;white-space:nowrap">{}</span>'
-        chips = " ".join(chip.format(_FILLS[k], escape(name)) for k, name in enumerate(shown.names))
+        fills = _fills(shown)
+        self._areas.palette = [*fills, *_FILLS[len(fills) :]]
+        chips = " ".join(chip.format(fills[k], escape(name)) for k, name in enumerate(shown.names))
         self.areas.text = f"<b>{shown.kind}</b> {chips}"
 
     def draw_orbit(self, scene: Scene, found: Followed) -> None:
@@ -136,11 +168,19 @@ class Page:
     def _mark(self, key: str, scene: Scene, states: Floats) -> None:
         x, y = (states[:, list(scene.coordinates).index(name)] for name in scene.plane)
         self._marks[key].data = {"x": x, "y": y}
+        self._items[key].visible = bool(len(x))
+
+
+def _fills(shown: Plane) -> list[str]:
+    """The colours of the areas of a plane: of words those of the figures."""
+    if not shown.of_words:
+        return _FILLS[: len(shown.names)]
+    return [_pale(colour) for colour in family_colours(list(shown.names)).values()]
 
 
 def _look(drag: str) -> dict[str, Any]:
     """The tools of a picture."""
-    return {"tools": "pan,wheel_zoom,box_zoom,reset", "active_drag": drag, "sizing_mode": "stretch_width"}
+    return {"tools": "pan,wheel_zoom,box_zoom,save,reset", "active_drag": drag, "sizing_mode": "stretch_width"}
 
 
 def _placed(image: Floats, x: tuple[float, float], y: tuple[float, float]) -> dict[str, Any]:
@@ -153,4 +193,9 @@ def _slider(scene: Scene, name: str) -> Slider:
     value, (low, high) = scene.system.parameters[name], span(scene.system, name)
     if name == scene.parameter:
         low, high = min(low, *scene.values), max(high, *scene.values)
-    return Slider(title=name, value=value, start=low, end=high, step=(high - low) / _STEPS, format="0.00000", width=_SIDE - 20)
+    return Slider(title=name, value=value, start=low, end=high, step=(high - low) / _STEPS, format="0.00000", width=_SIDE - 120)
+
+
+def _entry(slider: Slider) -> NumericInput:
+    """A field for the value of a slider, also beyond its ends."""
+    return NumericInput(title="value", value=slider.value, mode="float", format="0.0000000", width=90)

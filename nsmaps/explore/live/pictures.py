@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from nsmaps.explore.live.scene import Scene
 from nsmaps.parallel import Parallel
 from nsmaps.progress import Progress
 
+Way = Literal["up", "down"] | None
 MOST = 9  #: areas of a plane that have a colour of their own; the last of them is of all others
 RETURNS, DISCARDED = 300, 500  #: of an orbit, and before those of a diagram
 _TRACKED, _SHOWN = 12, 61  #: impacts or events of the motion that is drawn, states of the orbit of a map
@@ -46,8 +48,11 @@ class Diagram:
             return np.where(self.counts > 0, np.log1p(self.counts) / largest, np.nan)
 
 
-def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = None) -> Diagram:
-    """The attractors from the scene's start at as many values as there are columns, each in the middle of its column."""
+def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = None, direction: Way = None) -> Diagram:
+    """The attractors from the scene's start at as many values as there are columns, each in the middle of its column.
+
+    With a direction attractors are followed through ascending or descending values, each from the last state before.
+    """
     (low, high), (bottom, top) = scene.values, scene.heights
     half = (high - low) / columns / 2
     values = np.linspace(low + half, high - half, columns)
@@ -58,6 +63,7 @@ def diagram(scene: Scene, columns: int, rows: int, progress: Progress | None = N
         scene.start,
         n_returns=RETURNS,
         transient=DISCARDED,
+        direction=direction,
         parallel=Parallel(progress=progress),
     )
     heights = found.states[:, 0, :, list(scene.coordinates).index(scene.coordinate)]
@@ -81,6 +87,7 @@ class Plane:
     """The plane of states in areas, each cell with the number of its area, rows from the lowest up."""
 
     kind: str  #: what the areas are of
+    of_words: bool  #: whether their names are words of returns
     areas: NDArray[np.int64]  #: shape (rows, columns), numbers of `names`
     names: tuple[str, ...]
 
@@ -90,7 +97,7 @@ def words(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
     returns = scene.system.first_return(scene.grid(points).states())
     ends = [Outcome(number).name for number in returns.outcome.tolist()]
     text = np.where(returns.words == "", ends, returns.words)
-    return _areas("First returns by word", text.tolist(), points)
+    return _areas("First returns by word", True, text.tolist(), points)
 
 
 def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
@@ -98,10 +105,10 @@ def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plan
     found = basins(scene.system, scene.grid(points), max_returns=RETURNS, parallel=Parallel(progress=progress))
     names = {k: f"{one.label} ({k + 1})" for k, one in enumerate(found.attractors)}
     names |= {UNRESOLVED: "none reached", ENDED: "ended"}
-    return _areas("Attractors reached", [names[k] for k in found.label.tolist()], points)
+    return _areas(f"Attractors reached within {RETURNS} returns", False, [names[k] for k in found.label.tolist()], points)
 
 
-def _areas(kind: str, names: Sequence[str], points: int) -> Plane:
+def _areas(kind: str, of_words: bool, names: Sequence[str], points: int) -> Plane:
     """Names of the states of a grid, whose last coordinate varies fastest, as numbers in the order of their frequency."""
     kinds, number, count = np.unique(np.asarray(names), return_inverse=True, return_counts=True)
     order = np.argsort(-count, kind="stable")
@@ -109,7 +116,7 @@ def _areas(kind: str, names: Sequence[str], points: int) -> Plane:
     shown = [str(kinds[k]) for k in order[: MOST - 1]]
     if len(kinds) >= MOST:
         shown.append(str(kinds[order[-1]]) if len(kinds) == MOST else f"{len(kinds) - MOST + 1} more")
-    return Plane(kind, rank[number].reshape(points, points).T, tuple(shown))
+    return Plane(kind, of_words, rank[number].reshape(points, points).T, tuple(shown))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -130,10 +130,11 @@ def study_of(scene: Scene, name: str) -> "Study":
     start = dict(zip(scene.coordinates, scene.start.tolist(), strict=True))
     axes = {each: scene.plane.get(each, (value, value)) for each, value in start.items()}
     low, high = scene.values
+    given = ", ".join(f"{name} = {value:.6g}" for name, value in scene.system.parameters.items())
     return Study.model_validate(
         {
             "name": name,
-            "title": scene.title,
+            "title": f"{scene.name} at {given}, explored by hand",
             "system": scene.name,
             "parameters": scene.system.model_dump(),
             "grid": {each: {"from": a, "to": b, "points": _POINTS if a < b else 1} for each, (a, b) in axes.items()},

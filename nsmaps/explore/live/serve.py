@@ -1,5 +1,6 @@
 """The server of a live exploration, for this machine alone."""
 
+import logging
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,7 @@ def server_of(study: "Study", folder: Path, port: int = 0) -> Any:
 
     if not 0 <= port < 65536:
         raise NsmapsError(f"the port is {port}; expected: a number from 1 to 65535, or 0 for any that is free")
+    logging.getLogger("bokeh.server.views.ws").setLevel(logging.ERROR)  # which warns of pictures for a page that was closed
     scene = scene_of(study)
     application = Application(FunctionHandler(lambda doc: App(scene, folder).show(doc)))
     try:

@@ -18,10 +18,10 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
     const axis = name => ({title: {text: name}, gridcolor: line, zerolinecolor: line, backgroundcolor: paper, showbackground: true})
     const layout = {
         margin: {l: 0, r: 0, t: 0, b: 0}, legend: {x: 0, y: 1}, uirevision: "kept", font: {color: ink}, paper_bgcolor: paper,
-        scene: {xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "'"), uirevision: "kept"},
+        scene: {aspectmode: "cube", xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "'"), uirevision: "kept"},
     }
     const sheets = {exact, composite: [fitted], both: [...exact, fitted]}[shown]
-    Plotly.react(box, sheets, layout, {responsive: true, displaylogo: false}).then(() => {
+    Plotly.react(box, sheets, layout, {responsive: true, displaylogo: false, showSendToCloud: false}).then(() => {
         if (box.listens) return
         box.listens = true
         box.on("plotly_click", event => chosen([event.points[0].x, event.points[0].y]))
