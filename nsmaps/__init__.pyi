@@ -4,6 +4,7 @@ from nsmaps import auxiliary as auxiliary
 from nsmaps import bench as bench
 from nsmaps import cells as cells
 from nsmaps import dynamics as dynamics
+from nsmaps import estimation as estimation
 from nsmaps import exact as exact
 from nsmaps import figures as figures
 from nsmaps import proof as proof
@@ -37,6 +38,7 @@ from nsmaps.dynamics.rotation.number import rotation_number as rotation_number
 from nsmaps.dynamics.rotation.staircase import staircase as staircase
 from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
 from nsmaps.errors import NsmapsError as NsmapsError
+from nsmaps.estimation.estimate import estimate as estimate
 from nsmaps.exact.observables.spec import Observable as Observable
 from nsmaps.exact.outcome import Outcome as Outcome
 from nsmaps.exact.returns import Returns as Returns

@@ -40,6 +40,10 @@ class FitError(NsmapsError):
     """Data that cannot bear the polynomial asked for."""
 
 
+class DataError(NsmapsError):
+    """Measured data that cannot be used: states which record, what is wrong with it, and what to do."""
+
+
 class ProofError(NsmapsError):
     """A bound that was asked for cannot be derived."""
 

@@ -41,6 +41,7 @@ RANK = {
     "exports": 4,
     "plugins": 4,
     "testing": 4,
+    "estimation": 4.3,
     "figures": 4.5,
     "study": 5,
     "report": 5.5,

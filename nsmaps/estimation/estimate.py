@@ -1,0 +1,109 @@
+"""Parameters of a system from measured records, by multiple shooting from several starts."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nsmaps.errors import DataError, NsmapsError
+from nsmaps.estimation.records import records_of
+from nsmaps.estimation.result import Estimate
+from nsmaps.estimation.shooting.event_map import EventModel
+from nsmaps.estimation.shooting.fitting import Fit, fit
+from nsmaps.estimation.shooting.guesses import first_guess, library_of, variants_of
+from nsmaps.estimation.shooting.inference import spread_of
+from nsmaps.estimation.shooting.measured import after_transient, shooting_of
+from nsmaps.estimation.shooting.problem import Problem, check_model
+from nsmaps.estimation.space import Space, space_of
+from nsmaps.estimation.summary import Found, estimate_of
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.progress import beat, shows
+
+RETURNS = 8.0  #: returns of a segment
+STARTS, REFINED = 16, 4  #: values of the parameters that are tried, and the best of them, which are fitted
+LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
+
+
+@shows
+def estimate(
+    system: FlowSystem,
+    data: Any,
+    *,
+    free: Sequence[str] | Mapping[str, tuple[float, float]],
+    start: Mapping[str, float] | None = None,
+    starts: int = STARTS,
+    loss: str = "linear",
+    transient: float = 0.0,
+    returns: float = RETURNS,
+    profile: bool | None = None,
+    rng: int | np.random.Generator = 0,
+) -> Estimate:
+    """Parameters of a system from records of its motion, with standard errors: the least squares of times, speeds and samples.
+
+    A record is cut into segments, whose starts are unknown and which are continuous (multiple shooting), so that chaotic
+    motions can be fitted too. Derivatives of times and states are exact, through every event. Impacts of record and model are
+    paired by an alignment, in which missed and spurious ones have a price of 25 in chi2. Several minima are found by starts from
+    a Sobol sequence over the bounds. Starts of motions are estimated, so that records may begin in a transient.
+
+    Args:
+        system: with values for all parameters; those of `free` are first guesses where `start` has none.
+        data: a `Record`, times of impacts, a CSV file, an xarray dataset, a table, or several of these.
+        free: names of the parameters, or their bounds by name. Without bounds they are those of the class, and the search is
+            over these or over half to twice the guess.
+        start: guesses of parameters, and of coordinates of the section.
+        starts: number of starts; 1 for the guess alone.
+        loss: of `scipy.optimize.least_squares`, robust ones as `soft_l1` against outliers.
+        transient: time at the beginning of each record that is left out, in its unit.
+        returns: of a segment, about; fewer where motions are strongly chaotic.
+        profile: whether to compute profile likelihoods; without, where the quadratic approximation misleads.
+        rng: random numbers of the search.
+
+    Raises:
+        DataError: a record cannot be used, or no motion of the system resembles it.
+        ParameterError: a parameter is unknown, or a guess out of bounds.
+        NsmapsError: the system has no events, or an argument is out of range.
+    """
+    FlowSystem.require(system, "an estimate from impacts and samples")
+    if starts < 1 or returns <= 0 or loss not in LOSSES:
+        raise NsmapsError(
+            f"starts {starts}, returns {returns}, loss {loss!r}; expected: above zero, and one of {', '.join(LOSSES)}"
+        )
+    random = np.random.default_rng(rng)
+    records = tuple(after_transient(record, transient) for record in records_of(data))
+    space = space_of(system, free, dict(start or {}))
+    model = EventModel(system, space.names)
+    check_model(model)
+    library = library_of(model, model.at(space.first), random, space.near(model))
+    known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
+    shooting = shooting_of(model, records, library, returns)
+    problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
+    fits = _fits(problem, space, starts, random)
+    if not fits:
+        raise DataError(
+            f"no motion of {type(system).__name__} resembles the data near {space.guess()}; expected: a record of this system, "
+            "other bounds, or more `starts`"
+        )
+    found = [Found(one, spread_of(one, problem.free, problem.scale), number) for one, number in fits]
+    return estimate_of(problem, found, records, profile)
+
+
+def _fits(problem: Problem, space: Space, starts: int, random: np.random.Generator) -> list[tuple[Fit, int]]:
+    """The minima that are reached from the guess and from the best of the other starts, each with the number of its start."""
+    shooting, guesses, found = problem.shooting, [], []
+    variants, points = variants_of(shooting.model, shooting.records), space.points(starts, random)
+    for number, values in enumerate(points):
+        for early in variants:
+            try:
+                library = library_of(shooting.model, shooting.model.at(values), random, space.near(shooting.model))
+                x, score = first_guess(shooting, values, library, random, early)
+            except NsmapsError:
+                continue  # no motion returns at these values
+            guesses.append((score, number, x))
+        beat(0.5 * (number + 1) / len(points))
+    best = sorted(guesses, key=lambda one: one[0])[: REFINED * len(variants)]
+    chosen = [one for one in guesses if one[1] == 0] + [one for one in best if one[1] > 0]
+    for k, (_, number, x) in enumerate(chosen):
+        one = fit(problem, x)
+        found += [(one, number)] if one is not None else []
+        beat(0.5 + 0.5 * (k + 1) / len(chosen))
+    return found

@@ -1,0 +1,1 @@
+"""Multiple shooting: the model from event to event, the pairing of impacts, guesses, and least squares."""

@@ -1,0 +1,123 @@
+"""Least squares from one guess: impacts are paired, the unknowns are fitted, and both are repeated with tighter continuity."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.estimation.shooting.problem import GAP, Measured, Pairing, Problem, Shooting
+
+WEIGHTS = (0.3, 3.0, 30.0, 300.0)  #: of continuity, in turn; the last makes it exact to a share of the noise
+FIRST_SCALE = 0.12  #: of the mean interval of impacts, by which these are first aligned
+TIGHTER = 3.0  #: robust standard deviations of the residuals, by which they are aligned afterwards
+ROUNDS, EVALUATIONS = 14, 25  #: of pairing, and of least squares in each
+TO_SIGMA = 1.4826  #: from the median of absolute residuals to a standard deviation
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A local minimum."""
+
+    x: Floats  #: all unknowns
+    pairings: tuple[Pairing, ...]
+    chi2: float  #: sum of squared residuals of what is paired, over the standard deviations
+    residuals: Floats
+    jacobian: Floats  #: of all residuals by the unknowns, those of continuity included, weighted by the loss
+    unpaired: int  #: impacts that were missed or are spurious, and samples outside of the motion
+    evaluations: int
+    converged: bool  #: whether the last pairing is that of the fit, and least squares converged
+
+    @property
+    def cost(self) -> float:
+        """By which minima are compared: chi2, and a price for each unpaired impact."""
+        return self.chi2 + GAP**2 * self.unpaired
+
+
+def fit(problem: Problem, x: Floats) -> Fit | None:
+    """The minimum reached from a guess of all unknowns; None where the guess has no motion."""
+    shooting = problem.shooting
+    scales = [FIRST_SCALE * mean_interval(record) for record in shooting.records]
+    joined = any(len(record.segments) > 2 for record in shooting.records)
+    x, pairings, evaluations, last, steady = np.clip(x, *problem.limits), list[Pairing](), 0, False, False
+    for number in range(0 if joined else len(WEIGHTS) - 1, ROUNDS):
+        weight = WEIGHTS[min(number, len(WEIGHTS) - 1)]
+        before, pairings = pairings, shooting.pair(x, scales)
+        last = steady and number >= len(WEIGHTS) and all(a.same(b) for a, b in zip(pairings, before, strict=True))
+        found = minimize(problem, x, pairings, weight)
+        if found is None:
+            return None
+        x, evaluations = found.x, evaluations + found.nfev
+        if last:
+            break
+        tighter = _scales(problem, x, pairings)
+        steady = all(new >= 0.9 * old for new, old in zip(tighter, scales, strict=True))
+        scales = [min(new, old) for new, old in zip(tighter, scales, strict=True)]
+    values, _ = shooting.residuals(x, pairings, WEIGHTS[-1])
+    chi2, alone = measured_chi2(shooting, values, pairings), unpaired(shooting, pairings)
+    return Fit(x, tuple(pairings), chi2, values, found.jac, alone, evaluations, bool(last and found.status > 0))
+
+
+def minimize(problem: Problem, x: Floats, pairings: Sequence[Pairing], weight: float, evaluations: int = EVALUATIONS) -> Any:
+    """Least squares with given pairings, the result of scipy; None where the start has no motion."""
+    from scipy.optimize import least_squares
+
+    low, high = problem.limits
+    inner = np.clip(x, low + 1e-12 * problem.scale, high - 1e-12 * problem.scale)
+    value, _ = problem.shooting.residuals(inner, pairings, weight)
+    if not np.isfinite(value).all() or not len(value):
+        return None
+    return least_squares(
+        lambda y: problem.shooting.residuals(y, pairings, weight)[0],
+        inner,
+        lambda y: problem.shooting.residuals(y, pairings, weight)[1],
+        bounds=problem.limits,
+        x_scale=problem.scale,
+        loss=problem.loss,
+        max_nfev=evaluations,
+        xtol=1e-10,
+        ftol=1e-9,
+        gtol=1e-12,
+    )
+
+
+def measured_chi2(shooting: Shooting, residuals: Floats, pairings: Sequence[Pairing]) -> float:
+    """The sum of squares of all residuals but those of continuity."""
+    return float((residuals[measured(shooting, pairings)] ** 2).sum())
+
+
+def measured(shooting: Shooting, pairings: Sequence[Pairing]) -> np.ndarray:
+    """Which residuals are not of continuity, a mask."""
+    sizes = [shooting.sizes(number, pairing) for number, pairing in enumerate(pairings)]
+    return np.concatenate([np.repeat([True, False], [sum(part[:3]), part[3]]) for part in sizes])
+
+
+def unpaired(shooting: Shooting, pairings: Sequence[Pairing]) -> int:
+    """Impacts of the records without one of the model, impacts of the model without one of a record, samples off the motion."""
+    pairs = zip(shooting.records, pairings, strict=True)
+    return sum(
+        len(r.times) - len(p.impacts) + p.missed * (len(r.times) > 0) + len(r.sample_times) - len(p.sampled) for r, p in pairs
+    )
+
+
+def _scales(problem: Problem, x: Floats, pairings: Sequence[Pairing]) -> list[float]:
+    """The deviations of times by which impacts are aligned next: those of the residuals, the noise at least."""
+    shooting, found = problem.shooting, []
+    event_map = shooting.model.at(x[: problem.free])
+    for number, (pairing, known) in enumerate(zip(pairings, problem.noise_known, strict=True)):
+        record, parts = shooting.records[number], shooting.parts(event_map, x, number, pairing)
+        noise = record.noise[pairing.impacts]
+        differences = np.abs(parts[0][0] * noise) if parts else np.zeros(0)
+        if not len(differences):
+            found.append(np.inf)
+            continue
+        least = float(np.median(noise)) if known else 1e-9 * mean_interval(record)
+        found.append(max(TIGHTER * TO_SIGMA * float(np.median(differences)), least))
+    return found
+
+
+def mean_interval(record: Measured) -> float:
+    """The mean interval of the impacts of a record, or its length without them."""
+    first, last = record.span
+    return float(last - first) / max(len(record.times) - 1, 1) or 1.0

@@ -1,0 +1,80 @@
+"""Records in the units of a system, cut into segments, as a problem of multiple shooting."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nsmaps.errors import DataError, near_match
+from nsmaps.estimation.records import Record
+from nsmaps.estimation.shooting.event_map import EventModel
+from nsmaps.estimation.shooting.fitting import mean_interval
+from nsmaps.estimation.shooting.guesses import Library, segments_of
+from nsmaps.estimation.shooting.problem import Measured, Shooting, Units, with_noise
+
+UNKNOWN_NOISE = 0.01  #: of the mean interval of impacts: deviations that stand in for unknown ones
+QUICKEST, SLOWEST = 1e-4, 1e4  #: mean intervals of impacts, over the mean time of a return, that no unit explains
+
+
+def after_transient(record: Record, transient: float) -> Record:
+    """A record without what was measured within a time of its beginning. DataError if nothing is left."""
+    if not transient > 0:
+        return record
+    begin = float(np.concatenate([record.times, record.sample_times]).min()) + transient
+    hits, at = record.times >= begin, record.sample_times >= begin
+    if not hits.any() and not at.any():
+        raise DataError(f"nothing of {record!r} is left after a transient of {transient:g}; expected: less than its length")
+    names = "times", "walls", "speeds", "noise", "speed_noise"
+    cut: dict[str, Any] = {name: getattr(record, name)[hits] for name in names}
+    for name in ("samples", "sample_noise"):
+        cut[name] = {key: value[at] for key, value in getattr(record, name).items()}
+    return replace(record, **cut, sample_times=record.sample_times[at])
+
+
+def shooting_of(model: EventModel, records: Sequence[Record], library: Library, returns: float) -> Shooting:
+    """The residuals of several records. DataError for one that cannot be of the system."""
+    length = float(np.median(library.duration))
+    measured, relative = [], []
+    for record in records:
+        one = measured_of(model, record, length, returns)
+        one = with_noise(one, UNKNOWN_NOISE * mean_interval(one))
+        measured.append(one)
+        relative.append(one.noise / length)
+        if len(one.sample_times):
+            relative.append((one.sample_noise / (np.nanstd(one.samples, axis=0) + 1e-300)).ravel())
+    noise = float(np.nanmedian(np.concatenate(relative)))
+    return Shooting(model, measured, Units(np.append(library.spread, length), noise))
+
+
+def measured_of(model: EventModel, record: Record, length: float, returns: float) -> Measured:
+    """A record in the units of the system, whose mean return takes a time `length`. DataError if it cannot be one of it."""
+    _check_names(model, record)
+    letters = np.array([model.letters.index(wall) if wall else -1 for wall in record.walls], int)
+    unit, speed = record.time_unit, record.length_unit / record.time_unit
+    times, at, names = record.times / unit, record.sample_times / unit, tuple(record.samples)
+    interval = float(np.ptp(times)) / max(len(times) - 1, 1) if len(times) else length
+    if len(times) > 1 and not QUICKEST < interval / length < SLOWEST:
+        raise DataError(
+            f"{record.name or 'the record'}: impacts are {interval:.3g} units of the system's time apart, and a return of "
+            f"{type(model.system).__name__} takes about {length:.3g}; expected: `time_unit`, the system's unit in the record's"
+        )
+    empty = np.zeros((len(at), 0))
+    table = np.column_stack([empty, *(record.samples[name] for name in names)])
+    deviations = np.column_stack([empty, *(record.sample_noise[name] for name in names)])
+    places = np.array([model.definition.states.index(name) for name in names], int)
+    segments = segments_of(model, times, letters, at, returns * length)
+    noise = record.noise / unit, record.speed_noise / speed
+    return Measured(times, letters, record.speeds / speed, *noise, at, places, table, deviations, record.phase, segments)
+
+
+def _check_names(model: EventModel, record: Record) -> None:
+    """Refuse walls and states that the system does not have."""
+    cls, label = type(model.system).__name__, record.name or "the record"
+    walls = [wall for wall in dict.fromkeys(record.walls.tolist()) if wall]
+    for what, names, known in (("wall", walls, model.letters), ("state", record.samples, model.definition.states)):
+        for name in (name for name in names if name not in known):
+            near = near_match(name, known)
+            raise DataError(
+                f"{label} has the {what} {name!r}, and {cls} has {', '.join(known)}{near}; is it a record of this system?"
+            )
