@@ -12,7 +12,7 @@ from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
 from nsmaps.estimation.shooting.guesses import first_guess, library_of, variants_of
 from nsmaps.estimation.shooting.inference import spread_of
-from nsmaps.estimation.shooting.measured import after_transient, shooting_of
+from nsmaps.estimation.shooting.measured import after_transient, return_time, shooting_of
 from nsmaps.estimation.shooting.problem import Problem, check_model
 from nsmaps.estimation.space import Space, space_of
 from nsmaps.estimation.summary import Found, estimate_of
@@ -20,7 +20,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.progress import beat, shows
 
 RETURNS = 8.0  #: returns of a segment
-STARTS, REFINED = 16, 4  #: values of the parameters that are tried, and the best of them, which are fitted
+STARTS, REFINED = 33, 4  #: values of the parameters that are tried, and the best of them, which are fitted
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 
 
@@ -73,11 +73,12 @@ def estimate(
     space = space_of(system, free, dict(start or {}))
     model = EventModel(system, space.names)
     check_model(model)
-    library = library_of(model, model.at(space.first), random, space.near(model))
+    length = return_time(model, records)
+    library = library_of(model, model.at(space.first), random, space.near(model), length)
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
-    shooting = shooting_of(model, records, library, returns)
+    shooting = shooting_of(model, records, library, returns, length)
     problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
-    fits = _fits(problem, space, starts, random)
+    fits = _fits(problem, space, starts, length, random)
     if not fits:
         raise DataError(
             f"no motion of {type(system).__name__} resembles the data near {space.guess()}; expected: a record of this system, "
@@ -87,14 +88,14 @@ def estimate(
     return estimate_of(problem, found, records, profile)
 
 
-def _fits(problem: Problem, space: Space, starts: int, random: np.random.Generator) -> list[tuple[Fit, int]]:
+def _fits(problem: Problem, space: Space, starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
     """The minima that are reached from the guess and from the best of the other starts, each with the number of its start."""
     shooting, guesses, found = problem.shooting, [], []
     variants, points = variants_of(shooting.model, shooting.records), space.points(starts, random)
     for number, values in enumerate(points):
         for early in variants:
             try:
-                library = library_of(shooting.model, shooting.model.at(values), random, space.near(shooting.model))
+                library = library_of(shooting.model, shooting.model.at(values), random, space.near(shooting.model), length)
                 x, score = first_guess(shooting, values, library, random, early)
             except NsmapsError:
                 continue  # no motion returns at these values

@@ -13,7 +13,7 @@ from nsmaps.estimation.result import LEVELS, Estimate, Minima, Pairs, Profile
 from nsmaps.estimation.shooting.event_map import EventMap
 from nsmaps.estimation.shooting.fitting import WEIGHTS, Fit
 from nsmaps.estimation.shooting.inference import ProfileLine, Spread, crossing, misleads, profile
-from nsmaps.estimation.shooting.problem import Problem, Shooting, enough_events
+from nsmaps.estimation.shooting.problem import Problem, Shooting, enough_events, most_events
 
 SAME = 0.5  #: standard errors within which minima of one chi2 are the same
 TWO_SIGMA = 4.0  #: rise of chi2 at two standard errors
@@ -145,7 +145,13 @@ def pairs_of(problem: Problem, best: Fit, records: Sequence[Record], scale: floa
     event_map = shooting.model.at(best.x[: problem.free])
     for number, (record, pairing) in enumerate(zip(records, best.pairings, strict=True)):
         starts, offsets = shooting.starts(best.x, number)
-        _, times = enough_events(event_map, starts, offsets, np.append(starts[1:, -1], shooting.records[number].span[1]))
+        _, times = enough_events(
+            event_map,
+            starts,
+            offsets,
+            np.append(starts[1:, -1], shooting.records[number].span[1]),
+            most_events(shooting.records[number]),
+        )
         parts = shooting.parts(event_map, best.x, number, pairing) or [(np.zeros(0), np.zeros(0))] * 4
         speeds.append(parts[1][0])
         samples.append(parts[2][0])

@@ -292,6 +292,7 @@ class EventMap:
     def _letters(self, words: Any, count: int, known: Bools) -> Ints:
         """The numbers of letters of the starts and of the events after them, shape (S, E)."""
         numbers = {letter: k for k, letter in enumerate(self.model.letters)}
-        last = np.array([numbers.get(word[-1:], -1) for word in words], int).reshape(-1, count).T
-        first = np.array([numbers.get(word[:1], -1) for word in words[:count]], int)
+        known_words, which = np.unique(words, return_inverse=True)
+        ends = np.array([[numbers.get(word[:1], -1), numbers.get(word[-1:], -1)] for word in known_words], int)[which]
+        first, last = ends[:count, 0], ends[:, 1].reshape(-1, count).T
         return np.where(known, np.hstack([first[:, None], last]), -1)

@@ -12,7 +12,8 @@ from nsmaps.estimation.shooting.problem import GAP, Measured, Pairing, Problem, 
 WEIGHTS = (0.3, 3.0, 30.0, 300.0)  #: of continuity, in turn; the last makes it exact to a share of the noise
 FIRST_SCALE = 0.12  #: of the mean interval of impacts, by which these are first aligned
 TIGHTER = 3.0  #: robust standard deviations of the residuals, by which they are aligned afterwards
-ROUNDS, EVALUATIONS = 14, 25  #: of pairing, and of least squares in each
+ROUNDS, EVALUATIONS = 12, 20  #: of pairing, and of least squares in each
+HOPELESS, BETTER = 100.0, 0.8  #: mean squared residual that is not of noise, and its share in a round worth another
 TO_SIGMA = 1.4826  #: from the median of absolute residuals to a standard deviation
 
 
@@ -40,7 +41,7 @@ def fit(problem: Problem, x: Floats) -> Fit | None:
     shooting = problem.shooting
     scales = [FIRST_SCALE * mean_interval(record) for record in shooting.records]
     joined = any(len(record.segments) > 2 for record in shooting.records)
-    x, pairings, evaluations, last, steady = np.clip(x, *problem.limits), list[Pairing](), 0, False, False
+    x, pairings, evaluations, last, steady, error = np.clip(x, *problem.limits), list[Pairing](), 0, False, False, np.inf
     for number in range(0 if joined else len(WEIGHTS) - 1, ROUNDS):
         weight = WEIGHTS[min(number, len(WEIGHTS) - 1)]
         before, pairings = pairings, shooting.pair(x, scales)
@@ -49,8 +50,10 @@ def fit(problem: Problem, x: Floats) -> Fit | None:
         if found is None:
             return None
         x, evaluations = found.x, evaluations + found.nfev
-        if last:
+        mean = float(np.mean(found.fun**2))
+        if last or (number > len(WEIGHTS) and mean > max(HOPELESS, BETTER * error)):
             break
+        error = mean
         tighter = _scales(problem, x, pairings)
         steady = all(new >= 0.9 * old for new, old in zip(tighter, scales, strict=True))
         scales = [min(new, old) for new, old in zip(tighter, scales, strict=True)]

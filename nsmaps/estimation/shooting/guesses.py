@@ -10,8 +10,10 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import DataError
 from nsmaps.estimation.shooting.event_map import EventMap, EventModel, before_system
 from nsmaps.estimation.shooting.problem import Measured, Shooting, enough_events
+from nsmaps.exact.returns import Returns
 
 ORBITS, RETURNS = 48, 40  #: of the library of states
+STATES = 600  #: of these, and of further ones within their range
 CANDIDATES, NEAREST = 60, 40  #: starts that are scored for a segment, and those of them that are nearest in phase
 TOLERANCE = 0.1  #: of the mean interval of impacts, or of the spread of a state: differences that score
 SAMPLED = 10  #: samples of a segment that are scored
@@ -19,13 +21,13 @@ SAMPLED = 10  #: samples of a segment that are scored
 
 @dataclass(frozen=True)
 class Library:
-    """States that a model visits on its section, with those one return before."""
+    """Starts of returns on the section of a model, as frequent as the time that they take."""
 
     states: Floats  #: shape (L, c), without the phase
     phase: Floats  #: shape (L,)
-    before: Floats  #: shape (L, c)
-    phase_before: Floats
-    duration: Floats  #: shape (L,), of the return between them
+    next_phase: Floats  #: shape (L,), at the end of the return
+    duration: Floats  #: shape (L,)
+    typical: float  #: time of a return, as of one under way at a random instant
 
     @property
     def spread(self) -> Floats:
@@ -34,8 +36,10 @@ class Library:
         return np.where(spread > 1e-9 * np.abs(self.states).max(axis=0), spread, np.abs(self.states).max(axis=0) + 1e-30)
 
 
-def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator, near: Floats | None) -> Library:
-    """The states on orbits from random starts over four decades of size, or from one state.
+def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator, near: Floats | None, length: float) -> Library:
+    """States on orbits from random starts over four decades of size, or near one state, and any within their range.
+
+    Returns that take about the time `length`, that of those in the data, are the most frequent; NaN if it is unknown.
 
     Raises:
         DataError: no orbit of the system returns.
@@ -43,21 +47,38 @@ def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator,
     system = before_system(event_map.system)
     angles = system.coordinates.angles
     size = 10.0 ** rng.uniform(-2, 1.5, (ORBITS, 1)) * np.abs(rng.normal(size=(ORBITS, len(angles))))
-    size *= np.where(rng.random(size.shape) < 0.5, 1, -1) if "v" not in system.coordinates.names[:1] else 1
+    size *= 1 if model.is_impact else rng.choice([-1, 1], size.shape)
     starts = np.where(angles, rng.uniform(0, TWO_PI, size.shape), size)
     if near is not None:
         starts[: ORBITS // 2, ~angles] = near * (1 + 0.2 * rng.normal(size=(ORBITS // 2, len(near))))
-    found = system.orbits(starts, RETURNS)
-    known = found.valid & (found.time > 0) & np.isfinite(found.start).all(axis=1)
-    if not known.any():
+    orbits = system.orbits(starts, RETURNS)
+    found = _weighted(orbits, rng, length)
+    if found is None:
         raise DataError(
-            f"no orbit of {type(system).__name__} at {event_map.system} returns from {ORBITS} starts; expected: parameters "
-            "at which there are impacts, or a state in `start`"
+            f"no orbit of {system} returns from {ORBITS} starts; expected: parameters at which there are impacts, or a state in "
+            "`start`"
         )
-    phase = found.image[:, angles].sum(axis=1), found.start[:, angles].sum(axis=1)
-    return Library(
-        found.image[known][:, ~angles], phase[0][known], found.start[known][:, ~angles], phase[1][known], found.time[known]
-    )
+    low, high = np.quantile(found.start, [0.01, 0.99], axis=0)
+    wide = 0.2 * (high - low) * ~angles
+    box = np.where(angles, 0.0, low - (0 if model.is_impact else wide)), np.where(angles, TWO_PI, high + wide)
+    inner = _weighted(system.first_return(rng.uniform(*box, (STATES, len(angles)))), rng, length)
+    both = Returns.concatenate([found] if inner is None else [found, inner])
+    phases = both.start[:, angles].sum(axis=1), both.image[:, angles].sum(axis=1)
+    typical = float(np.nansum(orbits.time[orbits.valid] ** 2) / np.nansum(orbits.time[orbits.valid]))
+    return Library(both.start[:, ~angles], *phases, both.time, typical)
+
+
+def _weighted(found: Returns, rng: np.random.Generator, length: float) -> Returns | None:
+    """Returns drawn with probabilities that fall from those that take a time on, so that chatter does not prevail; None of none.
+
+    Without the time it is that of the mean return.
+    """
+    known = np.flatnonzero(found.valid & (found.time > 0) & np.isfinite(found.start).all(axis=1))
+    if not len(known):
+        return None
+    ratio = found.time[known] / (found.time[known].mean() if np.isnan(length) else length)
+    share = np.minimum(ratio, 1 / ratio)
+    return found.select(np.sort(rng.choice(known, STATES, p=share / share.sum())))
 
 
 def variants_of(model: EventModel, records: Sequence[Measured]) -> tuple[bool, ...]:
@@ -84,7 +105,7 @@ def first_guess(
         offset, own = record.offset, []
         for k in range(len(record.segments) - 1):
             candidates, phases = _candidates(event_map, record, k, library, offset, rng, early)
-            scores = _scores(event_map, record, k, candidates, phases, library)
+            scores = _scores(event_map, record, k, candidates, phases)
             best = int(np.argmin(scores))
             total += float(scores[best])
             own.append(candidates[best])
@@ -111,8 +132,8 @@ def _candidates(
     parts = []
     if segment == 0 and len(possible) and early:
         first = possible[int(record.letters[0] < 0 and len(possible) > 1)]  # of walls unknown the second impact
-        k = _nearest(library.phase, rate * first + offset if known else None, rng)
-        parts.append((library.before[k], first - library.duration[k], library.phase_before[k]))
+        k = _nearest(library.next_phase, rate * first + offset if known else None, rng)
+        parts.append((library.states[k], first - library.duration[k], library.phase[k]))
     for time in () if parts else earlier:
         k = _nearest(library.phase, rate * time + offset if known else None, rng)
         parts.append((library.states[k], np.full(len(k), time), library.phase[k]))
@@ -143,21 +164,22 @@ def section_impacts(model: EventModel, record: Measured) -> Floats:
     return found
 
 
-def _scores(event_map: EventMap, record: Measured, segment: int, starts: Floats, offsets: Floats, library: Library) -> Floats:
+def _scores(event_map: EventMap, record: Measured, segment: int, starts: Floats, offsets: Floats) -> Floats:
     """How far the motions from starts are from what was measured in a segment, shape (K,)."""
     begin, end = record.segments[segment], record.segments[segment + 1]
     begin = begin if segment else record.span[0]
     mine = np.flatnonzero((record.times >= begin) & (record.times <= end))
-    letters, times = enough_events(event_map, starts, offsets, np.full(len(starts), end))
+    ends = np.full(len(starts), end)
+    few = len(mine) + 2 * len(event_map.model.letters) + 2
+    letters, times = event_map.times(starts, offsets, few) if len(mine) else enough_events(event_map, starts, offsets, ends, 100)
     found = np.zeros(len(starts))
     if len(mine):
         interval = TOLERANCE * (record.span[1] - record.span[0]) / max(len(record.times) - 1, 1)
-        for k, (letter, time) in enumerate(zip(letters, times, strict=True)):
-            seen = (letter >= 0) & np.isfinite(time)
-            distances = np.abs(record.times[mine, None] - np.where(seen, time, np.inf))
-            distances[(record.letters[mine, None] >= 0) & (record.letters[mine, None] != letter)] = np.inf
-            inside = int((seen & (time >= begin - interval) & (time <= end + interval)).sum())
-            found[k] = (np.minimum(distances.min(axis=1, initial=np.inf) / interval, 1.0) ** 2).sum() + abs(inside - len(mine))
+        times = np.where((letters >= 0) & np.isfinite(times), times, np.inf)
+        distances = np.abs(record.times[mine, None] - times[:, None, :])
+        distances[(record.letters[mine, None] >= 0) & (record.letters[mine, None] != letters[:, None, :])] = np.inf
+        inside = ((times >= begin - interval) & (times <= end + interval)).sum(axis=1)
+        found = (np.minimum(distances.min(axis=2) / interval, 1.0) ** 2).sum(axis=1) + np.abs(inside - len(mine))
     sampled = np.flatnonzero((record.sample_times >= begin) & (record.sample_times <= end))
     if len(sampled):
         found += _sample_scores(event_map, record, sampled, starts, offsets, letters.shape[1])

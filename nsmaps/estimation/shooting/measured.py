@@ -14,7 +14,7 @@ from nsmaps.estimation.shooting.guesses import Library, segments_of
 from nsmaps.estimation.shooting.problem import Measured, Shooting, Units, with_noise
 
 UNKNOWN_NOISE = 0.01  #: of the mean interval of impacts: deviations that stand in for unknown ones
-QUICKEST, SLOWEST = 1e-4, 1e4  #: mean intervals of impacts, over the mean time of a return, that no unit explains
+LENGTHS = 300.0  #: of returns in the data, over those of the model, beyond which the unit of time is wrong
 
 
 def after_transient(record: Record, transient: float) -> Record:
@@ -32,9 +32,25 @@ def after_transient(record: Record, transient: float) -> Record:
     return replace(record, **cut, sample_times=record.sample_times[at])
 
 
-def shooting_of(model: EventModel, records: Sequence[Record], library: Library, returns: float) -> Shooting:
-    """The residuals of several records. DataError for one that cannot be of the system."""
-    length = float(np.median(library.duration))
+def return_time(model: EventModel, records: Sequence[Record]) -> float:
+    """The time of a return in the records, by the number of impacts that may be at the section; NaN without any."""
+    total, count = 0.0, 0.0
+    for record in records:
+        possible = record.times[np.isin(record.walls, [*model.section, ""])]
+        if len(possible) > 1:
+            total += float(np.ptp(possible)) / record.time_unit
+            count += (len(possible) - 1) / (len(model.letters) if (record.walls == "").all() else 1)
+    return total / count if total > 0 else np.nan
+
+
+def shooting_of(model: EventModel, records: Sequence[Record], library: Library, returns: float, length: float) -> Shooting:
+    """The residuals of several records, `length` as of `return_time`. DataError for one that cannot be of the system."""
+    if length * LENGTHS < library.typical or length > LENGTHS * library.typical:
+        raise DataError(
+            f"returns take about {length:.3g} units of the system's time in the data, and {library.typical:.3g} in "
+            f"{type(model.system).__name__}; expected: `time_unit`, the system's unit of time in that of the record"
+        )
+    length = float(np.median(library.duration)) if np.isnan(length) else length
     measured, relative = [], []
     for record in records:
         one = measured_of(model, record, length, returns)
@@ -53,12 +69,6 @@ def measured_of(model: EventModel, record: Record, length: float, returns: float
     letters = np.array([model.letters.index(wall) if wall else -1 for wall in record.walls], int)
     unit, speed = record.time_unit, record.length_unit / record.time_unit
     times, at, names = record.times / unit, record.sample_times / unit, tuple(record.samples)
-    interval = float(np.ptp(times)) / max(len(times) - 1, 1) if len(times) else length
-    if len(times) > 1 and not QUICKEST < interval / length < SLOWEST:
-        raise DataError(
-            f"{record.name or 'the record'}: impacts are {interval:.3g} units of the system's time apart, and a return of "
-            f"{type(model.system).__name__} takes about {length:.3g}; expected: `time_unit`, the system's unit in the record's"
-        )
     empty = np.zeros((len(at), 0))
     table = np.column_stack([empty, *(record.samples[name] for name in names)])
     deviations = np.column_stack([empty, *(record.sample_noise[name] for name in names)])

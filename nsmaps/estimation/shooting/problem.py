@@ -17,7 +17,6 @@ from nsmaps.estimation.shooting.event_map import EventMap, EventModel, Events
 
 GAP = 5.0  #: in standard deviations: an impact further from that of the model was missed or is spurious
 MARGIN = 4  #: events that are computed beyond those of a segment
-MOST_EVENTS = 4000  #: of one segment
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ class Shooting:
     def _pair(self, event_map: EventMap, x: Floats, number: int, scale: float) -> Pairing:
         record, (starts, offsets) = self.records[number], self.starts(x, number)
         ends = np.append(starts[1:, -1], record.span[1])
-        letters, times = enough_events(event_map, starts, offsets, ends)
+        letters, times = enough_events(event_map, starts, offsets, ends, most_events(record))
         section = np.isin(letters, [self.model.letters.index(letter) for letter in self.model.section])
         nodes = []
         for k, end in enumerate(ends[:-1]):
@@ -259,15 +258,20 @@ class Problem:
         return len(self.shooting.model.free)
 
 
-def enough_events(event_map: EventMap, starts: Floats, offsets: Floats, ends: Floats) -> tuple[Ints, Floats]:
-    """Letters and times of so many events that each motion reaches its end, or stops."""
+def enough_events(event_map: EventMap, starts: Floats, offsets: Floats, ends: Floats, most: int) -> tuple[Ints, Floats]:
+    """Letters and times of so many events, `most` at most, that each motion reaches its end, or stops."""
     n = 2 + MARGIN
     while True:
         letters, times = event_map.times(starts, offsets, n)
         last = times[:, -MARGIN]
-        if ((last > ends) | np.isnan(last)).all() or n >= MOST_EVENTS:
+        if ((last > ends) | np.isnan(last)).all() or n >= most:
             return letters, times
-        n = min(2 * n, MOST_EVENTS)
+        n = min(2 * n, most)
+
+
+def most_events(record: Measured) -> int:
+    """The number of events of a segment beyond which a motion has nothing to do with a record, as that of chatter."""
+    return 200 + 8 * len(record.times)
 
 
 def with_noise(record: Measured, noise: float) -> Measured:
