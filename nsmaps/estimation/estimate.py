@@ -31,10 +31,10 @@ def estimate(
     *,
     free: Sequence[str] | Mapping[str, tuple[float, float]],
     start: Mapping[str, float] | None = None,
-    starts: int = STARTS,
+    n_starts: int = STARTS,
     loss: str = "linear",
     transient: float = 0.0,
-    returns: float = RETURNS,
+    n_returns: float = RETURNS,
     profile: bool | None = None,
     rng: int | np.random.Generator = 0,
 ) -> Estimate:
@@ -51,10 +51,10 @@ def estimate(
         free: names of the parameters, or their bounds by name. Without bounds they are those of the class, and the search is
             over these or over half to twice the guess.
         start: guesses of parameters, and of coordinates of the section.
-        starts: number of starts; 1 for the guess alone.
+        n_starts: number of starts; 1 for the guess alone.
         loss: of `scipy.optimize.least_squares`, robust ones as `soft_l1` against outliers.
         transient: time at the beginning of each record that is left out, in its unit.
-        returns: of a segment, about; fewer where motions are strongly chaotic.
+        n_returns: of a segment, about; fewer where motions are strongly chaotic.
         profile: whether to compute profile likelihoods; without, where the quadratic approximation misleads.
         rng: random numbers of the search.
 
@@ -64,9 +64,9 @@ def estimate(
         NsmapsError: the system has no events, or an argument is out of range.
     """
     FlowSystem.require(system, "an estimate from impacts and samples")
-    if starts < 1 or returns <= 0 or loss not in LOSSES:
+    if n_starts < 1 or n_returns <= 0 or loss not in LOSSES:
         raise NsmapsError(
-            f"starts {starts}, returns {returns}, loss {loss!r}; expected: above zero, and one of {', '.join(LOSSES)}"
+            f"n_starts {n_starts}, n_returns {n_returns}, loss {loss!r}; expected: above zero, and one of {', '.join(LOSSES)}"
         )
     random = np.random.default_rng(rng)
     records = tuple(after_transient(record, transient) for record in records_of(data))
@@ -76,22 +76,22 @@ def estimate(
     length = return_time(model, records)
     library = library_of(model, model.at(space.first), random, space.near(model), length)
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
-    shooting = shooting_of(model, records, library, returns, length)
+    shooting = shooting_of(model, records, library, n_returns, length)
     problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
-    fits = _fits(problem, space, starts, length, random)
+    fits = _fits(problem, space, n_starts, length, random)
     if not fits:
         raise DataError(
             f"no motion of {type(system).__name__} resembles the data near {space.guess()}; expected: a record of this system, "
-            "other bounds, or more `starts`"
+            "other bounds, or more `n_starts`"
         )
     found = [Found(one, spread_of(one, problem.free, problem.scale), number) for one, number in fits]
     return estimate_of(problem, found, records, profile)
 
 
-def _fits(problem: Problem, space: Space, starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
+def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
     """The minima that are reached from the guess and from the best of the other starts, each with the number of its start."""
     shooting, guesses, found = problem.shooting, [], []
-    variants, points = variants_of(shooting.model, shooting.records), space.points(starts, random)
+    variants, points = variants_of(shooting.model, shooting.records), space.points(n_starts, random)
     for number, values in enumerate(points):
         for early in variants:
             try:

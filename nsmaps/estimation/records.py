@@ -38,7 +38,7 @@ class Record(Result):
     length_unit: float = 1.0
     name: str = ""
 
-    def __repr__(self) -> str:
+    def __str__(self) -> str:
         span = np.concatenate([self.times, self.sample_times])
         samples = f", {len(self.sample_times)} samples of {', '.join(self.samples)}" if self.samples else ""
         name = f"{self.name}: " if self.name else ""

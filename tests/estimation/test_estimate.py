@@ -28,7 +28,7 @@ def noisy(seed: int) -> np.ndarray:
 
 def test_a_record_of_times_gives_the_parameters_within_their_errors() -> None:
     record = Record.of(noisy(1), WALLS.tolist(), noise=NOISE, phase=0.0)
-    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, starts=1)
+    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, n_starts=1)
     assert found.converged
     assert found.describes
     assert np.all(np.abs(found.values - [0.5, 0.35]) < 3 * found.errors)
@@ -47,7 +47,7 @@ def test_missed_doubled_quantised_impacts_of_a_drifting_rig_in_seconds_are_fitte
     times, walls, _ = Rig(drift=2e-4).impacts(45, 0.8, 0.4, 45.0)
     seen, letters = sensed(times + 0.4 / np.pi, walls, rng, NOISE, 1e-3)
     record = Record.of(seen * unit, letters.tolist(), phase=0.0, time_unit=unit)
-    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, starts=1)
+    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, n_starts=1)
     assert found.minima.unpaired[0] == 6  # five missed, one doubled
     data, model = found.words[0]
     assert data.count("-") == 5
@@ -73,7 +73,7 @@ def test_speeds_alone_determine_what_times_leave_open_and_samples_count_too() ->
         samples={"place": states + 0.005 * rng.standard_normal(7)},
         sample_noise=0.005,
     )
-    found = nsmaps.estimate(PAIR, record, free=["r"], start={"r": 0.45}, starts=1)
+    found = nsmaps.estimate(PAIR, record, free=["r"], start={"r": 0.45}, n_starts=1)
     assert abs(found.values[0] - 0.5) < 3 * found.errors[0]
     assert len(found.speed_residuals) == 31
     assert len(found.sample_residuals) == 7
@@ -94,7 +94,7 @@ def test_parameters_that_the_data_cannot_distinguish_are_named() -> None:
     """Of a ball without forcing the times depend on v/g alone."""
     times = np.array([0.25 + sum(2 * 0.8 ** (j + 1) * 3.0 / 9.81 for j in range(n)) for n in range(7)])
     record = Record.of(times, noise=1e-4)
-    found = nsmaps.estimate(Drop(g=9.0, e=0.78), record, free={"g": (5.0, 15.0), "e": (0.5, 0.95)}, start={"v": -3.0}, starts=1)
+    found = nsmaps.estimate(Drop(g=9.0, e=0.78), record, free={"g": (5.0, 15.0), "e": (0.5, 0.95)}, start={"v": -3.0}, n_starts=1)
     assert found.rank == 1
     assert found.undetermined == ("g",)
     assert abs(found.parameters["e"] - 0.8) < 1e-6
@@ -134,7 +134,7 @@ def cam_record() -> Record:
 
 
 def test_a_false_minimum_is_named_as_such() -> None:
-    alone = nsmaps.estimate(CAM, cam_record(), free=BOUNDS, start={"r": 0.8, "P": 25.0}, starts=1)
+    alone = nsmaps.estimate(CAM, cam_record(), free=BOUNDS, start={"r": 0.8, "P": 25.0}, n_starts=1)
     assert alone.chi2 > 1e4
     assert not alone.describes
     assert "the model does not describe the data" in str(alone)
@@ -157,7 +157,7 @@ def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
         nsmaps.estimate(PAIR, Record.of([0.0, 1.0], "BC"), free=["r"])
     assert "\n" not in str(error.value)
     with pytest.raises(DataError, match=r"returns take about .* expected: `time_unit`"):
-        nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], starts=1)
+        nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], n_starts=1)
     with pytest.raises(DataError, match="has the state 'X', and VIPair has place, v"):
         nsmaps.estimate(PAIR, Record.of(sample_times=[0.0, 1.0], samples={"X": [0.0, 1.0]}, sample_noise=0.1), free=["r"])
     with pytest.raises(ParameterError, match=r"start has 'q'; expected: free parameters or coordinates, r, v, phi"):

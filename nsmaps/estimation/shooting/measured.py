@@ -24,7 +24,7 @@ def after_transient(record: Record, transient: float) -> Record:
     begin = float(np.concatenate([record.times, record.sample_times]).min()) + transient
     hits, at = record.times >= begin, record.sample_times >= begin
     if not hits.any() and not at.any():
-        raise DataError(f"nothing of {record!r} is left after a transient of {transient:g}; expected: less than its length")
+        raise DataError(f"nothing of {record} is left after a transient of {transient:g}; expected: less than its length")
     names = "times", "walls", "speeds", "noise", "speed_noise"
     cut: dict[str, Any] = {name: getattr(record, name)[hits] for name in names}
     for name in ("samples", "sample_noise"):

@@ -258,15 +258,15 @@ class Problem:
         return len(self.shooting.model.free)
 
 
-def enough_events(event_map: EventMap, starts: Floats, offsets: Floats, ends: Floats, most: int) -> tuple[Ints, Floats]:
-    """Letters and times of so many events, `most` at most, that each motion reaches its end, or stops."""
+def enough_events(event_map: EventMap, starts: Floats, offsets: Floats, ends: Floats, max_events: int) -> tuple[Ints, Floats]:
+    """Letters and times of so many events, `max_events` at most, that each motion reaches its end, or stops."""
     n = 2 + MARGIN
     while True:
         letters, times = event_map.times(starts, offsets, n)
         last = times[:, -MARGIN]
-        if ((last > ends) | np.isnan(last)).all() or n >= most:
+        if ((last > ends) | np.isnan(last)).all() or n >= max_events:
             return letters, times
-        n = min(2 * n, most)
+        n = min(2 * n, max_events)
 
 
 def most_events(record: Measured) -> int:
