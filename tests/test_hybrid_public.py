@@ -92,14 +92,14 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "ReturnMap": lambda s: isinstance(s, nsmaps.exact.ReturnMap),
     "FullAuxiliaryMap": lambda s: nsmaps.auxiliary.FullAuxiliaryMap(s, [box(s)]),
     "StripMap": lambda s: nsmaps.reduced.StripMap(s, None),
-    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), 1, n_samples=3),
+    "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), max_updates=1, n_samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
     "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(s, {SWEPT[s]: tuple(values(s)), SECOND[s]: (0.0, 1.0)}, near(s)),
     "bifurcation_diagram": swept,
-    "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), 0.01),
+    "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), tolerance=0.01),
     "box_map": lambda s: nsmaps.cells.box_map(s),
     "period_doubling_cascade": lambda s: nsmaps.period_doubling_cascade(
-        s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), "up", 1
+        s, SWEPT[s], near(s), float(values(s)[0]), tuple(values(s)), direction="up", n_doublings=1
     ),
     "chatter_cascade": lambda s: nsmaps.dynamics.chatter_cascade(along(s), SWEPT[s], near(s), tuple(values(s)), 1),
     "parameter_plane": lambda s: nsmaps.parameter_plane(
@@ -111,18 +111,18 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         max_period=2,
         observables=["work"],
     ),
-    "forward_invariant_box": lambda s: nsmaps.cells.forward_invariant_box(s, box(s), 1),
+    "forward_invariant_box": lambda s: nsmaps.cells.forward_invariant_box(s, box(s), n_cells=1),
     "match_attractors": lambda s: nsmaps.dynamics.match_attractors([swept(s)]),
     "compose_pieces": lambda s: nsmaps.symbolic.compose_pieces(s, ["R1"]),
-    "conley_indices": lambda s: nsmaps.cells.conley_indices(s, box(s), 1),
+    "conley_indices": lambda s: nsmaps.cells.conley_indices(s, box(s), depth=1),
     "continue_branch": branch,
     "curve_cycles": lambda s: nsmaps.symbolic.curve_cycles(s),
     "switch_branch": lambda s: nsmaps.switch_branch(s, SWEPT[s], s, tuple(values(s))),
     "exit_times": lambda s: nsmaps.cells.exit_times(
-        s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), 0, 2
+        s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), depth=0, n_cells=2
     ),
     "certificate_of": lambda s: nsmaps.proof.certificate_of(s, [near(s)]),
-    "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), 3, "sampled"),
+    "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), n_samples=3, bounds="sampled"),
     "periodic_orbits_by_word": lambda s: nsmaps.dynamics.periodic_orbits_by_word(s, 1),
     "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], n_returns=4, transient=0),
     "staircase": lambda s: nsmaps.staircase(s, SWEPT[s], tuple(values(s)), STARTS[s], max_period=2, transient=4),
@@ -130,14 +130,14 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "topological_entropy": lambda s: nsmaps.symbolic.topological_entropy(s),
     "track": lambda s: nsmaps.track(s, STARTS[s], 2),
     "export": lambda s: nsmaps.export(s, "latex"),
-    "find_cycles": lambda s: nsmaps.cells.find_cycles(s, box(s), 1, 0, 2),
+    "find_cycles": lambda s: nsmaps.cells.find_cycles(s, box(s), max_period=1, depth=0, n_cells=2),
     "global_continuation": lambda s: nsmaps.global_continuation(
         s, SWEPT[s], values(s), box(s), n_samples=4, max_returns=200, n_kicks=2, n_directions=2, n_states=1
     ),
     "symbolic_iterate": lambda s: nsmaps.symbolic.symbolic_iterate(s, 2),
     "lyapunov": lambda s: nsmaps.lyapunov(s, starts=STARTS[s], n_returns=32, transient=4),
     "manifold": lambda s: nsmaps.manifold(s, near(s), length=0.1),
-    "morse_sets": lambda s: nsmaps.cells.morse_sets(s, box(s), 0, 2),
+    "morse_sets": lambda s: nsmaps.cells.morse_sets(s, box(s), depth=0, n_cells=2),
     "noisy_orbits": noisy,
     "observe": lambda s: [
         nsmaps.observe(s, STARTS[s], ["work"], n_returns=4, n_batches=2),
@@ -160,7 +160,9 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
     ),
     "strip_map": lambda s: nsmaps.reduced.strip_map(s, box(s), 1e-2),
-    "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(s, nsmaps.cells.morse_sets(s, box(s), 0, 2)),
+    "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(
+        s, nsmaps.cells.morse_sets(s, box(s), depth=0, n_cells=2)
+    ),
     "two_cycles": lambda s: nsmaps.symbolic.two_cycles(s),
 }
 PACKAGES = [

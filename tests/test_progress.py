@@ -126,11 +126,13 @@ def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
 
 
 REPORTING = {
-    "attracting_domain": lambda system, how: nsmaps.attracting_domain(system, BOX, 3, bounds="sampled", n_samples=21, **how),
+    "attracting_domain": lambda system, how: nsmaps.attracting_domain(
+        system, BOX, max_updates=3, bounds="sampled", n_samples=21, **how
+    ),
     "strip_map": lambda system, how: nsmaps.reduced.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
-    "morse_sets": lambda system, how: nsmaps.cells.morse_sets(system, BOX, 2, **how),
-    "find_cycles": lambda system, how: nsmaps.cells.find_cycles(system, BOX, 1, 2, **how),
-    "exit_times": lambda system, how: nsmaps.cells.exit_times(system, {"all": WHOLE}, BOX, 1, 8, **how),
+    "morse_sets": lambda system, how: nsmaps.cells.morse_sets(system, BOX, depth=2, **how),
+    "find_cycles": lambda system, how: nsmaps.cells.find_cycles(system, BOX, max_period=1, depth=2, **how),
+    "exit_times": lambda system, how: nsmaps.cells.exit_times(system, {"all": WHOLE}, BOX, depth=1, n_cells=8, **how),
     "orbit": lambda system, how: nsmaps.orbit(system, [0.2, 0.1], 300_000, **how),
     "partition": lambda system, how: nsmaps.partition(system, GRID, nsmaps.Partition(tolerance=0.05, kind="accurate"), **how),
 }
@@ -198,7 +200,10 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
 @pytest.mark.parametrize(
     ("name", "call"),
     [
-        ("attracting domain", lambda system: nsmaps.attracting_domain(system, BOX, 2, bounds="sampled", n_samples=21)),
+        (
+            "attracting domain",
+            lambda system: nsmaps.attracting_domain(system, BOX, max_updates=2, bounds="sampled", n_samples=21),
+        ),
         ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
         ("strip map", lambda system: nsmaps.reduced.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
         (
@@ -206,8 +211,8 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
             lambda system: nsmaps.bifurcation_diagram(system, "d", [0.3, 0.35], [0.8, 0.3], n_returns=20, transient=20),
         ),
         ("basins", lambda system: nsmaps.basins(system, np.random.default_rng(1).uniform(0.2, 1, (50, 2)), max_returns=200)),
-        ("morse_sets", lambda system: nsmaps.cells.morse_sets(system, BOX, 1)),
-        ("find_cycles", lambda system: nsmaps.cells.find_cycles(system, BOX, 1, 1)),
+        ("morse_sets", lambda system: nsmaps.cells.morse_sets(system, BOX, depth=1)),
+        ("find_cycles", lambda system: nsmaps.cells.find_cycles(system, BOX, max_period=1, depth=1)),
         ("orbit", lambda system: nsmaps.orbit(system, [0.2, 0.1], 200_000)),
     ],
 )
@@ -255,8 +260,8 @@ def test_a_run_says_its_step(monkeypatch, tmp_path):
 
 
 def test_a_domain_stops_in_time_with_the_updates_that_are_finished(pair):
-    whole = nsmaps.attracting_domain(pair(0.35), BOX, 3)
-    part = nsmaps.attracting_domain(pair(0.35), BOX, 3, max_seconds=0)
+    whole = nsmaps.attracting_domain(pair(0.35), BOX, max_updates=3)
+    part = nsmaps.attracting_domain(pair(0.35), BOX, max_updates=3, max_seconds=0)
     assert len(whole.updates) > len(part.updates) == 1
     assert np.array_equal(part.boxes, whole.boxes[:2])
     assert (part.forward_invariant, part.converged) == (True, False)

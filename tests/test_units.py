@@ -88,7 +88,7 @@ def branch(units):
     system, ends = units.of(plain), [units.parameter(plain, "d", d) for d in (0.2, 0.4)]
     orbit = nsmaps.periodic_orbit(system, units.states([0.8, 0.4]))
     assert orbit.converged
-    found = nsmaps.continue_branch(system, "d", orbit, system.d, tuple(ends), "down")
+    found = nsmaps.continue_branch(system, "d", orbit, system.d, tuple(ends), direction="down")
     return found, units.parameter(plain, "d", 1)
 
 
@@ -110,7 +110,7 @@ def doublings(units):
     plain, values = SYSTEMS["capsule"][0], []
     system, ends = units.of(plain), [units.parameter(plain, "d", d) for d in (0.26, 0.4)]
     orbit = nsmaps.periodic_orbit(system, units.states([0.8, 0.4]))
-    for branch in nsmaps.period_doubling_cascade(system, "d", orbit, system.d, tuple(ends), "down", n_doublings=2):
+    for branch in nsmaps.period_doubling_cascade(system, "d", orbit, system.d, tuple(ends), direction="down", n_doublings=2):
         event = branch.of_kind("period doubling")[0]
         there = nsmaps.periodic_orbit(system.at(d=event.value), event.orbit.states, branch.period)
         assert abs(there.multipliers[0] + 1) < 1e-7

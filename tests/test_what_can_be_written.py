@@ -286,7 +286,7 @@ def own_map():
             track(return_map, [0.5], 2)
     proved = verify(prove_map(Logistic(r=2.5), cycles=[([0.6], 1)]))
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
-    found = nsmaps.cells.find_cycles(Logistic(r=2.5), [[0.3, 0.9]], 1)
+    found = nsmaps.cells.find_cycles(Logistic(r=2.5), [[0.3, 0.9]], max_period=1)
     assert [cycle.states[0, 0] for cycle in found.cycles] == [pytest.approx(0.6)]
     assert all(nsmaps.export(Logistic(r=2.5), language) for language in LANGUAGES)
     exec(nsmaps.export(Logistic(r=2.5), "python"), program := {})
@@ -294,7 +294,7 @@ def own_map():
     with pytest.raises(nsmaps.NsmapsError, match="given by a program, and not by formulas"):
         nsmaps.export(InPython(a=2.5), "c")
     with pytest.raises(nsmaps.NsmapsError, match="encloses no images of boxes"):
-        nsmaps.cells.find_cycles(InPython(a=2.5), [[0.3, 0.9]], 1)
+        nsmaps.cells.find_cycles(InPython(a=2.5), [[0.3, 0.9]], max_period=1)
 
 
 CASES = {

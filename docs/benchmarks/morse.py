@@ -74,19 +74,19 @@ def one_by_one(system: VIPair) -> None:
 
 def enclosed(system: VIPair) -> None:
     """The same cells all at once by one batch of enclosures."""
-    morse_sets(system, WINDOW, 0, 2**DEPTH)
+    morse_sets(system, WINDOW, depth=0, n_cells=2**DEPTH)
 
 
 def halved(system: VIPair) -> None:
     """The same cells at the last of five levels."""
-    morse_sets(system, WINDOW, 4, 2 ** (DEPTH - 4))
+    morse_sets(system, WINDOW, depth=4, n_cells=2 ** (DEPTH - 4))
 
 
 def main() -> None:
     """Print the least times of every way, and how many times faster the enclosures are."""
     system = VIPair(d=0.30, r=0.5, M=0.1245, g=9.8, beta=pi / 3, F=5)
     ways: tuple[Callable[[VIPair], None], ...] = (python, compiled, one_by_one, enclosed, halved)
-    morse_sets(system, WINDOW, 0, 4)  # compiled before the race
+    morse_sets(system, WINDOW, depth=0, n_cells=4)  # compiled before the race
     states = np.random.default_rng(0).uniform(*WINDOW.T, (300, 2))
     own = np.array([written(system.d, system.g_bar, system.r, x) for x in states.tolist()])
     print(

@@ -21,7 +21,7 @@ def compute(folder: Path) -> None:
     """Write the run, whose cells are 512 along each axis."""
     study = nsmaps.load_study("vi_pair/fp")
     result = nsmaps.run_study(type(study).model_validate({key: getattr(study, key) for key in KEPT}))
-    found = find_cycles(result.system, WINDOW, 1, 4, 32)
+    found = find_cycles(result.system, WINDOW, max_period=1, depth=4, n_cells=32)
     target = forward_invariant_box(result.system, BOX)
-    times = exit_times(result.system, result.composite, WINDOW, 4, target=target, cycles=found.cycles)
+    times = exit_times(result.system, result.composite, WINDOW, depth=4, target=target, cycles=found.cycles)
     write(result.with_parts({"exit_times": times}), folder)

@@ -78,8 +78,8 @@ class AttractingDomain(WithCoordinates, Result):
 def attracting_domain(
     return_map: AnyMap,
     box: BoxLike,
-    max_updates: int = 11,
     *,
+    max_updates: int = 11,
     grow: bool = False,
     n_samples: int = 201,
     tolerance: float = 0.01,

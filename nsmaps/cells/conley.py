@@ -23,7 +23,7 @@ class MorseGraph:
 
 
 @shows
-def conley_indices(return_map: Boxed, box: BoxLike, depth: int = 5, *, of: str = "") -> MorseGraph:
+def conley_indices(return_map: Boxed, box: BoxLike, *, depth: int = 5, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 
     CMGDB takes one image box of a cell: the hull of the images by all words, so that its sets may be larger than those of

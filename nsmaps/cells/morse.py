@@ -94,9 +94,9 @@ class MorseCover(Result):
 def morse_sets(
     return_map: Boxed,
     box: BoxLike,
+    *,
     depth: int = 4,
     n_cells: int | Sequence[int] = 8,
-    *,
     of: str = "",
     progress: Progress | None = None,
 ) -> MorseCover:
@@ -210,7 +210,7 @@ class ForwardInvariantSet(Result):
 
 @shows
 def forward_invariant_box(
-    return_map: Boxed, box: BoxLike, n_cells: int | Sequence[int] = 32, *, of: str = ""
+    return_map: Boxed, box: BoxLike, *, n_cells: int | Sequence[int] = 32, of: str = ""
 ) -> ForwardInvariantSet:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 

@@ -81,10 +81,10 @@ class CycleSearch(Result):
 def find_cycles(
     return_map: ReturnMap | PolyMap,
     box: BoxLike,
+    *,
     max_period: int = 1,
     depth: int = 6,
     n_cells: int | Sequence[int] = 8,
-    *,
     of: str = "",
     progress: Progress | None = None,
 ) -> CycleSearch:
@@ -168,7 +168,7 @@ def _add(return_map: ReturnMap, cells: Cells, guess: Floats, found: list[Periodi
         states = states[: _least_period(states, cells.coordinates, scale)]
         if cells.coordinates.near(points, states[0], SAME, scale).any() or (cells.numbers_of(states) < 0).any():
             continue
-        cycle = periodic_orbit(return_map, states, len(states), RESIDUAL, scale)
+        cycle = periodic_orbit(return_map, states, len(states), tolerance=RESIDUAL, scale=scale)
         if cycle.converged and cycle.exists:
             found.append(cycle)
             points = np.concatenate([points, cycle.states])

@@ -136,7 +136,7 @@ def stability(multipliers: ArrayLike) -> bool | None:
 
 
 def periodic_orbit(
-    return_map: ReturnMap, start: StateLike, period: int = 1, tolerance: float = 1e-10, scale: ArrayLike | None = None
+    return_map: ReturnMap, start: StateLike, period: int = 1, *, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 

@@ -17,6 +17,7 @@ def periodic_orbits(
     return_map: ReturnMap,
     starts: ArrayLike,
     period: int = 1,
+    *,
     words: Sequence[str] | None = None,
     tolerance: float = 1e-10,
     min_distance: float = 1e-6,
@@ -40,7 +41,7 @@ def periodic_orbits(
     found: list[PeriodicOrbit] = []
     rotations = None if words is None else {(*words[k:], *words[:k]) for k in range(len(words))}
     for start in as_states(starts, ReturnMap.require(return_map, "periodic orbits").coordinates):
-        orbit = periodic_orbit(return_map, start, period, tolerance)
+        orbit = periodic_orbit(return_map, start, period, tolerance=tolerance)
         if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
             continue
         turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
@@ -70,7 +71,8 @@ def periodic_orbits_by_word(return_map: PiecewiseMap, max_period: int, tolerance
 
     return_map = PiecewiseMap.require(return_map, "cycles by their words")
     return tuple(
-        periodic_orbit(return_map, states, len(states), tolerance) for _, states in cycles_of_words(return_map, max_period)
+        periodic_orbit(return_map, states, len(states), tolerance=tolerance)
+        for _, states in cycles_of_words(return_map, max_period)
     )
 
 

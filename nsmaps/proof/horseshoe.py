@@ -48,7 +48,7 @@ def prove_horseshoe(
         ProofError: the system is of another kind, or the covering relations that were found do not show chaos.
     """
     provable(system)
-    return certificate_of(system, find_cycles(system, window, period, depth, cells).cycles, returns)
+    return certificate_of(system, find_cycles(system, window, max_period=period, depth=depth, n_cells=cells).cycles, returns)
 
 
 def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Sequence["PeriodicOrbit"], returns: int = 1) -> Certificate:

@@ -33,9 +33,9 @@ from nsmaps.study.study import Study
 def run_study(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
+    *,
     progress: Progress | None = None,
     resume: bool = False,
-    *,
     installed_only: bool = False,
     max_memory: float | None = None,
     max_hours: float | None = None,

@@ -130,7 +130,7 @@ def test_inflated_bounds_are_those_of_the_map_that_the_polynomial_stands_for():
     assert domain.claim == "estimated for the exact map: inflated by held-out error"
     certified = attracting_domain(PAIR, ROOM, error=ErrorBound(error.values, "certified"))
     assert certified.claim == "enclosed for the exact map: inflated by certified error"
-    assert attracting_domain(PAIR, ROOM, 1, bounds="sampled").claim == "sampled for the fitted map"
+    assert attracting_domain(PAIR, ROOM, max_updates=1, bounds="sampled").claim == "sampled for the fitted map"
     own = attracting_domain(truth, ROOM)
     assert (domain.box[:, 0] <= own.box[:, 0]).all()
     assert (own.box[:, 1] <= domain.box[:, 1]).all()

@@ -93,19 +93,19 @@ def test_a_shift_by_whole_turns_is_rounded_outwards():
 
 def test_covers_take_it_as_any_other():
     return_map = Henon(0.2)
-    plain = morse_sets(return_map, [[-2, 2], [-1, 1]], 4)
-    full = morse_sets(FullAuxiliaryMap(return_map, np.array([[[0.9, 1.3], [0.2, 0.5]]])), [[-2, 2], [-1, 1]], 4)
+    plain = morse_sets(return_map, [[-2, 2], [-1, 1]], depth=4)
+    full = morse_sets(FullAuxiliaryMap(return_map, np.array([[[0.9, 1.3], [0.2, 0.5]]])), [[-2, 2], [-1, 1]], depth=4)
     assert np.isin(plain.numbers, full.numbers).all()
     assert len(full.numbers) > len(plain.numbers)
 
 
 def test_a_closed_box_and_one_that_is_not():
     """Henon's map at a = 0.2 takes [0.5, 1.5] x [0, 0.5] into itself; at a = 1.4 not."""
-    held = forward_invariant_box(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 16)
+    held = forward_invariant_box(Henon(0.2), [[0.5, 1.5], [0, 0.5]], n_cells=16)
     assert held.forward_invariant
     assert held.contains([[0.5, 0.0], [1.5, 0.5]]).all()
-    assert not forward_invariant_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], 16).forward_invariant
-    cover = morse_sets(Henon(0.2), [[0.5, 1.5], [0, 0.5]], 4)
+    assert not forward_invariant_box(Henon(1.4), [[0.5, 1.5], [0, 0.5]], n_cells=16).forward_invariant
+    cover = morse_sets(Henon(0.2), [[0.5, 1.5], [0, 0.5]], depth=4)
     inner = forward_invariant_set(Henon(0.2), cover, cover.minimal[0])
     assert (inner.hull[:, 0] >= held.hull[:, 0]).all()
 

@@ -35,7 +35,7 @@ def test_a_stable_point_whose_worst_case_expands_has_no_box_of_any_sides() -> No
     for aspect in np.geomspace(1e-3, 1e3, 41):
         half = 0.1 * np.array([aspect, 1 / aspect])
         box = np.array([1, 2])[:, None] + half[:, None] * [-1, 1]
-        assert not attracting_domain(return_map, box, 1).forward_invariant
+        assert not attracting_domain(return_map, box, max_updates=1).forward_invariant
 
 
 @pytest.mark.parametrize(("share", "degrees"), [(0.7, 40), (0.5, 80), (0.65, 10)])
@@ -48,14 +48,14 @@ def test_sides_that_are_told_are_those_of_a_box_that_is_trapped(share: float, de
     scaled = np.array([[j[0, 0], j[0, 1] * unit], [j[1, 0] / unit, j[1, 1]]])
     images = {name: {(1, 0): Fraction(a), (0, 1): Fraction(b)} for name, (a, b) in zip("xy", scaled.tolist(), strict=True)}
     return_map = PolyMap.of_monomials(("x", "y"), images, [[-9, 9], [-9, 9]])
-    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], 1)
+    domain = attracting_domain(return_map, [[-1, 1], [-1, 1]], max_updates=1)
     radius = np.abs(np.linalg.eigvals(np.abs(scaled))).max()
     assert radius < 1
     assert not domain.forward_invariant
     assert f"spectral radius {radius:.4g}, less than 1" in domain.reason
     sides = [float(side) for side in re.search(r"sides as (\S+) : (\S+) are", domain.reason).groups()]
     box = 0.01 * np.array(sides)[:, None] * [-1, 1]
-    assert attracting_domain(return_map, box, 1).forward_invariant
+    assert attracting_domain(return_map, box, max_updates=1).forward_invariant
 
 
 def test_of_a_fit_that_stands_for_another_map_the_derivative_is_not_told() -> None:
@@ -85,7 +85,7 @@ class Spiral(ReturnMap):
 
 def test_the_point_is_told_on_the_turn_of_the_box() -> None:
     radius = np.abs(np.linalg.eigvals(np.abs(Spiral.slope))).max()
-    domain = attracting_domain(Spiral(), [[-0.5, 0.5], [6.5, 7.5]], 1, n_samples=21)
+    domain = attracting_domain(Spiral(), [[-0.5, 0.5], [6.5, 7.5]], max_updates=1, n_samples=21)
     assert not domain.forward_invariant
     assert "(r = " in domain.reason
     assert f"phi = 7) the absolute derivatives have spectral radius {radius:.4g}, more than 1" in domain.reason

@@ -77,7 +77,9 @@ def test_a_jump_along_the_coordinate_itself():
 @pytest.mark.parametrize("samples", [21, 201])
 def test_a_kink_and_a_smooth_extreme_between_samples(samples):
     """x' = -|y - 0.1234| and y' = cos(3 x - 0.4): the extremes are 0 at the kink and 1 at x = 0.1333."""
-    x_map, y_map = envelopes(Plain(lambda x, y: (-np.abs(y - 0.1234), np.cos(3 * x - 0.4))), [[-1, 1], [-1, 1]], samples)
+    x_map, y_map = envelopes(
+        Plain(lambda x, y: (-np.abs(y - 0.1234), np.cos(3 * x - 0.4))), [[-1, 1], [-1, 1]], n_samples=samples
+    )
     assert (x_map.upper <= 0).all()
     assert x_map.upper == pytest.approx(0, abs=1e-4 / samples)
     assert (y_map.upper <= 1).all()
@@ -93,7 +95,7 @@ def test_axes_that_depend_on_each_other():
     hessian = np.array([[4.5, -0.155], [-0.155, 4 + 0.31**2 / 2]])
     at = np.linalg.solve(hessian, [2 * 0.123 - 2 * 0.05, 2 * 0.123 + 2 * 0.05])
     return_map = Plain(lambda x, y, z: (x / 2, y / 2, z_map(x, y) + 0 * z), ("x", "y", "z"))
-    *_, z = envelopes(return_map, [[-1, 1], [-1, 1], [-1, 1]], 21)
+    *_, z = envelopes(return_map, [[-1, 1], [-1, 1], [-1, 1]], n_samples=21)
     assert (z.upper <= z_map(*at) + 1e-15).all()
     assert z.upper == pytest.approx(z_map(*at), abs=1e-6)
 

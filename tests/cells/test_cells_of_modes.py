@@ -27,7 +27,7 @@ PLANAR = {
 def test_a_closed_set_around_the_fixed_point(name):
     """Orbits of states of its cells stay in it; it holds the attractor, and is small in the window."""
     made, window = PLANAR[name]
-    cover = morse_sets(made, window, 4)
+    cover = morse_sets(made, window, depth=4)
     assert cover.of == "exact map"
     (minimal,) = cover.minimal
     held = forward_invariant_set(made, cover, minimal)
@@ -47,7 +47,7 @@ def test_a_closed_set_around_the_fixed_point(name):
 
 def test_behind_a_doubling_the_cover_separates_the_cycle_from_the_saddle():
     made, window = BuckConverter(E=28), [[12.0, 12.12], [0.51, 0.69]]
-    cover = morse_sets(made, window, 6)
+    cover = morse_sets(made, window, depth=6)
     found = find_cycles(made, window, max_period=2, depth=4)
     fixed, cycle = (each.states for each in found.cycles)
     assert len(cycle) == 2
@@ -75,10 +75,10 @@ def test_a_box_that_the_exact_map_carries_into_itself():
 
 def test_exit_and_arrival_times():
     window = np.array([[0.66, 0.77], [1.265, 1.375]])
-    cover = morse_sets(DAMPED, window, 2)
+    cover = morse_sets(DAMPED, window, depth=2)
     held = forward_invariant_set(DAMPED, cover)
     assert held.forward_invariant
-    times = exit_times(DAMPED, {"all": Box.of(DAMPED.coordinates, window)}, window, 2, 32, target=held)
+    times = exit_times(DAMPED, {"all": Box.of(DAMPED.coordinates, window)}, window, depth=2, n_cells=32, target=held)
     assert times.arrived is not None
     states = window[:, 0] + np.random.default_rng(3).random((300, 2)) * np.ptp(window, axis=1)
     steps = times.arrived[times.cells.numbers_of(states)]
@@ -93,6 +93,6 @@ def test_a_cover_in_four_coordinates():
     orbit = nsmaps.periodic_orbit(made, [1.0122, -0.5611, -0.1012, 6.2183])
     assert orbit.converged
     window = np.stack([orbit.states[0] - 1e-3, orbit.states[0] + 1e-3], axis=-1)
-    cover = morse_sets(made, window, 1, 4)
+    cover = morse_sets(made, window, depth=1, n_cells=4)
     assert cover.contains(orbit.states).all()
     assert len(cover.numbers) < 0.5 * cover.cells.size

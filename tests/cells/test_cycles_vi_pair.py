@@ -29,7 +29,7 @@ def test_periodic_orbits_are_the_cycles_of_forty_digits(pair, cycles):
 
 def missed(system, cycles, window, period, depth):
     """How many of the known cycles in a window a search does not find; what it finds must be known."""
-    found = find_cycles(system, window, period, depth, 16)
+    found = find_cycles(system, window, max_period=period, depth=depth, n_cells=16)
     states = [nsmaps.orbit(system, state, len(words) - 1).states for words, state, _ in cycles if len(words) <= period]
     inside = [each for each in states if (found.cells.numbers_of(each) >= 0).all()]
     here = np.array([each[0] for each in inside])

@@ -24,10 +24,16 @@ REGIONS = {
 @pytest.fixture(scope="module")
 def found():
     return_map = Henon(0.2)
-    cover = morse_sets(return_map, WINDOW, 5)
-    cycles = find_cycles(return_map, WINDOW, 2, 6).cycles
+    cover = morse_sets(return_map, WINDOW, depth=5)
+    cycles = find_cycles(return_map, WINDOW, max_period=2, depth=6).cycles
     return exit_times(
-        return_map, REGIONS, WINDOW, 3, 32, target=forward_invariant_set(return_map, cover, cover.minimal[0]), cycles=cycles
+        return_map,
+        REGIONS,
+        WINDOW,
+        depth=3,
+        n_cells=32,
+        target=forward_invariant_set(return_map, cover, cover.minimal[0]),
+        cycles=cycles,
     )
 
 
@@ -37,7 +43,7 @@ def test_every_state_does_what_is_shown_of_its_cell(found):
     start = rng.uniform(*np.array(WINDOW).T, (100_000, 2))
     number = found.cells.numbers_of(start)
     region, left, arrived = found.region[number], found.left[number], found.arrived[number]
-    cover = morse_sets(return_map, WINDOW, 5)
+    cover = morse_sets(return_map, WINDOW, depth=5)
     target = forward_invariant_set(return_map, cover, cover.minimal[0])
     x = start
     gone = np.zeros(len(x), bool)
@@ -66,8 +72,10 @@ def test_what_has_arrived_at_the_start_is_told_as_no_returns(found):
     row = next(row for row in found.rows if row.region == "inner")
     assert replace(row, left_steps=None, arrives_steps=0).texts()[3::3] == ("-", "0")
     cells = Cells.over(("x", "y"), [[0.5, 1.5], [0, 0.5]], 16)
-    held = forward_invariant_box(Henon(0.2), cells.window, 16)
-    made = exit_times(Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.window, 0, 16, target=held)
+    held = forward_invariant_box(Henon(0.2), cells.window, n_cells=16)
+    made = exit_times(
+        Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.window, depth=0, n_cells=16, target=held
+    )
     assert made.rows[0].arrives_steps == 0
     assert made.table().splitlines()[1].split()[-3] == "0"
 
@@ -97,7 +105,7 @@ class Fall:
 
 def test_steps_of_a_map_in_closed_form():
     regions = {"near": Box.of(("x",), [(0.25, 1)]), "far": Box.of(("x",), [(1, 2)])}
-    made = exit_times(Fall(), regions, [[0, 2]], 2, 16)
+    made = exit_times(Fall(), regions, [[0, 2]], depth=2, n_cells=16)
     x = made.cells.centres(np.arange(64))[:, 0]
     assert set(made.left[(x > 0.63) & (x < 1)]) == {2}
     assert set(made.left[(x > 0.25) & (x < 0.48)]) == {1}
@@ -108,7 +116,7 @@ def test_steps_of_a_map_in_closed_form():
 
 
 def test_a_target_that_is_not_closed_is_refused():
-    cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], 3)
+    cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], depth=3)
     held = forward_invariant_set(Henon(), cover)
     assert not held.forward_invariant
     with pytest.raises(NsmapsError, match="not closed under the map"):

@@ -88,7 +88,7 @@ def test_the_window_and_periodic_points_of_the_logistic_map():
 def test_an_attractor_stays_in_its_cover():
     """Henon's attractor: 10^4 iterates from a start on it, no cell dropped that it visits, finer levels nested in coarser."""
     return_map = Henon()
-    covers = [morse_sets(return_map, [[-1.5, 1.5], [-0.5, 0.5]], depth) for depth in (3, 6)]
+    covers = [morse_sets(return_map, [[-1.5, 1.5], [-0.5, 0.5]], depth=depth) for depth in (3, 6)]
     x, seen = np.array([[0.1, 0.1]]), []
     for _ in range(10_100):
         x = return_map.first_return(x).image
@@ -102,7 +102,7 @@ def test_an_attractor_stays_in_its_cover():
 
 
 def test_what_does_not_stay_is_empty():
-    cover = morse_sets(Henon(), [[1.3, 1.5], [-0.5, 0.5]], 4)
+    cover = morse_sets(Henon(), [[1.3, 1.5], [-0.5, 0.5]], depth=4)
     assert cover.numbers.size == 0
     assert cover.hulls.shape == (0, 2, 2)
     assert cover.minimal == ()
@@ -110,7 +110,7 @@ def test_what_does_not_stay_is_empty():
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, -2.5])
 def test_a_circle_has_no_seam(shift):
-    cover = morse_sets(Turn(shift), [[-1, 1], [shift, shift + TURN]], 4)
+    cover = morse_sets(Turn(shift), [[-1, 1], [shift, shift + TURN]], depth=4)
     held = forward_invariant_set(Turn(shift), cover, cover.minimal[0])
     assert held.forward_invariant
     assert held.contains([[0.0, angle] for angle in np.linspace(-9, 9, 50)]).all()
@@ -134,7 +134,7 @@ class Patchy(Henon):
 def test_what_is_not_known_is_kept():
     """All cells of unknown images are recurrent if anything leads to them; a set with lost states is not forward invariant."""
     window = [[-2, 2], [-1, 1]]
-    plain, patchy = morse_sets(Henon(0.9), window, 2), morse_sets(Patchy(0.9), window, 2)
+    plain, patchy = morse_sets(Henon(0.9), window, depth=2), morse_sets(Patchy(0.9), window, depth=2)
     assert np.isin(plain.numbers, patchy.numbers).all()
     unknown = patchy.cells.boxes(np.arange(patchy.cells.size))[:, 0, 1] > 1
     assert unknown[plain.numbers].any()
@@ -159,11 +159,11 @@ def test_interruption_keeps_the_last_finished_level():
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted) as stopped:
-        morse_sets(Henon(), [[-2, 2], [-1, 1]], 5, progress=stop)
+        morse_sets(Henon(), [[-2, 2], [-1, 1]], depth=5, progress=stop)
     cover = stopped.value.result
     assert not cover.finished
     assert cover.cells.shape == (32, 32)
-    assert np.array_equal(cover.numbers, morse_sets(Henon(), [[-2, 2], [-1, 1]], 2).numbers)
+    assert np.array_equal(cover.numbers, morse_sets(Henon(), [[-2, 2], [-1, 1]], depth=2).numbers)
 
 
 @pytest.mark.parametrize(
@@ -189,10 +189,10 @@ def test_an_angle_of_more_than_a_turn():
 def test_conley_indices_of_known_sets():
     """CMGDB on our images: an attracting two-cycle has x^2 - 1, the saddle between it x + 1, an attracting circle x - 1 twice."""
     pytest.importorskip("CMGDB", reason="Conley indices need the extra 'morse'")
-    indices = conley_indices(Henon(0.6), [[-2, 2], [-1, 1]], 8).indices
+    indices = conley_indices(Henon(0.6), [[-2, 2], [-1, 1]], depth=8).indices
     assert ("x^2-1", "0", "0") in indices
     assert ("0", "x+1", "0") in indices
-    assert conley_indices(Turn(), [[-1, 1], [0, TURN]], 5).indices[0] == ("x-1", "x-1", "0")
+    assert conley_indices(Turn(), [[-1, 1], [0, TURN]], depth=5).indices[0] == ("x-1", "x-1", "0")
 
 
 def test_without_the_extra_the_error_names_it():

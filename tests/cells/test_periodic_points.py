@@ -18,7 +18,7 @@ WINDOW = [[-2, 2], [-1, 1]]
 
 def test_all_cycles_of_henons_map_up_to_period_eight():
     """On the attractor 1, 1, 0, 1, 0, 2, 4, 7 cycles of least period 1 to 8; one more fixed point beside it."""
-    found = find_cycles(Henon(), WINDOW, 8, 8)
+    found = find_cycles(Henon(), WINDOW, max_period=8, depth=8)
     assert np.bincount([len(cycle.states) for cycle in found.cycles], minlength=9).tolist() == [0, 2, 1, 0, 1, 0, 2, 4, 7]
     points = np.concatenate([cycle.states for cycle in found.cycles])
     held = found.cells.numbers_of(points)
@@ -33,14 +33,14 @@ def test_all_cycles_of_henons_map_up_to_period_eight():
 
 
 def test_fixed_points_leave_no_cell_open():
-    found = find_cycles(Henon(), WINDOW, 1, 8)
+    found = find_cycles(Henon(), WINDOW, max_period=1, depth=8)
     roots = np.roots([-1.4, 0.3 - 1, 1])
     assert sorted(cycle.states[0, 0] for cycle in found.cycles) == pytest.approx(sorted(roots), abs=1e-12)
     assert found.known.all()
 
 
 def test_a_cycle_without_multipliers_is_not_called_unstable():
-    found = find_cycles(Henon(), WINDOW, 1, 6)
+    found = find_cycles(Henon(), WINDOW, max_period=1, depth=6)
     returns = found.cycles[0].returns
     resting = PeriodicOrbit(replace(returns, derivative=np.full_like(returns.derivative, np.nan)), 1e-10, found.cycles[0].scale)
     assert resting.stable is None
@@ -83,14 +83,14 @@ def test_closed_walks_through_cells_of_unknown_images_against_brute_force():
 
 
 def test_a_fixed_point_on_the_end_of_a_circle_is_found_once():
-    found = find_cycles(Sway(), [[-1, 1], [0, 2 * np.pi]], 2, 5)
+    found = find_cycles(Sway(), [[-1, 1], [0, 2 * np.pi]], max_period=2, depth=5)
     ends = [np.abs(np.exp(1j * cycle.states[0, 1]) - np.array([1, -1])).argmin() for cycle in found.cycles]
     assert sorted(ends) == [0, 1]
     assert [len(cycle.states) for cycle in found.cycles] == [1, 1]
 
 
 def test_where_nothing_returns_nothing_is_found():
-    found = find_cycles(Turn(np.pi), [[-1, 1], [0, 2 * np.pi]], 1, 3)
+    found = find_cycles(Turn(np.pi), [[-1, 1], [0, 2 * np.pi]], max_period=1, depth=3)
     assert found.cycles == ()
     assert len(found.numbers) == 0
 

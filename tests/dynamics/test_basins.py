@@ -108,7 +108,7 @@ def test_a_plane_through_three_coordinates_is_the_map_in_it():
     made, plain = basins(ThreeWells(), held), basins(TwoWells(), flat)
     assert (made.start[:, 1] == 0.7).all()
     assert np.array_equal(made.label, plain.label)
-    line, other = basin_boundary(ThreeWells(), made, 1e-9), basin_boundary(TwoWells(), plain, 1e-9)
+    line, other = basin_boundary(ThreeWells(), made, tolerance=1e-9), basin_boundary(TwoWells(), plain, tolerance=1e-9)
     assert np.abs(line.points[:, [0, 2]] - other.points).max() < 1e-12
     assert (line.points[:, 1] == 0.7).all()
 
@@ -122,7 +122,7 @@ def test_a_value_at_which_a_coordinate_is_held_is_one_point():
 
 def test_boundary_and_distance_are_those_of_the_closed_form():
     made = basins(TwoWells(), wells(160))
-    line = basin_boundary(TwoWells(), made, 1e-9)
+    line = basin_boundary(TwoWells(), made, tolerance=1e-9)
     assert np.abs(line.points[:, 0] - 0.3 * np.cos(line.points[:, 1])).max() < 2e-9
     assert sorted(np.unique(line.sides)) == [0, 1]
     assert len(line.points) > 160  # on lines both ways, and around the circle
@@ -136,7 +136,7 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
 
 def test_a_boundary_is_halved_to_rounding_at_most():
     made = basins(TwoWells(), wells(6))
-    line = basin_boundary(TwoWells(), made, 1e-18)
+    line = basin_boundary(TwoWells(), made, tolerance=1e-18)
     assert np.abs(line.points[:, 0] - 0.3 * np.cos(line.points[:, 1])).max() < 1e-14
     assert 0 < line.tolerance < 1e-14
 
@@ -175,7 +175,7 @@ def test_escape_flips_and_what_is_no_state_are_data():
 
 def test_too_few_returns_leave_starts_unresolved():
     known = basins(TwoWells(), wells()).attractors
-    made = basins(TwoWells(), wells(), known, max_returns=3)
+    made = basins(TwoWells(), wells(), attractors=known, max_returns=3)
     assert made.attractors == known
     assert (made.label == -1).mean() > 0.9
     assert (made.arrival[made.label == -1] == 3).all()

@@ -81,7 +81,7 @@ def test_a_branch_ends_at_the_border_with_what_is_known_to_happen(case, kind):
     sign = 1.0 if fixed(right, 1.0)[0] > 0 else -1.0
     map_of = maps(case, kind)
     start = nsmaps.periodic_orbit(map_of(sign), fixed(right, sign))
-    branch = continue_branch(map_of, "p", start, sign, (-1.0, 1.0), "down" if sign > 0 else "up")
+    branch = continue_branch(map_of, "p", start, sign, (-1.0, 1.0), direction="down" if sign > 0 else "up")
     assert branch.ended == "border collision"
     (event,) = branch.of_kind("border collision")
     assert abs(event.value) < 1e-7
@@ -97,7 +97,7 @@ def test_from_the_other_side_it_is_the_same():
         sign = 1.0 if fixed(left, 1.0)[0] < 0 else -1.0
         map_of = maps(case, NormalForm)
         start = nsmaps.periodic_orbit(map_of(sign), fixed(left, sign))
-        branch = continue_branch(map_of, "p", start, sign, (-1.0, 1.0), "down" if sign > 0 else "up")
+        branch = continue_branch(map_of, "p", start, sign, (-1.0, 1.0), direction="down" if sign > 0 else "up")
         assert branch.events[-1].border == expected
 
 
@@ -126,7 +126,7 @@ def test_saddles_of_the_pair_as_a_system_with_modes():
     """BB and BTB end on one another at d = 0.3053538150, which `test_branch.py` has in 40 digits."""
     for guess in ([0.28177, 2.91844], [0.34325, 2.87685]):
         orbit = nsmaps.periodic_orbit(Pair(d=0.35), guess)
-        branch = continue_branch(lambda d: Pair(d=d), "d", orbit, 0.35, (0.1, 0.4), "down")
+        branch = continue_branch(lambda d: Pair(d=d), "d", orbit, 0.35, (0.1, 0.4), direction="down")
         (event,) = branch.of_kind("grazing")
         assert event.value == pytest.approx(0.3053538150428635, abs=1e-8)
         assert event.border == NONSMOOTH_FOLD
@@ -207,7 +207,9 @@ def test_four_pieces_meet_where_an_impact_meets_a_clock(e, part):
     for phase, word in ((0.07, "BB"), (6.18, "TT")):
         start = nsmaps.periodic_orbit(Switching(k + 0.03, e, part), [speed, phase])
         assert start.words == (word,)
-        branch = continue_branch(lambda k: Switching(k, e, part), "k", start, k + 0.03, (k / 2, 2 * k), "down", step=0.1)
+        branch = continue_branch(
+            lambda k: Switching(k, e, part), "k", start, k + 0.03, (k / 2, 2 * k), direction="down", step=0.1
+        )
         (event,) = branch.of_kind("border collision")
         assert event.value == pytest.approx(k, abs=1e-7)
         assert event.border == NONSMOOTH_FOLD
@@ -280,7 +282,7 @@ def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed
     start = nsmaps.periodic_orbit(of(0.3, 0.6), [-0.2], 2)
     assert start.converged
     for way, end in (("up", 0.7 / 1.6), ("down", 0.21 / 1.3)):
-        branch = continue_branch(lambda mu: of(mu, 0.6), "mu", start, 0.3, (0, 1), way)
+        branch = continue_branch(lambda mu: of(mu, 0.6), "mu", start, 0.3, (0, 1), direction=way)
         (event,) = branch.of_kind("border collision")
         assert event.value == pytest.approx(end, abs=2e-8)
         assert event.border == GAP
@@ -327,7 +329,7 @@ def test_a_branch_ends_where_thresholds_meet_or_nothing_is_on():
     ):
         orbit = nsmaps.periodic_orbit(kind(high=1.4), [start])
         branch = nsmaps.continue_branch(
-            lambda high, kind=kind: kind(high=high), "high", orbit, 1.4, (-1.0, 1.5), "down", step=0.2
+            lambda high, kind=kind: kind(high=high), "high", orbit, 1.4, (-1.0, 1.5), direction="down", step=0.2
         )
         event = branch.events[-1]
         assert (branch.ended, event.kind, event.border, event.detail) == ("border collision", "border collision", "", detail)
@@ -340,7 +342,7 @@ def test_a_contact_that_is_lost_is_a_graze_after_which_its_section_has_no_orbit(
     touching = e * np.hypot(1 - w**2, 2 * xi * w) / w**2
     system = SoftImpact(xi=xi, e=e, a=1.02 * touching, beta=29.0, w=w)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.05, 2.0], 500).final)
-    branch = continue_branch(system, "a", start, system.a, (0.5 * touching, 1.5 * touching), "down")
+    branch = continue_branch(system, "a", start, system.a, (0.5 * touching, 1.5 * touching), direction="down")
     (event,) = branch.of_kind("grazing")
     assert event.value == pytest.approx(touching, rel=1e-12)
     assert event.border == ""
@@ -374,7 +376,7 @@ def test_a_threshold_that_passes_the_section_is_a_border_of_all_states_at_once(v
     system = Stop(place=value)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 0.5], 60).final)
     assert start.words == (word,)
-    branch = continue_branch(lambda place: Stop(place=place), "place", start, value, (-0.3, 0.3), way, step=0.1)
+    branch = continue_branch(lambda place: Stop(place=place), "place", start, value, (-0.3, 0.3), direction=way, step=0.1)
     (event,) = branch.events
     assert (event.kind, event.detail, event.border) == ("border collision", "the words change", PERSISTENCE)
     assert abs(event.value) <= event.precision < 1e-8

@@ -76,9 +76,9 @@ def test_fold_and_doubling_of_the_bouncing_ball():
         return BouncingBall(a=a, r=e)
 
     fixed = nsmaps.periodic_orbit(ball(start), [2 * pi / (1 + e), acos(fold / start)])
-    up = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "up")
+    up = continue_branch(ball, "p", fixed, start, (0.5, 2.5), direction="up")
     assert abs(only(up, "period doubling").value - doubling) < 1e-8
-    down = continue_branch(ball, "p", fixed, start, (0.5, 2.5), "down")
+    down = continue_branch(ball, "p", fixed, start, (0.5, 2.5), direction="down")
     assert abs(only(down, "fold").value - fold) < 1e-8
     assert down.values[-1] == 2.5  # round the fold, on the saddle
     assert (np.diff(down.arclength) > 0).all()
@@ -100,7 +100,7 @@ def test_saddle_of_the_bouncing_ball_grazes():
 
     a, _ = solve(touch, [2.5, 2.5])
     fixed = nsmaps.periodic_orbit(BouncingBall(a=1.2, r=e), [2 * pi / (1 + e), -acos(fold / 1.2)])
-    made = continue_branch(lambda a: BouncingBall(a=a, r=e), "a", fixed, 1.2, (1.1, 4.0), "up")
+    made = continue_branch(lambda a: BouncingBall(a=a, r=e), "a", fixed, 1.2, (1.1, 4.0), direction="up")
     event = only(made, "grazing")
     assert made.ended == "grazing"
     assert event.detail == "a clearance is zero"
@@ -117,7 +117,7 @@ def test_doubling_of_the_pair_in_40_digits(pair):
     )
     assert abs(d - 0.324188543) < 1e-9
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    made = continue_branch(pair(0.35), "d", fixed, 0.35, (0.26, 0.40), "down")
+    made = continue_branch(pair(0.35), "d", fixed, 0.35, (0.26, 0.40), direction="down")
     assert abs(only(made, "period doubling").value - float(d)) < 1e-11
     assert np.array_equal(made.stable, made.values > float(d))
     assert made.ended == "the range ends at 0.26"
@@ -137,7 +137,7 @@ def test_fold_of_the_pair_in_40_digits(pair):
     system = pair(0.35)
     stable, saddle = (nsmaps.periodic_orbit(system, guess) for guess in ([0.8, 0.4], [0.34325, 2.87685]))
     for start, other in ((stable, saddle), (saddle, stable)):
-        made = continue_branch(system, "r", start, 0.5, (0, 1), "down")
+        made = continue_branch(system, "r", start, 0.5, (0, 1), direction="down")
         assert abs(only(made, "fold").value - float(r)) < 1e-11
         assert made.ended == "the range ends at 1"
         after = np.flatnonzero(np.diff(np.sign(made.values - 0.5)))[-1]
@@ -157,7 +157,7 @@ def test_saddles_of_the_pair_meet_in_a_graze(pair):
     )
     system = pair(0.35)
     for guess, detail in (([0.28177, 2.91844], "a clearance is zero"), ([0.34325, 2.87685], "an impact speed is zero")):
-        made = continue_branch(system, "d", nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), "down")
+        made = continue_branch(system, "d", nsmaps.periodic_orbit(system, guess), 0.35, (0.1, 0.4), direction="down")
         event = only(made, "grazing")
         assert (made.ended, event.detail, event.border) == ("grazing", detail, "non-smooth fold")
         assert abs(event.value - float(d)) < 1e-8
@@ -167,7 +167,7 @@ def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
     """At r = 0.25, beta = pi/6 the 3:1 motion folds where one of its impacts nearly grazes; by Newton's method in 40 digits."""
     system = pair(0.18, r=0.25, beta=pi / 6)
     start = nsmaps.periodic_orbit(system, [0.56, 0.22], 3)
-    fold = only(continue_branch(system, "d", start, 0.18, (0.17, 0.19), "up"), "fold")
+    fold = only(continue_branch(system, "d", start, 0.18, (0.17, 0.19), direction="up"), "fold")
     state, word = fold.orbit.states[0].tolist(), fold.orbit.word
     times = np.diff(system.at(d=fold.value).impacts(state, len(word)).time).tolist()
     *_, d = solve(
@@ -184,9 +184,9 @@ def test_a_fold_beside_a_graze_is_located_to_rounding(pair):
 def test_bistable_window(pair):
     """At r = 0.25, beta = pi/6 the 2:1 motion folds, its saddle meets the 1:1 motion in a graze; 1:1 has doubled before."""
     system = pair(0.25, r=0.25, beta=pi / 6)
-    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.68, 0.52]), 0.25, (0.15, 0.30), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.68, 0.52]), 0.25, (0.15, 0.30), direction="down")
     cycle = nsmaps.orbit(system.at(d=0.21), [0.6, 0.3], 3000).final
-    two = continue_branch(system, "d", nsmaps.periodic_orbit(system.at(d=0.21), cycle, 2), 0.21, (0.15, 0.30), "up")
+    two = continue_branch(system, "d", nsmaps.periodic_orbit(system.at(d=0.21), cycle, 2), 0.21, (0.15, 0.30), direction="up")
     assert (one.labels[0], two.labels[0]) == ("1:1/T", "2:1/T")
     *_, d = solve(
         lambda v, phi, a, b, c, d: [
@@ -221,7 +221,7 @@ def test_orbits_are_physically_there(pair):
     """Up to its grazes, no flight of a cycle leaves the capsule between its impacts: sampled densely, by the formula alone."""
     system = pair(0.21, r=0.25, beta=pi / 6)
     cycle = nsmaps.orbit(system, [0.6, 0.3], 3000).final
-    made = continue_branch(system, "d", nsmaps.periodic_orbit(system, cycle, 2), 0.21, (0.15, 0.30), "up")
+    made = continue_branch(system, "d", nsmaps.periodic_orbit(system, cycle, 2), 0.21, (0.15, 0.30), direction="up")
     nearest = []
     for d, states in zip(made.values, made.points, strict=True):
         impacts = system.at(d=d).impacts(states[0], 4)
@@ -241,7 +241,7 @@ def test_orbits_are_physically_there(pair):
 def test_cascade_of_the_pair(pair):
     system = pair(0.35)
     branches = period_doubling_cascade(
-        system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), "down", n_doublings=6
+        system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.25, 0.36), direction="down", n_doublings=6
     )
     assert [branch.points.shape[1] for branch in branches] == [1, 2, 4, 8, 16, 32]
     found = np.array([only(branch, "period doubling").value for branch in branches])
@@ -262,15 +262,15 @@ def test_doublings_of_the_henon_map():
         return Plane(a, "henon")
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    down = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "down")
+    down = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="down")
     assert abs(only(down, "fold").value + 0.49 / 4) < 1e-8
     assert np.allclose(down.values, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
-    up = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up")
+    up = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="up")
     doubling = only(up, "period doubling")
     assert abs(doubling.value - 3 * 0.49 / 4) < 1e-8
     two = switch_branch(henon, "p", doubling, (-1, 1.3))
     assert abs(only(two, "period doubling").value - (0.49 + 1.69 / 4)) < 1e-8
-    back = continue_branch(henon, "p", two.orbits[-1], 1.3, (-1, 1.3), "down")
+    back = continue_branch(henon, "p", two.orbits[-1], 1.3, (-1, 1.3), direction="down")
     assert back.ended == "period halving"
     assert abs(only(back, "period halving").value - doubling.value) < 1e-8
     with pytest.raises(NsmapsError, match="the event is a fold"):
@@ -284,7 +284,7 @@ def test_a_branch_in_both_directions_is_one():
         return Plane(a, "henon")
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    whole, up = (continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction) for direction in ("both", "up"))
+    whole, up = (continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction=direction) for direction in ("both", "up"))
     assert [event.kind for event in whole.events] == ["fold", "period doubling"]
     assert np.allclose([event.value for event in whole.events], [-0.49 / 4, 3 * 0.49 / 4], atol=1e-8)
     assert np.allclose(whole.values, whole.points[:, 0, 0] ** 2 + 0.7 * whole.points[:, 0, 0], atol=1e-9)
@@ -292,7 +292,7 @@ def test_a_branch_in_both_directions_is_one():
     assert (np.diff(whole.arclength) > 0).all()
     assert whole.values[whole.arclength == 0] == [0.2]
     with pytest.raises(NsmapsError, match="direction is 'left'; expected: 'up', 'down' or 'both'"):
-        continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "left")
+        continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="left")
 
 
 def test_torus_and_branch_point_of_the_delayed_logistic_map():
@@ -302,11 +302,11 @@ def test_torus_and_branch_point_of_the_delayed_logistic_map():
         return Plane(a, "delayed")
 
     fixed = nsmaps.periodic_orbit(delayed(1.5), [0.33, 0.33])
-    up = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "up")
+    up = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), direction="up")
     torus = only(up, "Neimark-Sacker")
     assert abs(torus.value - 2) < 1e-8
     assert np.allclose(np.sort_complex(torus.multipliers), [complex(cos(pi / 3), s * sin(pi / 3)) for s in (-1, 1)], atol=1e-7)
-    down = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), "down")
+    down = continue_branch(delayed, "p", fixed, 1.5, (0.5, 2.3), direction="down")
     assert abs(only(down, "branch point").value - 1) < 1e-8
     assert np.allclose(down.points[:, 0, 0], 1 - 1 / down.values, atol=1e-9)
 
@@ -346,7 +346,7 @@ def test_a_ring_of_fixed_points_closes():
     def ring(a):
         return Plane(a, "ring")
 
-    made = continue_branch(ring, "p", nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), "up", step=0.05)
+    made = continue_branch(ring, "p", nsmaps.periodic_orbit(ring(0.2), [0.9, 0.0]), 0.2, (-2, 2), direction="up", step=0.05)
     assert made.ended == "closed"
     assert np.allclose(made.points[:, 0, 0] ** 2 + made.values**2, 1, atol=1e-9)
     assert np.allclose([event.value for event in made.of_kind("fold")], [1, -1], atol=1e-8)
@@ -358,7 +358,7 @@ def test_a_fold_next_to_the_start_closes_nothing():
         return Plane(a, "henon")
 
     start = -0.49 / 4 + 1e-5
-    made = continue_branch(henon, "p", nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), "down")
+    made = continue_branch(henon, "p", nsmaps.periodic_orbit(henon(start), [-0.34, -0.34]), start, (-1, 1), direction="down")
     assert abs(only(made, "fold").value + 0.49 / 4) < 1e-8
     assert made.ended == "the range ends at 1"
 
@@ -366,7 +366,7 @@ def test_a_fold_next_to_the_start_closes_nothing():
 def test_end_of_the_valid_domain_is_told(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    made = continue_branch(system, "r", fixed, 0.5, (0.2, 1.5), "up")
+    made = continue_branch(system, "r", fixed, 0.5, (0.2, 1.5), direction="up")
     assert made.ended == "end of the valid domain"
     event = only(made, "end of the valid domain")
     assert abs(event.value - 1) < 1e-8
@@ -421,10 +421,10 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
         return Plane(a, "henon")
 
     fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up", kinds=("fold",))
+    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="up", kinds=("fold",))
     assert made.events == ()
     assert not made.stable[-1]
-    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), "up", kinds=(), until=("period doubling",))
+    made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="up", kinds=(), until=("period doubling",))
     assert [event.kind for event in made.events] == ["period doubling"]
     with pytest.raises(NsmapsError, match="unknown kinds of events 'folds'; expected: period doubling, fold, branch"):
         continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), kinds=("folds",))
@@ -436,7 +436,7 @@ def test_a_branch_that_ends_where_there_is_no_image_says_why():
     def some(a):
         return Plane(a, "henon", last=0.5)
 
-    made = continue_branch(some, "p", nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    made = continue_branch(some, "p", nsmaps.periodic_orbit(some(0.2), [0.2, 0.2]), 0.2, (0, 1), direction="up")
     assert made.ended == "border collision"
     assert [event.kind for event in made.events] == ["period doubling", "border collision"]
     assert made.events[-1].detail == "beyond it there is no image: B escaped"
@@ -451,7 +451,7 @@ def test_an_event_that_is_passed_but_not_located_is_told():
             raise ValueError("no map here")
         return Plane(a, "henon")
 
-    made = continue_branch(gap, "p", nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), "up")
+    made = continue_branch(gap, "p", nsmaps.periodic_orbit(gap(0.2), [0.2, 0.2]), 0.2, (0, 1), direction="up")
     (event,) = made.of_kind("period doubling")
     assert "not located" in event.detail
     assert abs(event.value - 0.3675) < event.precision < 0.03
@@ -460,7 +460,7 @@ def test_an_event_that_is_passed_but_not_located_is_told():
 def test_branches_can_be_left_and_wrong_calls_are_errors(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    made = continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), "down", until=("period doubling",))
+    made = continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), direction="down", until=("period doubling",))
     assert made.ended == "period doubling"
     assert len(continue_branch(system, "d", fixed, 0.35, (0.2, 0.4), max_points=3).orbits) == 3
     with pytest.raises(NsmapsError, match=r"0\.5 is not between 0\.2 and 0\.4"):
@@ -537,7 +537,7 @@ def test_a_follower_detaches_from_its_cam():
     start = nsmaps.periodic_orbit(locked, nsmaps.orbit(locked, [0.1, 2.0], 100).final)
     assert start.words == ("B~B",)
     branch = continue_branch(
-        lambda w: locked.at(w=w), "w", start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), "down", step=0.1
+        lambda w: locked.at(w=w), "w", start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), direction="down", step=0.1
     )
     event = only(branch, "detachment")
     assert branch.ended == "detachment"
@@ -571,7 +571,7 @@ def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
     slope = 0.3 * (1 - 0.6) / (1 + 0.6)
     system = Wheel(slope=1.5 * slope)
     start = nsmaps.periodic_orbit(system, [1.0])
-    branch = continue_branch(system, "slope", start, system.slope, (0.01, 0.2), "down", step=0.1)
+    branch = continue_branch(system, "slope", start, system.slope, (0.01, 0.2), direction="down", step=0.1)
     event = only(branch, "homoclinic bifurcation")
     assert branch.ended == "homoclinic bifurcation"
     assert abs(event.value - slope) < event.precision

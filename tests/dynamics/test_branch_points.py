@@ -35,11 +35,11 @@ class Pitchfork(ReturnMap):
 
 def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     start = nsmaps.periodic_orbit(Pitchfork(0.5), [1.5, 0.0])
-    (event,) = continue_branch(Pitchfork, "p", start, 0.5, BOUNDS, "down").events
+    (event,) = continue_branch(Pitchfork, "p", start, 0.5, BOUNDS, direction="down").events
     assert event.kind == "branch point"
     assert abs(event.value) < event.precision < 1e-12
     assert np.abs(event.orbit.states).max() < 1e-9  # on both branches
-    halves = [switch_branch(Pitchfork, "p", event, BOUNDS, side) for side in (1, -1)]
+    halves = [switch_branch(Pitchfork, "p", event, BOUNDS, side=side) for side in (1, -1)]
     for half in halves:
         z = half.points[:, 0, 0] - 3 * half.values
         assert np.abs(2 * z**2 - half.values).max() < 1e-9
@@ -50,7 +50,7 @@ def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     assert np.sign([half.points[-1, 0, 0] - 4.5 for half in halves]).sum() == 0
     for k in (2, 3, 5, 8):  # whatever the steps next to it
         orbit, value = halves[0].orbits[k], halves[0].values[k]
-        back = continue_branch(Pitchfork, "p", orbit, value, BOUNDS, "down", until=("branch point",))
+        back = continue_branch(Pitchfork, "p", orbit, value, BOUNDS, direction="down", until=("branch point",))
         (again,) = back.events
         assert (again.kind, abs(again.value) < again.precision < 1e-12) == ("branch point", True)
     through = switch_branch(Pitchfork, "p", again, BOUNDS, step=0.1)
@@ -65,7 +65,7 @@ def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
             return Shifted(a - b**2 / 2, broken * (b - 0.4))
 
         (event,) = continue_branch(
-            lambda a, of=of: of(a, 0.4), "a", nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, "down"
+            lambda a, of=of: of(a, 0.4), "a", nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, direction="down"
         ).events
         curve = nsmaps.bifurcation_curve(of, {"p": BOUNDS, "q": (-1.2, 1.0)}, event, 0.4, step=0.3)
         a, b = curve.parameters.T
@@ -100,10 +100,14 @@ class Coupled(ReturnMap):
 
 
 def test_two_equal_maps_lose_their_symmetry_at_one_place_seen_from_either_branch():
-    first = continue_branch(Coupled, "p", nsmaps.periodic_orbit(Coupled(2.0), [1.0, 1.0]), 2.0, (1.1, 3.0), "down").events[0]
+    first = continue_branch(
+        Coupled, "p", nsmaps.periodic_orbit(Coupled(2.0), [1.0, 1.0]), 2.0, (1.1, 3.0), direction="down"
+    ).events[0]
     half = switch_branch(Coupled, "p", first, (1.1, 3.0))
     middle = len(half.orbits) // 2
-    back = continue_branch(Coupled, "p", half.orbits[middle], half.values[middle], (1.1, 3.0), "down", until=("branch point",))
+    back = continue_branch(
+        Coupled, "p", half.orbits[middle], half.values[middle], (1.1, 3.0), direction="down", until=("branch point",)
+    )
     for event in (first, back.events[-1]):
         assert event.kind == "branch point"
         assert abs(event.value - 1.3) < event.precision < 1e-12
@@ -127,9 +131,9 @@ class Delayed(ReturnMap):
 def test_the_branches_of_the_delayed_logistic_map_cross():
     """0 and 1 - 1/a, at a = 1."""
     start = nsmaps.periodic_orbit(Delayed(1.5), [0.33, 0.33])
-    (event,) = continue_branch(Delayed, "p", start, 1.5, (0.5, 1.8), "down").of_kind("branch point")
+    (event,) = continue_branch(Delayed, "p", start, 1.5, (0.5, 1.8), direction="down").of_kind("branch point")
     for side in (1, -1):
-        other = switch_branch(Delayed, "p", event, (0.5, 1.8), side, step=0.1)
+        other = switch_branch(Delayed, "p", event, (0.5, 1.8), side=side, step=0.1)
         assert np.abs(other.points).max() < 1e-9
         assert other.values[-1] in (0.5, 1.8)
     with pytest.raises(NsmapsError, match="expected: a period doubling, a branch point, or a border collision of pieces"):
@@ -177,7 +181,7 @@ def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds)
 
     orbit = nsmaps.periodic_orbit(of(5.0), [0.7775, 0.4251])
     assert orbit.word == "RLR"
-    (event,) = continue_branch(of, "p", orbit, 5.0, bounds, "down").of_kind("branch point")
+    (event,) = continue_branch(of, "p", orbit, 5.0, bounds, direction="down").of_kind("branch point")
     assert abs(event.value - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-11
     curve = nsmaps.bifurcation_curve(of, {"p": bounds, "q": (0.6, 0.8)}, event, 0.7, step=0.3)
     assert curve.ended == ("the range of the second parameter ends at 0.6", "the range of the second parameter ends at 0.8")

@@ -148,7 +148,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     system = DraggedBall(a=1.8, r=0.0, drag=k)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 1.0], 20).final, 2)
     assert sorted(start.words) == ["BB", "B_"]
-    branches = [continue_branch(system, "a", start, 1.8, (0.5, 9.0), way, step=0.3) for way in ("up", "down")]
+    branches = [continue_branch(system, "a", start, 1.8, (0.5, 9.0), direction=way, step=0.3) for way in ("up", "down")]
     (above,), (below,) = (branch.events for branch in branches)
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
@@ -172,7 +172,7 @@ def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_it
     system = DraggedBall(a=4.9, r=0.0, drag=k)
     start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [1.0, 1.0], 60).final, 3)
     assert sorted(start.words) == ["BB", "BB", "B_"]
-    branches = [continue_branch(system, "a", start, 4.9, (4.0, 6.0), way, step=0.1) for way in ("up", "down")]
+    branches = [continue_branch(system, "a", start, 4.9, (4.0, 6.0), direction=way, step=0.1) for way in ("up", "down")]
     (above,), (below,) = (branch.events for branch in branches)
     assert max(len(branch.orbits) for branch in branches) < 40
     assert (above.kind, below.kind) == ("grazing", ENDS)

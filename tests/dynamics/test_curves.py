@@ -18,7 +18,7 @@ WITHIN = {"a": (-1.5, 4), "b": (0.2, 0.5)}
 def event_of(map_of, guess, value, bounds, kind, way, period=1):
     """The first event of a kind on the branch of an orbit."""
     orbit = nsmaps.periodic_orbit(map_of(value), guess, period)
-    return nsmaps.continue_branch(map_of, "p", orbit, value, bounds, way, step=0.05, until=(kind,)).of_kind(kind)[0]
+    return nsmaps.continue_branch(map_of, "p", orbit, value, bounds, direction=way, step=0.05, until=(kind,)).of_kind(kind)[0]
 
 
 HENON = {  #: of x' = 1 - a x^2 + y, y' = b x: the value of a over b, a start, and where a second condition holds, at b = -1

@@ -108,7 +108,7 @@ def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():
     """A period of the flow multiplies areas by exp(-2 zeta P), whatever the stop's stiffness."""
     system = Stop(zeta=0.05, k=3)
     start = nsmaps.periodic_orbit(system, [0.8, 1.9])
-    branch = nsmaps.continue_branch(system, "zeta", start, 0.05, (-0.02, 0.06), "down", until=(TORUS,))
+    branch = nsmaps.continue_branch(system, "zeta", start, 0.05, (-0.02, 0.06), direction="down", until=(TORUS,))
     event = branch.of_kind(TORUS)[0]
     found = nsmaps.bifurcation_curve(system, {"zeta": (-0.02, 0.06), "k": (2.8, 3.2)}, event, 3.0, step=0.3)
     assert len(found.parameters) > 3
@@ -132,7 +132,7 @@ class Moved(ReturnMap):
 
 def test_the_normal_form_of_a_border_collision():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
-    branch = nsmaps.continue_branch(lambda mu: Moved(mu, -0.5), "mu", orbit, 1.2, (-1, 2), "down")
+    branch = nsmaps.continue_branch(lambda mu: Moved(mu, -0.5), "mu", orbit, 1.2, (-1, 2), direction="down")
     found = nsmaps.bifurcation_curve(
         Moved, {"p": (-1, 2), "q": (-1.2, 0.9)}, branch.of_kind("border collision")[0], -0.5, step=0.1
     )
@@ -147,7 +147,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     """Its switch is on for the whole ramp at v = E, which meets the ramp's lower end at E = Vref + gamma/a1."""
     system = nsmaps.load_system("buck_converter", E=12.0)
     start = nsmaps.periodic_orbit(system, [11.763, 0.537])
-    branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), "down")
+    branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), direction="down")
     event = branch.of_kind("border collision")[0]
     assert event.value == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
     found = nsmaps.bifurcation_curve(system, {"E": (11.5, 12.5), "a1": (8.3, 8.5)}, event, 8.4, step=0.4)

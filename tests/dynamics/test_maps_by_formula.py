@@ -48,7 +48,7 @@ def test_no_attractor_is_made_of_orbits_that_diverge():
     some = nsmaps.basins(Lozi(), grid(40, -2, 2, "x", "y"))
     assert [attractor.label for attractor in some.attractors] == ["C"]
     left = Lozi().first_return(np.array([[-0.9, -0.45]])).start[0]  # beside the saddle L, beyond its stable manifold
-    assert nsmaps.basins(Lozi(), left[None], some.attractors).label.tolist() == [-2]
+    assert nsmaps.basins(Lozi(), left[None], attractors=some.attractors).label.tolist() == [-2]
     tent = nsmaps.basins(UnitTent(a=0.3), grid(100, -0.5, 1.5, "x"))
     inside = (tent.start[:, 0] >= 0) & (tent.start[:, 0] <= 1)  # what leaves the unit interval does not come back
     assert np.array_equal(tent.label == 0, inside)

@@ -188,7 +188,7 @@ def test_of_interrupted_basins_other_starts_have_reached_none() -> None:
     starts = np.random.default_rng(2).uniform([0.1, 0], [1, 6], (80, 2))
     whole = nsmaps.basins(BISTABLE, starts, max_returns=300)
     known = tuple(whole.attractors)
-    result = stopped(partial(nsmaps.basins, BISTABLE, starts, known, 300))
+    result = stopped(partial(nsmaps.basins, BISTABLE, starts, attractors=known, max_returns=300))
     assert isinstance(result, nsmaps.dynamics.Basins)
     assert result.label[:60].tolist() == whole.label[:60].tolist()
     assert result.arrival[:60].tolist() == whole.arrival[:60].tolist()
@@ -205,7 +205,7 @@ def test_basins_that_are_not_divided_are_interrupted_with_what_has_arrived() -> 
             raise KeyboardInterrupt
 
     with pytest.raises(nsmaps.Interrupted) as interrupted:
-        nsmaps.basins(BISTABLE, starts, whole.attractors, 300, parallel=nsmaps.Parallel(progress=stop))
+        nsmaps.basins(BISTABLE, starts, attractors=whole.attractors, max_returns=300, parallel=nsmaps.Parallel(progress=stop))
     result = interrupted.value.result
     arrived = result.label >= 0
     assert 0 < arrived.sum() < (whole.label >= 0).sum()
@@ -242,9 +242,12 @@ def test_labels_do_not_depend_on_chunks() -> None:
     """They are those of each start alone."""
     starts = np.random.default_rng(1).uniform([0.1, 0], [1, 6], (35, 2))
     known = find_attractors(BISTABLE, starts[:20], 300)
-    alone = [nsmaps.basins(BISTABLE, start[None], known, 300).label.item() for start in starts]
+    alone = [nsmaps.basins(BISTABLE, start[None], attractors=known, max_returns=300).label.item() for start in starts]
     with ThreadPoolExecutor(1) as executor:
-        assert nsmaps.basins(BISTABLE, starts, known, 300, parallel=nsmaps.Parallel(executor)).label.tolist() == alone
+        assert (
+            nsmaps.basins(BISTABLE, starts, attractors=known, max_returns=300, parallel=nsmaps.Parallel(executor)).label.tolist()
+            == alone
+        )
 
 
 @again

@@ -75,7 +75,7 @@ def test_what_does_not_converge_says_so(pair):
 
 def test_first_doubling(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    (found,) = continue_branch(pair, "p", fixed, 0.35, (0.30, 0.35), "down").of_kind("period doubling")
+    (found,) = continue_branch(pair, "p", fixed, 0.35, (0.30, 0.35), direction="down").of_kind("period doubling")
     assert abs(found.value - DOUBLING) < 1e-8
     assert np.allclose(found.orbit.states, [[0.804034, 0.313096]], atol=5e-7)
     assert np.allclose(found.orbit.multipliers, [-1, -0.0625], atol=1e-8)  # their product is r^4
@@ -85,7 +85,7 @@ def test_first_doubling(pair):
 
 def test_second_doubling_is_between_settled_cycles(pair):
     cycle = nsmaps.periodic_orbit(pair(0.30), [0.8, 0.4], 2)
-    (found,) = continue_branch(pair, "p", cycle, 0.30, (0.27, 0.30), "down").of_kind("period doubling")
+    (found,) = continue_branch(pair, "p", cycle, 0.30, (0.27, 0.30), direction="down").of_kind("period doubling")
     around = [found.value + 1e-3, found.value - 1e-3]
     assert nsmaps.bifurcation_diagram(pair, "d", around, found.orbit.states[0], transient=20_000).period.ravel().tolist() == [
         2,
@@ -95,7 +95,7 @@ def test_second_doubling_is_between_settled_cycles(pair):
 
 def test_orbit_is_followed_along_a_parameter(pair):
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    branch = continue_branch(pair, "p", fixed, 0.35, (0.26, 0.35), "down")
+    branch = continue_branch(pair, "p", fixed, 0.35, (0.26, 0.35), direction="down")
     assert branch.values[[0, -1]].tolist() == [0.35, 0.26]
     for d, found in zip(branch.values, branch.orbits, strict=True):
         assert np.allclose(pair(d).first_return(found.states).image, found.states, atol=1e-13)

@@ -19,7 +19,7 @@ EXACT = 1e-14
 
 def ending(return_map, name, cycle, bounds, direction):
     """The branch of a cycle, and the event at its end."""
-    branch = continue_branch(return_map, name, cycle, getattr(return_map, name), bounds, direction, step=0.1)
+    branch = continue_branch(return_map, name, cycle, getattr(return_map, name), bounds, direction=direction, step=0.1)
     event = branch.events[-1]
     assert branch.ended == event.kind
     return branch, event
@@ -122,7 +122,14 @@ def test_a_doubling_of_affine_pieces_is_degenerate():
     """At tau_R = -1 - delta_R a segment of states has period two; the cycle LR begins where it meets the border."""
     return_map = BorderCollision(tau_L=1.4, delta_L=0.5, tau_R=-1.2, delta_R=0.4)
     branches = period_doubling_cascade(
-        return_map, "tau_R", nsmaps.periodic_orbit(return_map, [0.4, -0.2]), -1.2, (-1.6, -1.0), "down", n_doublings=3, step=0.1
+        return_map,
+        "tau_R",
+        nsmaps.periodic_orbit(return_map, [0.4, -0.2]),
+        -1.2,
+        (-1.6, -1.0),
+        direction="down",
+        n_doublings=3,
+        step=0.1,
     )
     assert [sorted(branch.words[0]) for branch in branches] == [["R"], ["R", "R"], ["L", "R"]]
     assert branches[0].events[0].detail.startswith("degenerate: the pieces are affine")
@@ -197,7 +204,7 @@ def test_events_on_the_way_to_infinity_are_met():
     """The fixed point R is at infinity where delta_R = tau_R - 1, and on the way a pair of multipliers passes the unit circle."""
     return_map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=1.1)
     branch = continue_branch(
-        return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 1.1, (0.1, 2), "down", step=0.1
+        return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 1.1, (0.1, 2), direction="down", step=0.1
     )
     found = [(event.kind, pytest.approx(event.value, abs=1e-12)) for event in branch.events]
     assert found == [("Neimark-Sacker", 1.0), ("cycle at infinity", 0.7)]
@@ -210,5 +217,5 @@ def test_a_small_cycle_at_an_infinite_slope_is_not_at_a_gap() -> None:
     root = np.sqrt(half**2 + mu * (1 - a**7) / (1 - a)) - half
     system = SquareRoot(a=a, mu=mu)
     cycle = nsmaps.periodic_orbit(system, [root**2], 7)
-    branch = nsmaps.continue_branch(system, "mu", cycle, mu, (0.9 * mu, 1.2 * mu), "up", step=0.5)
+    branch = nsmaps.continue_branch(system, "mu", cycle, mu, (0.9 * mu, 1.2 * mu), direction="up", step=0.5)
     assert branch.events[-1].border == "non-smooth fold"

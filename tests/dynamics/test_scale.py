@@ -79,14 +79,14 @@ def test_a_branch_begins_where_a_coordinate_is_zero(length: float, time: float, 
     system = Resonator(w=1.0 + 1e-12, length=length, time=time, origin=origin)
     orbit = nsmaps.periodic_orbit(system, system.state())
     units = np.array([length, length / time])
-    branch = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), "down", step=0.05)
+    branch = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), direction="down", step=0.05)
     assert branch.ended == "the range ends at 0.5"
     assert 8 < len(branch.values) < 25
     exact = np.array([system.at(w=w).state() for w in branch.values.tolist()])
     assert np.abs((branch.points[:, 0] - exact) / units).max() < 1e-9 + 4e-15 * abs(origin) / length
     assert np.abs(branch.multipliers) == pytest.approx(np.exp(-Z * 2 * pi / branch.values)[:, None] * np.ones(2), rel=1e-6)
     assert exp(-Z * 2 * pi) == pytest.approx(abs(branch.multipliers[0, 0]), rel=1e-6)
-    some = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), "down", max_points=5)
+    some = nsmaps.continue_branch(system, "w", orbit, system.w, (0.5, 1.4), direction="down", max_points=5)
     assert some.ended.startswith("5 orbits, before the range was covered: followed to 0.")
 
 

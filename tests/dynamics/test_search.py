@@ -35,7 +35,7 @@ def test_cycles_are_found_once_without_divisors(pair):
 
 @pytest.mark.parametrize("words", [["BB", "BTB"], ["BTB", "BB"]])
 def test_words_count_from_any_state_on(pair, words):
-    (found,) = periodic_orbits(pair(0.21, r=0.25, beta=pi / 6), [[0.62, 0.34], [0.1, 1.49]], 2, words)
+    (found,) = periodic_orbits(pair(0.21, r=0.25, beta=pi / 6), [[0.62, 0.34], [0.1, 1.49]], 2, words=words)
     assert found.word in ("BBTB", "BTBB")
 
 

@@ -50,7 +50,9 @@ def test_sweeps_of_no_points_are_errors_and_a_curve_of_none_is_empty(pair):
 def test_the_curve_parts_the_diagram(pair):
     """On either side of the curve of doublings iteration alone finds one state and two."""
     fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
-    branch = nsmaps.continue_branch(lambda d: pair(d, 0.5), "d", fixed, 0.35, (0.25, 0.36), "down", until=("period doubling",))
+    branch = nsmaps.continue_branch(
+        lambda d: pair(d, 0.5), "d", fixed, 0.35, (0.25, 0.36), direction="down", until=("period doubling",)
+    )
     made = nsmaps.bifurcation_curve(pair, {"d": (0.25, 0.36), "r": (0.45, 0.6)}, branch.events[-1], 0.5, step=0.2)
     assert np.ptp(made.parameters[:, 1]) == pytest.approx(0.15)
     for d, r in made.parameters[:: max(len(made.parameters) // 3, 1)]:

@@ -26,7 +26,7 @@ def paper():
 @pytest.fixture(scope="module")
 def doubling(paper):
     """The period doubling of the branch of 1:1."""
-    branch = continue_branch(paper, "d", periodic_orbit(paper, [0.83, 0.36]), 0.35, (0.28, 0.35), "down")
+    branch = continue_branch(paper, "d", periodic_orbit(paper, [0.83, 0.36]), 0.35, (0.28, 0.35), direction="down")
     (found,) = branch.of_kind("period doubling")
     return found
 

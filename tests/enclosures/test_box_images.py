@@ -222,20 +222,20 @@ def test_what_takes_box_maps_takes_fitted_maps():
     return_map = PolyMap.of_monomials(NAMES, CONTRACTION, [[0, 1.5], [-0.5, 1]])
     fixed = np.linalg.solve(np.eye(2) - [[0.4, 0.1], [0.1, -0.5]], [0.5, 0.3])
     window = [[0.2, 1.3], [-0.3, 0.8]]
-    cover = morse_sets(return_map, window, 3)
+    cover = morse_sets(return_map, window, depth=3)
     assert cover.of == "fitted map"
     assert cover.contains(fixed[None]).all()
     held = forward_invariant_set(return_map, cover)
     assert held.forward_invariant
     assert forward_invariant_box(return_map, window).forward_invariant
-    found = find_cycles(return_map, window, 1, 3)
+    found = find_cycles(return_map, window, max_period=1, depth=3)
     assert found.cycles[0].states[0] == pytest.approx(fixed, abs=1e-12)
     regions = {"far": Box.of(NAMES, [[0.2, 0.4], [-0.3, 0.8]])}
-    made = exit_times(return_map, regions, window, 2, 16, target=held, cycles=found.cycles)
+    made = exit_times(return_map, regions, window, depth=2, n_cells=16, target=held, cycles=found.cycles)
     assert made.rows[0].left == 1.0
     boxes = np.array([[[0.6, 1.0], [0.1, 0.4]]])
     full = FullAuxiliaryMap(return_map, boxes)
-    assert morse_sets(full, window, 3).contains(fixed[None]).all()
+    assert morse_sets(full, window, depth=3).contains(fixed[None]).all()
 
 
 def test_a_map_without_boxes_is_refused():
@@ -249,6 +249,6 @@ def test_a_map_is_called_what_it_is():
     composite = CompositeMap(NAMES, ("B",), (Piece("all", where("v < 2"), fitted),))
     window = [[0.2, 1.3], [0.1, 0.4]]
     for return_map, name in ((fitted, "fitted map"), (composite, "composite map")):
-        assert attracting_domain(return_map, window, 1).of == name
-        assert find_cycles(return_map, window, 1, 1).of == name
-        assert morse_sets(return_map, window, 1).of == name
+        assert attracting_domain(return_map, window, max_updates=1).of == name
+        assert find_cycles(return_map, window, max_period=1, depth=1).of == name
+        assert morse_sets(return_map, window, depth=1).of == name

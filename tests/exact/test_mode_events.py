@@ -41,7 +41,7 @@ def test_a_torus_begins_where_damping_vanishes():
     """A period of the flow multiplies areas by exp(-2 zeta P), so that complex multipliers pass the unit circle at zeta = 0."""
     start = nsmaps.periodic_orbit(Stop(zeta=0.05), [0.8, 1.9])
     assert start.multipliers[0].imag > 0.5
-    branch = nsmaps.continue_branch(Stop(zeta=0.05), "zeta", start, 0.05, (-0.02, 0.06), "down")
+    branch = nsmaps.continue_branch(Stop(zeta=0.05), "zeta", start, 0.05, (-0.02, 0.06), direction="down")
     (torus,) = [event for event in branch.events if event.kind == "Neimark-Sacker"]
     assert abs(torus.value) < 1e-11
     assert np.abs(torus.orbit.multipliers) == pytest.approx(1, abs=1e-10)

@@ -122,7 +122,7 @@ def test_a_bifurcation_where_30_digits_have_it(file, kind, share):
         orbit,
         start,
         (value - 1.5 * reach, value + 1.5 * reach),
-        "down" if share * value > 0 else "up",
+        direction="down" if share * value > 0 else "up",
         until=(kind,),
     )
     (found,) = branch.of_kind(kind)
@@ -135,7 +135,7 @@ def test_the_cycle_of_the_valve_grazes_its_seat_where_30_digits_have_it():
     value, parameters = float(one["value"]), one["other_parameters"]
     map_of = nsmaps.exact.Along(system("N1", "M", parameters, q=one["value"]), "q")
     orbit = nsmaps.periodic_orbit(map_of(7.6), [8.61150949961543657, 0.779221187319636388])
-    branch = nsmaps.continue_branch(map_of, "p", orbit, 7.6, (7.5, 7.7), "down")
+    branch = nsmaps.continue_branch(map_of, "p", orbit, 7.6, (7.5, 7.7), direction="down")
     (found,) = branch.events
     assert found.kind == "grazing"
     assert found.value == pytest.approx(value, rel=1e-10)
@@ -152,7 +152,7 @@ def test_the_cycle_of_the_valve_shrinks_to_its_equilibrium():
         value = float(x * mp.sqrt(x + delta))
     map_of = nsmaps.exact.Along(system("N1", "M", parameters, q=8.46), "q")
     orbit = nsmaps.periodic_orbit(map_of(8.46), [2.89, 9.45])
-    branch = nsmaps.continue_branch(map_of, "p", orbit, 8.46, (8.4, 8.5), "up")
+    branch = nsmaps.continue_branch(map_of, "p", orbit, 8.46, (8.4, 8.5), direction="up")
     (event,) = branch.events
     assert event.kind == branch.ended == "Hopf bifurcation"
     assert event.value == pytest.approx(value, rel=1e-10)
@@ -167,6 +167,6 @@ def test_rolling_ends_at_the_upright(k):
     alpha, gamma = map_of(0.1).alpha, 2 * value
     w = np.sqrt(4 * np.sin(gamma) * np.sin(alpha)) / np.sin(2 * alpha)
     orbit = nsmaps.periodic_orbit(map_of(gamma), [w])
-    branch = nsmaps.continue_branch(map_of, "p", orbit, gamma, (value / 2, gamma), "down")
+    branch = nsmaps.continue_branch(map_of, "p", orbit, gamma, (value / 2, gamma), direction="down")
     assert branch.values.min() == pytest.approx(value, rel=1e-9)
     assert branch.values.min() > value

@@ -117,7 +117,7 @@ def test_a_fixed_point_doubles_and_turns_into_a_circle_where_its_multipliers_say
     orbit = nsmaps.periodic_orbit(start, [0.4, -0.2])
     assert orbit.states[0] == pytest.approx([1 / 2.6, -0.4 / 2.6], abs=1e-14)
     assert sorted(abs(orbit.multipliers)) == pytest.approx(sorted(abs(np.roots([1, 1.2, 0.4]))), abs=1e-14)
-    doubled = nsmaps.continue_branch(start, "tau_R", orbit, -1.2, (-1.6, -1.0), "down")
+    doubled = nsmaps.continue_branch(start, "tau_R", orbit, -1.2, (-1.6, -1.0), direction="down")
     assert [(event.kind, pytest.approx(event.value, abs=1e-12)) for event in doubled.events] == [("period doubling", -1.4)]
     turned = nsmaps.continue_branch(start, "delta_R", orbit, 0.4, (0.3, 1.2))
     assert [(event.kind, pytest.approx(event.value, abs=1e-10)) for event in turned.events] == [("Neimark-Sacker", 1.0)]
@@ -127,7 +127,7 @@ def test_a_cycle_ends_at_its_gap():
     orbit = nsmaps.periodic_orbit(Gap(), nsmaps.orbit(Gap(), [0.1], 200).final, 2)
     assert sorted(orbit.words) == ["L", "R"]
     for direction, end in (("down", 1 / 3), ("up", 2 / 3)):
-        (event,) = nsmaps.continue_branch(Gap(), "mu", orbit, 0.5, (0.2, 0.8), direction).events
+        (event,) = nsmaps.continue_branch(Gap(), "mu", orbit, 0.5, (0.2, 0.8), direction=direction).events
         assert (event.kind, abs(event.value - end) <= event.precision < 1e-8) == ("border collision", True)
 
 

@@ -292,8 +292,8 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
     composite = CompositeMap(COORDINATES, WALLS, pieces)
     starts = np.array([[0.35, 1.5], [0.9, 2.5]])
     domains = {
-        "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], 5, n_samples=31, of="fitted map R1"),
-        "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], 5, n_samples=31, of="exact map"),
+        "fitted": attracting_domain(COUPLED, [[0.6, 0.95], [0.1, 0.8]], max_updates=5, n_samples=31, of="fitted map R1"),
+        "loose": attracting_domain(Toy(), [[0.9, 0.95], [0.1, 0.8]], max_updates=5, n_samples=31, of="exact map"),
     }
     study, box = study_of(), AuxiliaryRegion("A1", domains["fitted"].boxes[0], domains["fitted"].updates[0].envelopes)
     return StudyResult(

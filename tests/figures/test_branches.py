@@ -15,7 +15,7 @@ from nsmaps.figures.parameters.branches import branches, sheets
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     system = pair(0.35)
-    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), direction="down")
     (event,) = one.events
     two = switch_branch(system, "d", event, (0.28, 0.36))
     branches([one, two], ax, 1)
@@ -60,7 +60,7 @@ def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(re
 
 def test_lines_are_the_finer_the_longer_the_period(pair, ax):
     system = pair(0.35)
-    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.28, 0.36), direction="down")
     two = switch_branch(system, "d", one.events[0], (0.28, 0.36))
     branches([one, two], ax)
     width = {line.get_color(): line.get_linewidth() for line in ax.lines if line.get_linestyle() == "-"}
@@ -86,7 +86,7 @@ def test_nothing_to_draw_is_an_error(ax):
 def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
     """One orbit of a branch without a derivative, as on a graze: neither solid nor dashed."""
     system = pair(0.35)
-    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.34, 0.36), "down")
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.34, 0.36), direction="down")
     derivative = one.returns.derivative.copy()
     derivative[1] = np.nan
     unknown = replace(one, returns=replace(one.returns, derivative=derivative), events=())
@@ -104,7 +104,9 @@ def test_orbits_of_unknown_stability_are_dotted_and_in_the_legend(pair, ax):
 def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, ax):
     """Of the cascade to period 16 the short branches have no room for a name."""
     system = pair(0.35)
-    found = nsmaps.period_doubling_cascade(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.26, 0.36), "down", 4)
+    found = nsmaps.period_doubling_cascade(
+        system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.26, 0.36), direction="down", n_doublings=4
+    )
     branches(found, ax)
     ax.figure.canvas.draw()
     boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
@@ -120,7 +122,9 @@ def test_names_of_motions_lie_on_no_line_and_the_others_are_in_the_legend(pair, 
 
 def test_a_cycle_at_infinity_is_an_asymptote(ax):
     return_map = BorderCollision(tau_L=0.2, delta_L=0.8, tau_R=1.7, delta_R=0.9)
-    branch = continue_branch(return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 0.9, (0.1, 2), "down")
+    branch = continue_branch(
+        return_map, "delta_R", nsmaps.periodic_orbit(return_map, [5.0, -4.0]), 0.9, (0.1, 2), direction="down"
+    )
     branches([branch], ax)
     dotted = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
     assert pytest.approx([0.7, 0.7]) in [list(x) for x in dotted if len(x) == 2]

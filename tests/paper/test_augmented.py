@@ -151,7 +151,7 @@ def test_basins_and_noise_of_both_maps(result):
 def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
     """2:1 motion of the exact map, and of the piece around it as a function of d."""
     system, start = pair(D, r=R, beta=np.pi / 6), np.array(two_to_one()[:2], float)
-    exact = nsmaps.continue_branch(system, "d", nsmaps.periodic_orbit(system, start, 2), D, (D, 0.23), "up")
+    exact = nsmaps.continue_branch(system, "d", nsmaps.periodic_orbit(system, start, 2), D, (D, 0.23), direction="up")
     (event,) = (event for event in exact.events if event.kind == "fold")
     assert event.value == pytest.approx(fold(), abs=1e-9)
     assert fold() == pytest.approx(0.227713761, abs=1e-9)
@@ -174,6 +174,6 @@ def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
     along = parametric_map(fits, "d", ends, 3).at
     orbit = nsmaps.periodic_orbit(along(D), start)
     assert (orbit.period, orbit.label) == (2, "2:1, period 2")
-    branch = nsmaps.continue_branch(along, "p", orbit, D, (D, 0.23), "up")
+    branch = nsmaps.continue_branch(along, "p", orbit, D, (D, 0.23), direction="up")
     (event,) = (event for event in branch.events if event.kind == "fold")
     assert event.value == pytest.approx(fold(), abs=3e-5)

@@ -19,7 +19,7 @@ START = [0.8, 0.3]
 def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d, depth, most):
     """10^5 returns of the exact orbit, once it is there, lie in the component and in the closed set."""
     return_map = pair(d)
-    cover = morse_sets(return_map, WINDOW, depth)
+    cover = morse_sets(return_map, WINDOW, depth=depth)
     assert len(cover.minimal) == 1
     k = cover.minimal[0]
     assert (np.ptp(cover.hulls[k], axis=1) <= most).all()
@@ -35,13 +35,13 @@ def test_the_attractor_is_one_minimal_component_in_a_closed_set_of_cells(pair, d
 @pytest.mark.parametrize(("d", "cells", "most"), [(0.35, 24, (0.06, 0.12)), (0.26, 32, (0.14, 0.75))], ids=["FP", "CD"])
 def test_what_stays_in_the_window_is_one_component(pair, d, cells, most):
     """At d = 0.30 it is not: the unstable fixed point inside of the two-cycle is a Morse set of its own."""
-    cover = morse_sets(pair(d), WINDOW, 2, cells)
+    cover = morse_sets(pair(d), WINDOW, depth=2, n_cells=cells)
     assert len(cover.hulls) == 1
     assert (np.ptp(cover.hulls[0], axis=1) <= most).all()
 
 
 def test_the_unstable_fixed_point_of_case_pd_is_a_morse_set_of_its_own(pair):
-    cover = morse_sets(pair(0.30), WINDOW, 4)
+    cover = morse_sets(pair(0.30), WINDOW, depth=4)
     point = np.array([0.776278, 0.266398])
     inside = ((cover.hulls[..., 0] <= point) & (point <= cover.hulls[..., 1])).all(axis=1)
     assert any(inside[k] and k not in cover.minimal for k in range(len(inside)))
@@ -65,9 +65,9 @@ def test_corners_miss_part_of_an_image_that_the_enclosure_holds(pair):
 
 
 def test_the_start_box_of_case_fp_is_carried_into_itself_by_enclosure(pair):
-    assert forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], 32).forward_invariant
+    assert forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, 1.14]], n_cells=32).forward_invariant
     # an image reaches phi = 1.1317
-    assert not forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], 32).forward_invariant
+    assert not forward_invariant_box(pair(0.35), [[0.7, 1], [0.2, np.pi / 3]], n_cells=32).forward_invariant
 
 
 def test_the_fixed_points_of_case_fp(pair):
@@ -78,7 +78,7 @@ def test_the_fixed_points_of_case_fp(pair):
         (0.343255510718990, 2.87685171619735): [[0.33, 0.36], [2.86, 2.89]],
     }
     for state, window in known.items():
-        found = find_cycles(pair(0.35), window, 1, 3)
+        found = find_cycles(pair(0.35), window, max_period=1, depth=3)
         assert any(cycle.states[0] == pytest.approx(state, abs=1e-10) for cycle in found.cycles)
         number = found.cells.numbers_of([state])[0]
         assert number in found.numbers

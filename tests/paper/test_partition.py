@@ -109,7 +109,9 @@ def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
         value = scipy.optimize.brentq(test, low, high, (period, near), 1e-12)
         assert abs(value - exact) < off
         orbit = periodic_orbit(parametric(high), near, period)
-        branch = continue_branch(parametric, "p", orbit, high, (low, high), "down", 0.1, kinds=("period doubling",))
+        branch = continue_branch(
+            parametric, "p", orbit, high, (low, high), direction="down", step=0.1, kinds=("period doubling",)
+        )
         (event,) = branch.of_kind("period doubling")
         assert event.value == pytest.approx(value, abs=1e-8)
 

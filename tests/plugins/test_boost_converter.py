@@ -107,11 +107,11 @@ def test_compensation_is_enough_above_its_critical_slope(row):
     if "critical_mc" in row:
         assert critical == Fraction(row["critical_mc"])
     orbit = nsmaps.periodic_orbit(system, [system.I_ref - 0.9])
-    (event,) = nsmaps.continue_branch(system, "m_c", orbit, 2.0, (0, 2.5), "down", step=0.5).events
+    (event,) = nsmaps.continue_branch(system, "m_c", orbit, 2.0, (0, 2.5), direction="down", step=0.5).events
     assert (event.kind, event.value) == ("period doubling", pytest.approx(critical, rel=1e-12))
     plain = system.at(alpha=0.5, m_c=0.0)
     orbit = nsmaps.periodic_orbit(plain, [plain.I_ref - 0.3])
-    events = nsmaps.continue_branch(plain, "alpha", orbit, 0.5, (0.1, 1.5), "up", step=0.5).events
+    events = nsmaps.continue_branch(plain, "alpha", orbit, 0.5, (0.1, 1.5), direction="up", step=0.5).events
     assert events[0].kind == "period doubling"
     assert events[0].value == pytest.approx(1, rel=1e-12)
 

@@ -87,7 +87,9 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
     system = FORMS[name][0](**numbers(border["other_parameters"]), **{parameter: value * (1 + way * 0.01 * np.sign(value))})
     bounds = sorted(value * (1 + 0.02 * np.array([-1, 1])))
     orbit = cycle_at(system, border["word"])
-    branch = nsmaps.continue_branch(system, parameter, orbit, getattr(system, parameter), bounds, "down" if way > 0 else "up")
+    branch = nsmaps.continue_branch(
+        system, parameter, orbit, getattr(system, parameter), bounds, direction="down" if way > 0 else "up"
+    )
     (event,) = branch.events
     assert event.kind == EVENTS.get(border["kind"], "border collision")
     assert event.value == pytest.approx(value, rel=1e-14)
@@ -128,7 +130,7 @@ def test_the_events_of_a_cycle_of_tents(row):
     exists, stable = number(row["exists_below"]), number(row["stable_above"])
     start = 1.5 * min(exists, stable)
     system = BorderCollision1(a_L=number(row["aL"]), a_R=start)
-    branch = nsmaps.continue_branch(system, "a_R", cycle_at(system, row["word"]), start, (2 * start, 0), "up")
+    branch = nsmaps.continue_branch(system, "a_R", cycle_at(system, row["word"]), start, (2 * start, 0), direction="up")
     kinds = ["period doubling", "border collision"] if row["window"] else ["border collision"]
     values = [stable, exists] if row["window"] else [exists]
     assert [event.kind for event in branch.events] == kinds

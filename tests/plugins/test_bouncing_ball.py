@@ -84,7 +84,9 @@ def test_it_ends_in_a_fold():
     """Followed down it turns back at the threshold, where a multiplier is one."""
     value = EXISTS + 0.1
     start = nsmaps.periodic_orbit(BouncingBall(Gamma=value), one_period(value))
-    branch = continue_branch(lambda gamma: BouncingBall(Gamma=gamma), "gamma", start, value, (EXISTS - 0.1, value), "down")
+    branch = continue_branch(
+        lambda gamma: BouncingBall(Gamma=gamma), "gamma", start, value, (EXISTS - 0.1, value), direction="down"
+    )
     (fold,) = branch.of_kind("fold")
     assert fold.value == pytest.approx(EXISTS, abs=1e-12)
     assert fold.multipliers[0] == pytest.approx(1, abs=1e-6)

@@ -88,7 +88,7 @@ def test_one_impact_in_n_periods(n, delta, r):
     bounds = 0.98 * onset, 1.02 * doubling
     events = []
     for direction in ("up", "down"):
-        branch = continue_branch(lambda e: GearRattle(delta=delta, eps=e, r=r), "e", start, eps, bounds, direction)
+        branch = continue_branch(lambda e: GearRattle(delta=delta, eps=e, r=r), "e", start, eps, bounds, direction=direction)
         events += [(event.kind, event.value) for event in branch.events]
     assert min(abs(at - doubling) for kind, at in events if kind == "period doubling") < 1e-8
     assert min(abs(at - onset) for kind, at in events if kind == "fold") < 1e-8

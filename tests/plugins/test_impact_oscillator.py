@@ -125,7 +125,7 @@ def test_the_orbit_of_the_literature():
 
 def test_its_doubling_is_there():
     start = nsmaps.periodic_orbit(ImpactOscillator(A=0.3477, **B_FORM), [0.07, 0.08])
-    branch = continue_branch(lambda a: ImpactOscillator(A=a, **B_FORM), "a", start, 0.3477, (0.3474, 0.3477), "down")
+    branch = continue_branch(lambda a: ImpactOscillator(A=a, **B_FORM), "a", start, 0.3477, (0.3474, 0.3477), direction="down")
     (found,) = branch.of_kind("period doubling")
     assert found.value == pytest.approx(KNOWN["A"], abs=2e-9)  # its multiplier is 3.3e-6 from -1
     assert found.orbit.states[0, 0] == pytest.approx(KNOWN["v"], abs=1e-7)

@@ -46,7 +46,7 @@ def test_a_window_begins_at_its_doubling(a, window):
     sample, value = window["sample"], float(window["mu_period_doubling"])
     system = SquareRoot(a=a, mu=float(sample["mu"]))
     orbit = nsmaps.periodic_orbit(system, [float(sample["point_R"])], window["period"])
-    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (value / 2, 2 * system.mu), "down", step=0.5)
+    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (value / 2, 2 * system.mu), direction="down", step=0.5)
     assert branch.events[0].kind == "period doubling"
     assert branch.events[0].value == pytest.approx(value, rel=1e-12)
 
@@ -76,7 +76,7 @@ def test_windows_at_other_parameters(a, n):
     assert orbit.states[0, 0] == pytest.approx(float(s**2), rel=1e-12)
     assert orbit.multipliers[0].real == pytest.approx(float(-(mp.mpf(a) ** (n - 1)) / (2 * s)), rel=1e-12)
     bounds = float(doubles) / 2, 2 * system.mu
-    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, "down", step=0.5)
+    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, direction="down", step=0.5)
     assert branch.events[0].value == pytest.approx(float(doubles), rel=1e-12)
 
 
@@ -91,7 +91,7 @@ def test_a_window_ends_where_its_last_point_meets_the_border(a, window):
     orbit = nsmaps.periodic_orbit(system, [float(root(a, n, system.mu) ** 2)], n)
     assert (letters(orbit.words), orbit.stable) == ("R" + window["word"][:-1], window["stable_window"])
     bounds = 0.9 * value, 1.1 * value
-    (event,) = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, "up", step=0.5).events
+    (event,) = nsmaps.continue_branch(system, "mu", orbit, system.mu, bounds, direction="up", step=0.5).events
     assert (event.kind, event.value) == ("border collision", pytest.approx(value, rel=1e-12))
     assert abs(event.value - value) <= event.precision
     assert f"state {n} (L) at x = 0, beyond which is R" in event.detail
@@ -102,7 +102,7 @@ def test_curves_of_doublings_and_borders_in_two_parameters(side):
     """Those of LLR for a from 0.4 to 0.9."""
     system = SquareRoot(a=0.5, mu=0.07)
     orbit = nsmaps.periodic_orbit(system, [0.06], 3)
-    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (0.01, 0.3), side, step=0.5)
+    branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (0.01, 0.3), direction=side, step=0.5)
     curve = nsmaps.bifurcation_curve(system, {"mu": (0.01, 0.3), "a": (0.4, 0.9)}, branch.events[0], 0.5, step=0.1)
     mu, a = np.array(curve.parameters).T
     exact = [float(doubling_and_border(each, 3)[side == "up"]) for each in a]
@@ -115,7 +115,7 @@ def test_the_fixed_point_with_an_impact_doubles():
     system = SquareRoot(a=0.5, mu=2.0)
     orbit = nsmaps.periodic_orbit(system, [1.1])
     assert orbit.states[0, 0] == pytest.approx(1.0, rel=1e-13)
-    (event,) = nsmaps.continue_branch(system, "mu", orbit, 2.0, (0.5, 2.5), "down", until=["period doubling"]).events
+    (event,) = nsmaps.continue_branch(system, "mu", orbit, 2.0, (0.5, 2.5), direction="down", until=["period doubling"]).events
     assert event.value == pytest.approx(0.75, rel=1e-12)
 
 
@@ -132,7 +132,7 @@ def test_a_cycle_in_the_plane(case):
     assert orbit.multipliers.real == pytest.approx(multipliers, rel=1e-11)
     assert np.log(np.abs(orbit.multipliers)) / case["period"] == pytest.approx(np.array(case["exponents"], float), rel=1e-11)
     value = float(case["rho_period_doubling"])
-    branch = nsmaps.continue_branch(system, "rho", orbit, system.rho, (value / 2, 1), "down", step=0.5)
+    branch = nsmaps.continue_branch(system, "rho", orbit, system.rho, (value / 2, 1), direction="down", step=0.5)
     doubling = branch.events[0]
     assert (doubling.kind, doubling.value) == ("period doubling", pytest.approx(value, rel=1e-12))
     assert sorted(doubling.multipliers.real) == pytest.approx(
@@ -145,7 +145,7 @@ def test_a_cycle_in_the_plane_ends_at_its_border(case):
     system, value = SquareRootPlane(**numbers(case["parameters"])), float(case["rho_border_collision"])
     orbit = nsmaps.periodic_orbit(system, np.array(case["points"][0], float), case["period"])
     bounds = system.rho / 2, 1.2 * value
-    (event,) = nsmaps.continue_branch(system, "rho", orbit, system.rho, bounds, "up", step=0.5).events
+    (event,) = nsmaps.continue_branch(system, "rho", orbit, system.rho, bounds, direction="up", step=0.5).events
     assert (event.kind, event.border) == ("border collision", "non-smooth fold")
     assert event.value == pytest.approx(value, rel=1e-13)
     there = [complex(each.replace(" ", "")).real for each in case["rho_border_collision_multipliers"]]

@@ -99,7 +99,7 @@ def test_maps_that_wind_otherwise(turns):
 
 def test_fixed_points_and_rotation_numbers_are_those_of_the_map():
     lifted = lambda x: x + 0.1 + 0.5 * np.sin(x)  # noqa: E731
-    found = nsmaps.cells.find_cycles(whole(Fourier(harmonics=3).fit(on_circle(lifted))), [[0, TWO_PI]], 1)
+    found = nsmaps.cells.find_cycles(whole(Fourier(harmonics=3).fit(on_circle(lifted))), [[0, TWO_PI]], max_period=1)
     points = sorted(float(cycle.states[0, 0]) for cycle in found.cycles)
     np.testing.assert_allclose(points, [np.pi + np.arcsin(0.2), 2 * np.pi - np.arcsin(0.2)], atol=1e-12)
     turning = lambda x: x + 0.7 + 0.4 * np.sin(x)  # noqa: E731

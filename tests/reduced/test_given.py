@@ -88,14 +88,14 @@ def test_hulls_of_affine_pieces_are_exact_but_for_rounding():
 def test_cells_cycles_and_domains_of_the_lozi_map():
     """A trapping region, the cycles of one and two returns in fractions, times until states arrive, a contraction's domain."""
     return_map, window, names = given.Lozi(), [[-1.6, 1.6], [-0.8, 0.8]], ("x", "y")
-    cover = morse_sets(return_map, window, 5)
+    cover = morse_sets(return_map, window, depth=5)
     assert cover.of == "map Lozi"
     assert cover.contains(return_map.orbits([[0.1, 0.1]], 300).image[50:]).all()
     held = forward_invariant_set(return_map, cover)
     assert held.forward_invariant
     a, b = Fraction(1.7), Fraction(0.5)
     fixed = [(1 / (1 - a - b), b / (1 - a - b)), (1 / (1 + a - b), b / (1 + a - b))]
-    found = find_cycles(return_map, window, 2, 5)
+    found = find_cycles(return_map, window, max_period=2, depth=5)
     assert found.of == "map Lozi"
     states = [cycle.states[0].tolist() for cycle in found.cycles if len(cycle.states) == 1]
     assert states == pytest.approx(np.array(fixed, float), abs=1e-14)
@@ -103,8 +103,8 @@ def test_cells_cycles_and_domains_of_the_lozi_map():
     (two,) = (cycle.states for cycle in found.cycles if len(cycle.states) == 2)
     assert two == pytest.approx(np.array([[x[0], b * x[1]], [x[1], b * x[0]]], float), abs=1e-14)
     regions = {"far": Box.of(names, [[1.4, 1.6], [-0.8, 0.8]])}
-    assert exit_times(return_map, regions, window, 1, 4, target=held, cycles=found.cycles).of == "map Lozi"
-    domain = attracting_domain(given.Lozi(a=0.3, b=0.2), [[-2, 3], [-1, 1]], 4)
+    assert exit_times(return_map, regions, window, depth=1, n_cells=4, target=held, cycles=found.cycles).of == "map Lozi"
+    domain = attracting_domain(given.Lozi(a=0.3, b=0.2), [[-2, 3], [-1, 1]], max_updates=4)
     assert (domain.of, domain.forward_invariant) == ("map Lozi", True)
 
 

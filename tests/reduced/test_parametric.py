@@ -165,7 +165,7 @@ def quadratics(orders):
 def test_period_doublings_of_a_parametric_map_are_where_they_are_known_to_be():
     parametric = quadratics({"low": {"phi": 2}})
     cycle = periodic_orbit(parametric.at(0.7), [0.6, 1.0])
-    branch = continue_branch(parametric.at, "p", cycle, 0.7, (0.6, 1.3), "up", 0.1, kinds=("period doubling",))
+    branch = continue_branch(parametric.at, "p", cycle, 0.7, (0.6, 1.3), direction="up", step=0.1, kinds=("period doubling",))
     doubled = doublings_of(parametric.at, branch, (0.6, 1.3), max_doublings=1, step=0.1, kinds=("period doubling",))
     found = [event.value for each in (branch, *doubled) for event in each.of_kind("period doubling")]
     assert found == pytest.approx([0.75, 1.25], abs=1e-9)

@@ -165,7 +165,7 @@ def test_a_map_of_a_parameter_keeps_the_number_of_returns():
 
 def test_a_domain_says_of_which_map_it_is():
     made = augmented(Tent())
-    domain = attracting_domain(made, [(-0.5, -0.06)], 40)
+    domain = attracting_domain(made, [(-0.5, -0.06)], max_updates=40)
     assert domain.forward_invariant
     assert domain.claim == "enclosed for the composite map (2 returns by R2)"
     assert domain.box[0] == pytest.approx([-2 / 7, -2 / 7], abs=1e-3)

@@ -106,7 +106,7 @@ def test_a_branch_is_what_the_functions_give(computed: Computed) -> None:
     made, system = result.branches["one"], result.system
     map_of, within = Along(system, "a"), (0.5, 1.8)
     orbit = periodic_orbit(system, [2 * pi / 1.5, 0.51])
-    first = [continue_branch(map_of, "p", orbit, 1.2, within, way) for way in ("up", "down")]
+    first = [continue_branch(map_of, "p", orbit, 1.2, within, direction=way) for way in ("up", "down")]
     expected = [*first, *(branch for one in first for branch in doublings_of(map_of, one, within, 1))]
     assert len(made) == len(expected)
     for one, other in zip(made, expected, strict=True):

@@ -56,7 +56,7 @@ def test_a_bifurcation_diagram(system: nsmaps.ImpactSystem) -> None:
 
 
 def test_an_attracting_domain(system: nsmaps.ImpactSystem) -> None:
-    made = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], 3, n_samples=31)
+    made = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], max_updates=3, n_samples=31)
     data = made.to_xarray()
     assert dict(data.sizes) == {"update": 4, "coordinate": 2, "end": 2}
     assert np.array_equal(data.boxes.sel(update=3, coordinate="phi"), made.box[1])

@@ -77,7 +77,9 @@ def of_half(**how: object) -> StudyResult:
     """A result with the domain of x' = -x/2 on [-1, 1], and nothing else."""
     half = PolyMap.of_monomials(("x",), {"x": {(1,): Fraction(-1, 2)}}, [[-2, 2]])
     study = nsmaps.Study(system="ball", parameters={"a": 0.2})
-    return StudyResult(study, study.system_object(), {"domains": {"half": nsmaps.attracting_domain(half, [[-1, 1]], 1, **how)}})
+    return StudyResult(
+        study, study.system_object(), {"domains": {"half": nsmaps.attracting_domain(half, [[-1, 1]], max_updates=1, **how)}}
+    )
 
 
 def test_a_bound_of_a_fit_is_not_one_of_the_exact_map() -> None:

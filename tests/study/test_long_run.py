@@ -37,7 +37,7 @@ def test_a_study_gives_what_the_functions_give() -> None:
     system, start = result.system, [1.0, 1.0]
     grid = Grid(axes={"v": Axis(low=0.01, high=2, points=12), "phi": Axis(low=0, high=2 * np.pi * 11 / 12, points=12)})
     made = basins(system, grid, max_returns=300)
-    line = basin_boundary(system, made, 1e-3, 300)
+    line = basin_boundary(system, made, tolerance=1e-3, max_returns=300)
     exponents = [lyapunov(system.at(a=a), starts=start, n_returns=64, transient=30).exponents for a in (1.4, 1.5)]
     noisy = noisy_orbits(system, start, Noise(sigma=0.05, tau=1), n_returns=40, n_realisations=3, rng=5)
     stay = residence(noisy.words, noisy.time, {"one": ["BB"]})

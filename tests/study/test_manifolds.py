@@ -73,7 +73,7 @@ def test_the_stable_manifold_is_the_boundary_of_the_basins():
     system = nsmaps.load_system("vi_pair", d=0.2265, r=0.25, M=0.1245, g=9.8, beta=np.pi / 6, F=5)
     axes = {"v": nsmaps.Axis(low=0.005, high=0.2, points=10), "phi": nsmaps.Axis(low=1.8, high=2.3, points=10)}
     made = nsmaps.basins(system, nsmaps.Grid(axes=axes), max_returns=300)
-    line = nsmaps.basin_boundary(system, made, 1e-6, max_returns=300)
+    line = nsmaps.basin_boundary(system, made, tolerance=1e-6, max_returns=300)
     saddle = nsmaps.periodic_orbit(system, [0.0429, 2.0548], 2)
     stable = nsmaps.manifold(system, saddle, "stable", length=1.0, gap=0.005)
     assert len(line.points) > 5

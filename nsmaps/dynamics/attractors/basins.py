@@ -128,11 +128,11 @@ class BasinBoundary(WithCoordinates, Result):
 def basins(
     return_map: ReturnMap,
     starts: Grid | ArrayLike,
+    *,
     attractors: Sequence[Attractor] | None = None,
     max_returns: int = 1000,
     tolerance: float = 1e-6,
     max_period: int = 32,
-    *,
     quantifiers: Mapping[str, Function] | None = None,
     parallel: Parallel = SERIAL,
 ) -> Basins:
@@ -243,7 +243,7 @@ def _followed(return_map: ReturnMap, start: Floats, attractors: Sequence[Attract
 
 
 @shows
-def basin_boundary(return_map: ReturnMap, basins: Basins, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
+def basin_boundary(return_map: ReturnMap, basins: Basins, *, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
     """Points between basins, by bisection along the edges of their grid.
 
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.

@@ -61,7 +61,7 @@ class Coexistence(Result):
         return tuple(found)
 
 
-def match_attractors(diagrams: Sequence[BifurcationDiagram], near: float = 0.03, step: float = 0.1) -> Coexistence:
+def match_attractors(diagrams: Sequence[BifurcationDiagram], *, near: float = 0.03, step: float = 0.1) -> Coexistence:
     """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
 
     Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, with the circle). Two

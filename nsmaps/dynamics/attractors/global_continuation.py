@@ -209,7 +209,7 @@ def _found(
     return_map, reason = map_or_reason(map_of, value)
     if return_map is None:
         return {"reason": np.array(reason)}
-    found = basins(return_map, start, None, returns, tolerance, max_period)
+    found = basins(return_map, start, attractors=None, max_returns=returns, tolerance=tolerance, max_period=max_period)
     return {"reason": np.array(""), "label": found.label, **_packed(found.coordinates, found.attractors)}
 
 

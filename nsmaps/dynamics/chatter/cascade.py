@@ -103,7 +103,9 @@ def chatter_cascade(
         if number not in found:
             ends = sorted((border, border + SPREAD * (value - border)))
             how: Any = {"step": step, "until": tuple(TESTS)}
-            down, up = (continue_branch(single, parameter, orbit, value, (ends[0], ends[1]), way, **how) for way in DIRECTIONS)
+            down, up = (
+                continue_branch(single, parameter, orbit, value, (ends[0], ends[1]), direction=way, **how) for way in DIRECTIONS
+            )
             found[number] = IncompleteChatter(number, *((down, up) if value > border else (up, down)))
         if len(found) == n_orbits:
             break

@@ -143,7 +143,7 @@ def _same(curve: OrbitCurve, one: Floats, other: Floats) -> bool:
 
 def _near(curve: OrbitCurve, return_map: ReturnMap, guess: Floats) -> PeriodicOrbit | None:
     """The orbit to which Newton's method leads from a guess, if it is one and near."""
-    orbit = periodic_orbit(return_map, guess, len(guess), curve.tolerance, curve.scale)
+    orbit = periodic_orbit(return_map, guess, len(guess), tolerance=curve.tolerance, scale=curve.scale)
     near = curve.coordinates.near(orbit.states, guess, NEAR * np.sqrt(AWAY), curve.scale).all()
     return orbit if orbit.converged and orbit.exists and near else None
 

@@ -54,6 +54,7 @@ def continue_branch(
     orbit: PeriodicOrbit,
     value: float,
     bounds: tuple[float, float],
+    *,
     direction: Literal["up", "down", "both"] = "up",
     step: float = 0.02,
     max_points: int = 2000,
@@ -89,10 +90,10 @@ def continue_branch(
     check_choice("direction", direction, ("up", "down", "both"))
     if direction == "both":
         how: Any = {"step": step, "max_points": max_points, "until": until, "tolerance": tolerance, "kinds": kinds}
-        up = continue_branch(system, parameter, orbit, value, bounds, "up", **how)
+        up = continue_branch(system, parameter, orbit, value, bounds, direction="up", **how)
         if not len(up.values) or up.ended == CLOSED:
             return up
-        return up.after(continue_branch(system, parameter, orbit, value, bounds, "down", **how))
+        return up.after(continue_branch(system, parameter, orbit, value, bounds, direction="down", **how))
     extent = _extent(bounds, value, step, max_points, until, kinds)
     curve = curve_from(map_along(system, parameter), orbit, value, bounds, tolerance, parameter)
     upward = np.zeros(orbit.states.size + 1)
@@ -112,13 +113,13 @@ def switch_branch(
     parameter: str,
     point: BifurcationPoint,
     bounds: tuple[float, float],
+    *,
     side: Literal[1, -1] = 1,
     step: float = 0.02,
     max_points: int = 2000,
     until: Collection[str] = (),
     tolerance: float = 1e-10,
     kinds: Collection[str] = tuple(TESTS),
-    *,
     doubled: bool = False,
 ) -> Branch:
     """The other branch at a bifurcation point of a branch; other arguments as `continue_branch`.
@@ -191,6 +192,7 @@ def period_doubling_cascade(
     orbit: PeriodicOrbit,
     value: float,
     bounds: tuple[float, float],
+    *,
     direction: Literal["up", "down"] = "up",
     n_doublings: int = 4,
     step: float = 0.02,
@@ -202,7 +204,7 @@ def period_doubling_cascade(
     border too. Steps decrease with the period.
     Arguments and errors as `continue_branch`.
     """
-    first = continue_branch(system, parameter, orbit, value, bounds, direction, step, until=(DOUBLING,))
+    first = continue_branch(system, parameter, orbit, value, bounds, direction=direction, step=step, until=(DOUBLING,))
     return first, *doublings_of(system, first, bounds, n_doublings - 1, step)
 
 

@@ -157,7 +157,7 @@ def _beside(curve: CriticalCurve, event: BifurcationPoint, second: float) -> Flo
             return_map, _ = map_or_reason(branch.map_of, value)
             if return_map is not None:
                 states = event.orbit.states
-                found = periodic_orbit(return_map, states, len(states), branch.tolerance, branch.scale)
+                found = periodic_orbit(return_map, states, len(states), tolerance=branch.tolerance, scale=branch.scale)
                 same = curve.side is None or np.array_equal(found.returns.codes, own)
                 there = found.converged and found.exists and same
                 if there and curve.least <= curve.clearance(return_map, found.states[None])[0] <= MOST:

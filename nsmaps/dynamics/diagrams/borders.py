@@ -175,7 +175,15 @@ class CycleSearch:
         cycle = PeriodicOrbit(at.cycle.returns, at.cycle.tolerance, self.scale)
         direction: Literal["up", "down"] = "up" if far > at.value else "down"
         return continue_branch(
-            self.map_of, self.parameter, cycle, at.value, _bounds(at.value, far), direction, STEP, LONGEST, tuple(TESTS)
+            self.map_of,
+            self.parameter,
+            cycle,
+            at.value,
+            _bounds(at.value, far),
+            direction=direction,
+            step=STEP,
+            max_points=LONGEST,
+            until=tuple(TESTS),
         )
 
     def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
@@ -241,7 +249,17 @@ class CycleSearch:
         """
         values, given = [*before, event.value], len(before) + 1
         while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
-            branch = switch_branch(self.map_of, "", event, _bounds(values[-1], far), 1, STEP, LONGEST, tuple(TESTS), doubled=True)
+            branch = switch_branch(
+                self.map_of,
+                "",
+                event,
+                _bounds(values[-1], far),
+                side=1,
+                step=STEP,
+                max_points=LONGEST,
+                until=tuple(TESTS),
+                doubled=True,
+            )
             if len(branch.values) < 2 or not any(branch.stable[1:]):
                 return None if len(values) == given else _accumulation(values)
             end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))

@@ -68,6 +68,7 @@ def manifold(
     return_map: ReturnMap,
     orbit: PeriodicOrbit,
     which: Which = "unstable",
+    *,
     length: float = 10.0,
     gap: float = 0.02,
     inverse: ReturnMap | None = None,

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.continuation.events import TESTS
@@ -19,9 +19,11 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.progress import shows
 from nsmaps.results import Result
 
+Way = Literal["down", "up"]
 NARROWEST = 1e-13  #: share of the range, below which a step is not found
 NEAR = 1e-9  #: of p, within which a rotation number is at the end of the range
 REACHED = "the range ends at"
+WAYS: tuple[Way, Way] = "down", "up"
 STEP = 0.2  #: longest step of a branch to the border of a step
 
 
@@ -142,7 +144,7 @@ def staircase(
         else:
             cycle = search.known[value].cycle
             assert cycle is not None
-            edges = [_edge(system, parameter, cycle, value, bounds, way) for way in ("down", "up")]
+            edges = [_edge(system, parameter, cycle, value, bounds, way) for way in WAYS]
             plateaux.append(Plateau(rotation, cycle, value, *edges))
     return Staircase(tuple(sorted(plateaux, key=lambda each: each.rotation)), tuple(sorted(missing)), parameter)
 
@@ -189,9 +191,11 @@ class _Search:
         return float(there.value - rotation if there.fraction is None else there.fraction - rotation)
 
 
-def _edge(system: Model, parameter: str, cycle: PeriodicOrbit, value: float, bounds: tuple[float, float], way: str) -> Border:
+def _edge(system: Model, parameter: str, cycle: PeriodicOrbit, value: float, bounds: tuple[float, float], way: Way) -> Border:
     """The border of a step in a direction of the parameter: the first event of its cycle's branch."""
-    branch = continue_branch(system, parameter, cycle, value, bounds, way, STEP, 1000, tuple(TESTS))  # type: ignore[arg-type]
+    branch = continue_branch(
+        system, parameter, cycle, value, bounds, direction=way, step=STEP, max_points=1000, until=tuple(TESTS)
+    )
     if branch.events:
         event = branch.events[-1]
         return Border(event.value, max(event.precision, ROUNDING * (abs(event.value) + bounds[1] - bounds[0])), event.kind)

@@ -162,6 +162,7 @@ def strip_map(
     system: "System",
     box: BoxLike,
     tolerance: float,
+    *,
     progress: Progress | None = None,
     max_seconds: float = inf,
 ) -> StripMap:

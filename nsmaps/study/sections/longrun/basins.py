@@ -84,15 +84,19 @@ class BasinsSection(Quantified):
         from nsmaps.dynamics.attractors.basins import basin_boundary, basins
 
         with plan.study.source.located(("basins",)):
-            how = None, self.returns, self.tolerance, self.max_period
+            how: Any = {"max_returns": self.returns, "tolerance": self.tolerance, "max_period": self.max_period}
             both, functions = "composite" in self.map, self.functions(plan.study)
             first = plan.portion(0, 2, "exact") if both else plan.parallel
-            found = basins(plan.system, plan.bound["basins"], *how, quantifiers=functions, parallel=first)
-            line = None if self.boundary is None else basin_boundary(plan.system, found, self.boundary, self.returns)
+            found = basins(plan.system, plan.bound["basins"], **how, quantifiers=functions, parallel=first)
+            line = (
+                None
+                if self.boundary is None
+                else basin_boundary(plan.system, found, tolerance=self.boundary, max_returns=self.returns)
+            )
             if not both or result.composite is None:
                 return {"basins": found, "boundary": line}
             reduced = basins(
-                result.composite, plan.bound["basins"], *how, quantifiers=functions, parallel=plan.portion(1, 2, "composite")
+                result.composite, plan.bound["basins"], **how, quantifiers=functions, parallel=plan.portion(1, 2, "composite")
             )
             there = counterpart(plan.system, result.composite)
             last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])

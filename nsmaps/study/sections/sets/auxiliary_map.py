@@ -91,10 +91,12 @@ class AuxiliaryMapSection(Analysis):
                 return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns
             )
             full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
-            target = forward_invariant_box(full, step.box, self.cells)
+            target = forward_invariant_box(full, step.box, n_cells=self.cells)
             goal = target if target.forward_invariant else None
             window, progress = bound["window"], plan.parallel.progress
-            times = exit_times(full, return_map, window, self.depth, self.cells, target=goal, of=OF, progress=progress)
+            times = exit_times(
+                full, return_map, window, depth=self.depth, n_cells=self.cells, target=goal, of=OF, progress=progress
+            )
         return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
     def describe(self, study: "Study") -> str:

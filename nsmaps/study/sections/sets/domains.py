@@ -239,7 +239,7 @@ def _bounded(
     how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
     if section.bounds == "inflated" and isinstance(return_map, PolyMap):
         how |= {"error": held_out_error(return_map, plan.system, box), "of": f"exact map, by {of}"}
-    return attracting_domain(return_map, box, section.updates, **how)
+    return attracting_domain(return_map, box, max_updates=section.updates, **how)
 
 
 def _domain(domain: "AttractingDomain") -> dict[str, Any]:

@@ -66,14 +66,14 @@ class ExitTimesSection(Analysis):
 
         window = plan.bound["exit_times"].array
         target = result.trap if result.trap is not None and result.trap.forward_invariant else None
-        how = self.depth, self.cells
+        how: Any = {"depth": self.depth, "n_cells": self.cells}
         with plan.study.source.located(("exit_times",)):
             if result.composite is None:
                 raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
             first, then = (plan.portion(half, 2).progress for half in (0, 1))
-            found = find_cycles(plan.system, window, self.period, *how, progress=first) if self.period else None
+            found = find_cycles(plan.system, window, max_period=self.period, **how, progress=first) if self.period else None
             cycles = found.cycles if found else ()
-            times = exit_times(plan.system, result.composite, window, *how, target=target, cycles=cycles, progress=then)
+            times = exit_times(plan.system, result.composite, window, **how, target=target, cycles=cycles, progress=then)
         return {"cycles": found, "exit_times": times}
 
     def describe(self, study: "Study") -> str:

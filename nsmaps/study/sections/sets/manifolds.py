@@ -103,7 +103,9 @@ class Manifolds(Entries[ManifoldSection]):
             for which in ("unstable", "stable"):
                 if each.which in ("both", which):
                     try:
-                        own.append(manifold(plan.system, orbit, which, each.length, each.gap, max_points=each.max_points))
+                        own.append(
+                            manifold(plan.system, orbit, which, length=each.length, gap=each.gap, max_points=each.max_points)
+                        )
                     except NsmapsError as error:
                         reasons[each.name] = str(error)
             found[each.name] = tuple(own)

@@ -66,7 +66,7 @@ class MorseSection(Analysis):
 
         with plan.study.source.located(("morse",)):
             window = plan.bound["morse"].array
-            cover = morse_sets(plan.system, window, self.depth, self.cells, progress=plan.parallel.progress)
+            cover = morse_sets(plan.system, window, depth=self.depth, n_cells=self.cells, progress=plan.parallel.progress)
         return {"morse": cover, "trap": forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
 
     def describe(self, study: "Study") -> str:
