@@ -233,7 +233,7 @@ def test_branches_and_exponents_of_the_same_parameter_stand_in_the_diagram(pair)
     values = np.linspace(0.3, 0.35, 11)
     made = compute(pair, "d", values, START, n_returns=20, transient=300, direction="down")
     branch = nsmaps.continue_branch(pair, "d", nsmaps.periodic_orbit(pair(0.35), START), 0.35, (0.3, 0.35), direction="both")
-    exponents = nsmaps.lyapunov_sweep(pair, "d", values, START, n_returns=50)
+    exponents = nsmaps.lyapunov(pair, "d", values, START, n_returns=50)
     figure = made.plot(branches=[branch], lyapunov=exponents)
     speed, phase, below = figure.axes
     assert [ax.get_xlim() for ax in figure.axes] == [(0.3, 0.35)] * 3

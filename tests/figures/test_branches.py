@@ -129,3 +129,33 @@ def test_a_cycle_at_infinity_is_an_asymptote(ax):
     dotted = [line.get_xdata() for line in ax.lines if line.get_linestyle() == ":"]
     assert pytest.approx([0.7, 0.7]) in [list(x) for x in dotted if len(x) == 2]
     assert "cycle at infinity" in [text.get_text() for text in ax.get_legend().get_texts()]
+
+
+def test_multipliers_are_those_of_the_bouncing_ball_in_closed_form():
+    """Their product is e^2 and their sum 1 + e^2 - (1 + e)^2 s, where s^2 = a^2 - (pi (1 - e)/(1 + e))^2."""
+    e = 0.5
+    ball = nsmaps.load_system("bouncing_ball", Gamma=1.4, r=e)
+    branch = continue_branch(ball, "Gamma", nsmaps.periodic_orbit(ball, [4.19, 0.45]), 1.4, (1.06, 1.7), direction="both")
+    figure = branch.plot(multipliers=True)
+    moduli, plane = figure.axes
+    lines = [line for line in moduli.lines if len(line.get_xdata()) == len(branch.values)]
+    total = 1 + e * e - (1 + e) ** 2 * np.emath.sqrt(branch.values**2 - (np.pi * (1 - e) / (1 + e)) ** 2)
+    roots = np.array([total / 2 + sign * np.emath.sqrt(total**2 / 4 - e * e) for sign in (1, -1)])
+    drawn = np.sort([line.get_ydata() for line in lines], axis=0)
+    assert np.allclose(drawn, np.sort(np.abs(roots), axis=0), atol=1e-6)
+    dots = np.concatenate([line.get_xydata() for line in plane.lines if line.get_marker() == "."])
+    assert np.allclose(np.sort(dots[:, 0]), np.sort(roots.real.ravel()), atol=1e-6)
+    circle = plane.lines[0].get_xydata()
+    assert np.allclose(np.linalg.norm(circle, axis=1), 1.0)
+    (doubling,) = branch.of_kind("period doubling")
+    marks = [line.get_xydata() for line in moduli.lines if line.get_marker() == "o"]
+    assert marks[0][0].tolist() == [doubling.value, pytest.approx(1.0, abs=1e-6)]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["1:0/T", "period doubling"]
+
+
+def test_a_coordinate_that_is_constant_but_for_rounding_is_a_straight_line(ax):
+    ball = nsmaps.load_system("bouncing_ball", Gamma=1.4, r=0.5)
+    branch = continue_branch(ball, "Gamma", nsmaps.periodic_orbit(ball, [4.19, 0.45]), 1.4, (1.2, 1.5), direction="both")
+    branches(branch, ax, 0)
+    low, high = ax.get_ylim()
+    assert 0 < np.ptp(branch.points[..., 0]) < 1e-3 * (high - low)

@@ -34,7 +34,7 @@ STORED = {
     "partition": "words regions surfaces projections partition speed_error",
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
-    "branches stability lyapunov basins noise auxiliary envelopes domain_size morse exit_times",
+    "branches multipliers stability lyapunov basins noise auxiliary envelopes domain_size morse exit_times",
     "resilience": "global_continuation",
 }  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
@@ -57,6 +57,7 @@ MISSING = {
     "cobweb": ("composite", None, COMPOSITE),
     "bifurcation": ("bifurcation", {}, "'bifurcation'"),
     "branches": ("branches", {}, "'branches'"),
+    "multipliers": ("branches", {}, "'branches'"),
     "stability": ("stability", None, "'stability'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),

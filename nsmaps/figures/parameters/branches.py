@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,9 +13,10 @@ from nsmaps.dynamics.continuation.events import AT_INFINITY
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.lines import cut, neighbours
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress
+from nsmaps.figures.parameters.events import ASYMPTOTE, MARKERS, Found, by_parameter, colours_of, event_handles, mark
+from nsmaps.figures.parameters.multipliers import sheets as multiplier_sheets
+from nsmaps.figures.style import RED, dress
 
-_COLOURS = (BLUE, ORANGE, GREEN, MAGENTA, SKY, RED, BLACK)
 _LOOKS = {True: ("-", "stable"), False: ((0, (3, 1.6)), "unstable"), None: (":", "of unknown stability")}  #: line, legend
 _WIDE, _HIGH, _GAP = 5.6, 9.0, 2.5  #: points: a letter's width, a line's height, and the distance of a name from its line
 _SIDES = np.array([[x, y] for x in (0, 1, -1) for y in (1, -1)])  #: of a line, where its name may stand
@@ -24,32 +24,13 @@ _CORNERS = np.array([[x, y] for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)])
 _WEIGHT = {True: 1.5, False: 1.0, None: 1.0}  #: points, of lines
 _TRIED, _BETWEEN = 300, 8  #: places along the lines of a motion; points between two of a line
 _FLAT = 1e-6  #: of the scale of a coordinate: least height of a panel
-_ASYMPTOTE = {"color": BLACK, "ls": ":", "lw": 0.8}  #: of the lines to a cycle at infinity
-_MARKERS = {
-    "period doubling": "o",
-    "period halving": "o",
-    "fold": "s",
-    "branch point": "P",
-    "Neimark-Sacker": "^",
-    "grazing": "X",
-    "border collision": "D",
-    "end of complete chatter": "*",
-    "detachment": "v",
-    "homoclinic bifurcation": "h",
-    "Hopf bifurcation": "p",
-    "end of the valid domain": "|",
-}
 
 
-Found = Branch | Sequence[Branch]
-
-
-def sheets(found: Found) -> tuple[Sheet, ...]:
-    """One sheet a parameter, a panel a coordinate; none of a parameter of which no branch has orbits."""
-    along: dict[str, list[Branch]] = {}
-    for branch in _all(found):
-        along.setdefault(branch.parameter, []).extend([branch] if len(branch.values) else [])
-    sheets = []
+def sheets(found: Found, multipliers: bool = False) -> tuple[Sheet, ...]:
+    """One sheet a parameter, a panel a coordinate, or their multipliers; none of a parameter of which no branch has orbits."""
+    if multipliers:
+        return multiplier_sheets(found)
+    along, sheets = by_parameter(found), []
     for parameter, own in along.items():
         count = len(own[0].coordinates) if own else 0
         panels = tuple(partial(branches, own, coordinate=i) for i in range(count))
@@ -58,8 +39,8 @@ def sheets(found: Found) -> tuple[Sheet, ...]:
     return tuple(sheets)
 
 
-def _all(found: Found) -> Sequence[Branch]:
-    return [found] if isinstance(found, Branch) else found
+def _with_orbits(found: Found) -> list[Branch]:
+    return [branch for some in by_parameter(found).values() for branch in some]
 
 
 def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
@@ -71,11 +52,10 @@ def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
     Raises:
         NsmapsError: there is no branch with orbits.
     """
-    shown = [branch for branch in _all(found) if len(branch.values)]
+    shown = _with_orbits(found)
     if not shown:
         raise NsmapsError("there is no branch with orbits; expected: at least one")
-    motions = list(dict.fromkeys(str(branch.labels[-1]) for branch in shown))
-    colours = {motion: _COLOURS[k % len(_COLOURS)] for k, motion in enumerate(motions)}
+    colours = colours_of(shown)
     for branch in shown:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
     _events(shown, ax, coordinate)
@@ -96,7 +76,7 @@ def overlay(found: Found, ax: Axes, coordinate: int, onto: Callable[[Floats], Fl
     Args:
         onto: from the states of the coordinate to what is drawn, as where the circle of an angle is cut.
     """
-    shown = [branch for branch in _all(found) if len(branch.values)]
+    shown = _with_orbits(found)
     for branch in shown:
         _lines(branch, ax, coordinate, RED, onto, slim=0.6)
     _events(shown, ax, coordinate, onto)
@@ -107,24 +87,19 @@ def _events(shown: Sequence[Branch], ax: Axes, coordinate: int, onto: Callable[[
     """A mark at each state of the orbit of each event, a line where there is none."""
     for event in (event for branch in shown for event in branch.events):
         if event.kind == AT_INFINITY:
-            ax.axvline(event.value, **_ASYMPTOTE)  # type: ignore[arg-type]
+            ax.axvline(event.value, **ASYMPTOTE)
             continue
         places = onto(event.orbit.states[:, coordinate])
-        size = _fineness(len(places))
-        look = {"color": BLACK, "mfc": "white", "ms": 4.6 * size, "mew": 0.8 * size, "zorder": 4}
-        ax.plot(np.full(len(places), event.value), places, _MARKERS[event.kind], **look)  # type: ignore[arg-type]
+        ax.plot(np.full(len(places), event.value), places, MARKERS[event.kind], **mark(_fineness(len(places))))
 
 
 def _handles(shown: Sequence[Branch], colours: Mapping[str, str], plain: str = "0.3", of: str = "") -> list[Line2D]:
     """The entries of the legend: motions without a name beside their lines, kinds of events, and kinds of lines."""
-    kinds = dict.fromkeys(event.kind for branch in shown for event in branch.events)
     present = {stable for branch in shown for stable in branch.stable}
     motions = [Line2D([], [], color=colour, label=motion) for motion, colour in colours.items()]
     looks = [look for stable, look in _LOOKS.items() if stable in present]
     lines = [Line2D([], [], color=plain, ls=ls, label=label + of) for ls, label in looks]
-    look: dict[str, Any] = {"color": BLACK, "mfc": "white", "ms": 4.6, "mew": 0.8, "ls": ""}
-    marks = {kind: _ASYMPTOTE if kind == AT_INFINITY else {"marker": _MARKERS[kind], **look} for kind in kinds}
-    return [*motions, *lines, *(Line2D([], [], label=kind, **own) for kind, own in marks.items())]
+    return [*motions, *lines, *event_handles(shown)]
 
 
 def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Mapping[str, str]) -> list[str]:

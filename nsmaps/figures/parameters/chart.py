@@ -50,7 +50,7 @@ def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
         texts, handles = [text.get_text() for text in before.get_texts()], before.legend_handles
     else:
         texts, handles = [], []
-    ax.legend(handles=[*handles, star], labels=[*texts, "optimum"])  # type: ignore[list-item]  # of a legend that is drawn
+    ax.legend(handles=[*handles, star], labels=[*texts, "optimum"])
     return ax
 
 

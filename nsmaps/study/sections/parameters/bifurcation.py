@@ -1,6 +1,6 @@
 """The section `bifurcation`: attractors of maps over a parameter."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -22,10 +22,10 @@ from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
+from nsmaps.study.sections.parameters.branches import BRANCHES
 from nsmaps.study.sections.parameters.motions import NONE, attractors, diagram_finding, digits, motions, motions_of, widest
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -35,9 +35,6 @@ DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
     "bifurcation diagrams",
     ("bifurcation",),
     lambda result: {result.map_title(of): diagram for of, diagram in result.bifurcation.items()},
-)
-BRANCHES: "FigurePart[Sequence[Branch]]" = FigurePart(
-    "branches of periodic orbits", (), lambda result: [each for some in result.branches.values() for each in some], optional=True
 )
 
 
@@ -60,7 +57,7 @@ class BifurcationSection(Range, Analysis):
             "chaos, between windows at most of the values. A motion of the composite map has the name of the exact one with the "
             "same words and period in returns. Angles are cut where no state lies. Grey: no attractor. Lines, if any, are "
             "branches of cycles, dashed where unstable, with their events.",
-            (DIAGRAMS, BRANCHES, optional("lyapunov")),
+            (DIAGRAMS, replace(BRANCHES, sections=(), optional=True), optional("lyapunov")),
         ),
     )
 

@@ -99,6 +99,13 @@ class Branches(Entries[BranchSection]):
             (BRANCHES,),
         ),
         StudyFigure(
+            "parameters.multipliers",
+            "The moduli of the multipliers of periodic orbits against the parameter, and the multipliers beside the unit circle.",
+            "Multipliers of a period along branches of periodic orbits: their moduli over the parameter, and the multipliers up "
+            "to 2.5 from zero in the complex plane. Cycles are stable where all moduli are below one; marks are events.",
+            (BRANCHES,),
+        ),
+        StudyFigure(
             "system.graze",
             "The motions just before, at and after a graze of a periodic orbit, and the square root of the map beside it.",
             "The first graze of a periodic orbit along the branches: the motions just before, at and after it, and the map along "
