@@ -9,12 +9,17 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.limits.cycles import comes_nearer
 from nsmaps.dynamics.limits.path import vast
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress
 
+PARTS, SHARE = (
+    4,
+    8,
+)  #: last parts of an orbit that has not arrived, whose distances from cycles are compared, and its returns in one
 UNRESOLVED, ENDED = -1, -2  #: labels of starts that reach no attractor, and of those whose orbit ends
 
 
@@ -49,35 +54,52 @@ def follow(
     attractors: Sequence[Attractor],
     returns: int,
     progress: Progress | None = None,
+    in_time: bool = False,
 ) -> Ends:
     """Label, arrival, outcome and stuck of each start, shape (N, n), as in `Basins`.
 
     Ctrl-C raises Interrupted, with those that are known.
+
+    Args:
+        in_time: whether orbits must arrive within the returns; otherwise they may still come nearer and nearer to a cycle then.
     """
     ends = Ends.unreached(len(start))
     try:
-        _follow(return_map, start, attractors, returns, progress, ends)
+        _follow(return_map, start, attractors, returns, progress, ends, in_time)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, ends) from None
     return ends
 
 
 def _follow(
-    return_map: ReturnMap, start: Floats, attractors: Sequence[Attractor], returns: int, progress: Progress | None, ends: Ends
+    return_map: ReturnMap,
+    start: Floats,
+    attractors: Sequence[Attractor],
+    returns: int,
+    progress: Progress | None,
+    ends: Ends,
+    in_time: bool,
 ) -> None:
     """As `follow`, written to ends."""
     n, (label, arrival, outcome, stuck) = len(start), ends
     streak, since = np.zeros((2, len(attractors), n), np.int32)  # successive states near each, and the returns before the first
     going, states = np.arange(n), Coordinates(return_map.coordinates).wrap(start)
     scale = Coordinates(return_map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
+    length = 0 if in_time else returns // SHARE
+    off = np.zeros((PARTS, len(attractors), n if length else 0))  # largest distances from each cycle in the last parts
     for k in range(returns + 1):
-        open_ = np.isfinite(states).all(axis=1)
+        open_, part = np.isfinite(states).all(axis=1), PARTS - 1 - (returns - k) // max(length, 1)
         if not open_.all():
             ended = going[~open_]
             label[ended] = ENDED
             outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
         for number, attractor in enumerate(attractors):
-            near = attractor.near(states)
+            if length and part >= 0 and 0 < attractor.period <= length:
+                distance = attractor.distances(states)
+                off[part, number, going] = np.maximum(off[part, number, going], distance)
+                near = distance <= attractor.reach
+            else:
+                near = attractor.near(states)
             since[number, going] = np.where(streak[number, going] == 0, arrival[going], since[number, going])
             streak[number, going] = np.where(near, streak[number, going] + 1, 0)
             near = open_ & (streak[number, going] >= attractor.stay)
@@ -97,3 +119,6 @@ def _follow(
         if gone.any():
             outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
         stuck[going] |= next_returns.outcome == Outcome.stuck
+    for number, attractor in enumerate(attractors if length else ()):
+        if 0 < attractor.period <= length:
+            label[going[comes_nearer(off[:, number, going])]] = number

@@ -64,9 +64,16 @@ class Attractor(WithCoordinates, Result):
 
     def near(self, states: Floats) -> NDArray[np.bool_]:
         """A mask of the states (N, n), angles in [0, 2 pi), within its reach, shape (N,); False for non-finite states."""
-        near = np.array(np.isfinite(states).all(axis=1))
-        near[near] = _nearest(self).distances(states[near], np.inf, self.reach) <= self.reach
-        return near
+        return self.distances(states, self.reach) <= self.reach
+
+    def distances(self, states: Floats, bound: float = np.inf) -> Floats:
+        """The largest difference in a coordinate of each state (N, n) from the nearest of its own, in its scale, shape (N,).
+
+        Infinite beyond the bound, and of non-finite states.
+        """
+        found, held = np.full(len(states), np.inf), np.isfinite(states).all(axis=1)
+        found[held] = _nearest(self).distances(states[held], np.inf, bound)
+        return found
 
     def holds(self, states: Floats) -> bool:
         """True if an orbit of these states stays on it: most are within its reach, as rounding and its edge may lead some out."""

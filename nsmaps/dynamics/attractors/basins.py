@@ -140,9 +140,11 @@ def basins(
 
     An orbit arrives at a periodic attractor with its first state that differs from one of the attractor's by at most `tolerance`
     in each coordinate, of an angle in radians, of others relative to the extent of the motions on the attractors (`scale_of`). It
-    arrives at an attractor without period with the first of 50 successive states within its reach (`Attractor`). Unless they are
-    given, attractors are found from a sample of the starts, then from samples of the starts that reached none, until there is no
-    new one: an attractor whose basin contains no start is not found.
+    arrives at an attractor without period with the first of 50 successive states within its reach (`Attractor`). One that has
+    arrived nowhere belongs to the cycle to which it comes nearer and nearer in the second half of its returns, if there is one,
+    as beside a period doubling; its `arrival` is then the number of returns computed. Unless they are given, attractors are found
+    from a sample of the starts, then from samples of the starts that reached none, until there is no new one: an attractor whose
+    basin contains no start is not found.
 
     Args:
         starts: a Grid over the map's coordinates, or states of shape (N, n), phases in radians.

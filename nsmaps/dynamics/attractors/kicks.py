@@ -86,7 +86,7 @@ def nonlocal_stability(
     states += [start + kick * scale for start, kick in timed]
     if not states:
         return Stability(*(np.zeros(0) for _ in range(4)))
-    ends = follow(return_map, np.concatenate(states), attractors, returns)
+    ends = follow(return_map, np.concatenate(states), attractors, returns, in_time=True)
     no_state = (ends.label == ENDED) & (ends.outcome == Outcome.invalid) & (ends.arrival == 0)
     distance, done = [], 0
     for number, ray in enumerate(rays):
@@ -154,7 +154,7 @@ def _nearest(
         return float("inf")
 
     def label(size: Floats) -> Bools:
-        return _leaves(follow(return_map, rays.at(size), attractors, returns).label, rays.attractor)
+        return _leaves(follow(return_map, rays.at(size), attractors, returns, in_time=True).label, rays.attractor)
 
     sides = np.zeros(len(low), bool), np.ones(len(low), bool)
     return float(bisect_change(label, low, high, *sides, PRECISION * high)[1].min())

@@ -53,7 +53,7 @@ class Basin:
         point = self.search.here(at)[0]
         if point is None:
             return 0.0
-        return float((follow(point.system, self.states, [attractor_of(point)], self.returns).label == 0).mean())
+        return float((follow(point.system, self.states, [attractor_of(point)], self.returns, in_time=True).label == 0).mean())
 
     def conditions(self, at: Floats) -> Floats:
         """The conditions and the share beyond what is asked for, shape (c + 1,)."""

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.distance import distances
 from nsmaps.dynamics.limits.limit import Limit, largest_multiplier
@@ -106,7 +106,11 @@ def approached(return_map: ReturnMap, path: Path, scale: Floats) -> Limit | None
         if not is_determined(return_map, path, period, scale):
             continue
         found = least(return_map, periodic_orbit(return_map, path.states[-period:, 0], period, scale=scale), scale)
-        if _is_located(found) and found.stable and _comes_nearer(path, found.states, scale):
+        if not (_is_located(found) and found.stable):
+            continue
+        parts = np.array_split(path.states[:, 0], PARTS)[1:]
+        off = [largest_distances(found.states, part, path.coordinates, scale).max() for part in parts]
+        if comes_nearer(np.array(off)):
             return Limit("", path, len(found.states), found)
     return None
 
@@ -144,11 +148,9 @@ def departs(path: Path, scale: Floats) -> bool:
     return any(len(rises) and bool((rises > 0).all()) for rises in rising)
 
 
-def _comes_nearer(path: Path, cycle: Floats, scale: Floats) -> bool:
-    """True if the largest distances of four successive parts of an orbit from a cycle fall, or it is there already."""
-    parts = np.array_split(path.states[:, 0], 5)[1:]
-    off = np.array([largest_distances(cycle, part, path.coordinates, scale).max() for part in parts])
-    return bool(off[-1] <= SAME or ((np.diff(off) < 0).all() and off[-1] <= NEAR))
+def comes_nearer(off: Floats) -> Bools:
+    """True where the largest distances of orbits from a cycle, in successive parts (P, ...), fall or are rounding at last."""
+    return np.asarray((off[-1] <= SAME) | ((np.diff(off, axis=0) < 0).all(axis=0) & (off[-1] <= NEAR)))
 
 
 def largest_distances(known: Floats, states: Floats, coordinates: Coordinates, scale: Floats) -> Floats:
