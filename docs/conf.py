@@ -9,7 +9,12 @@ project = "nsmaps"
 author = "The nsmaps developers"
 version = release = version_of("nsmaps")
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton", "sphinx_design"]
-exclude_patterns = ["_build", "_generated/figures.md", "_generated/arrays.md"]  # the latter are included by pages
+exclude_patterns = [
+    "_build",
+    "_generated/figures.md",
+    "_generated/arrays.md",
+    "_generated/rooms.md",
+]  # the latter are included by pages
 nb_execution_mode = "auto"  # notebooks are kept without outputs, and executed here
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
@@ -19,6 +24,7 @@ autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True, "exclude-members": "model_config"}
 default_role = "code"
+suppress_warnings = ["ref.python"]  # types of fields such as `name`, of which there are several
 napoleon_google_docstring = True
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
@@ -77,7 +83,9 @@ def write_thumbnails(app: object) -> None:
 
 
 def write_tables(app: object) -> None:
-    """The tables of figures, from their declarations, and of the arrays of results, from their classes."""
+    """The tables of rooms, of figures and of arrays of results, from docstrings, declarations and classes."""
+    from ast import get_docstring, parse
+
     import nsmaps
     from nsmaps.results import ARRAY, ArrayProperty
     from nsmaps.study.study import CATALOGUE
@@ -104,6 +112,12 @@ def write_tables(app: object) -> None:
             for key, each in declared.items():
                 lines.append(f"| `{name}` | `{key}` | {', '.join(each.axes)} | {each.unit or 'of the quantity'} | {each.text} |")
     write_page("arrays.md", lines)
+    package = HERE.parent / "nsmaps"
+    lines = ["| room | contents |", "|---|---|"]
+    for file in sorted(package.glob("*/**/__init__.py")):
+        said = (get_docstring(parse(file.read_text(encoding="utf-8"))) or "").partition("\n\n")[0].replace("\n", " ")
+        lines.append(f"| `{file.parent.relative_to(package)}` | {said} |")
+    write_page("rooms.md", lines)
 
 
 def write_page(name: str, lines: list[str]) -> None:
