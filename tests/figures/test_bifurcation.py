@@ -150,7 +150,7 @@ def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(ax):
     ends = [Border(0.0, 0.0, "end of the range"), Border(0.4, 0.3, "change of motion"), Border(0.8, 0.01, "fold")]
     found = [Window("1:1/T", "", *ends[:2], (0.0, 0.25)), Window("1:1/2T", "", *ends[1:], (0.3, 0.8))]
     bifurcation(replace(diagram(["1:1/T"] * 21), windows=tuple(found)), ax)
-    assert ticks(ax) == [0.8, 0.25, 0.3], "where the orbits show the end of a motion best"
+    assert ticks(ax) == [0.25, 0.3, 0.8], "where the orbits show the end of a motion best"
     assert ax.texts[0].get_position()[0] == pytest.approx(0.125)
 
 

@@ -31,6 +31,7 @@ _GAP = 0.25  #: radians without a state, from which on the circle of an angle is
 _FEW = 0.05  #: share of the states with another word than most, from which on colours are by word, if attractors coexist
 _NEAR = 0.01  #: of the scale: distance from the cycle of another orbit within which a state is on it
 _FAR = 1.0  #: heights of the states within which states of branches are shown
+_HIGH = 1.2  #: widths of the page, the height of all panels together
 BY = ("density", "word", "start")
 
 
@@ -61,7 +62,8 @@ def sheets(
         panels.append(partial(_exponents, lyapunov, first))
     inner = len(panels) - columns
     panels = [partial(_without_label, panel) if k < inner else panel for k, panel in enumerate(panels)]
-    return (Sheet("bifurcation", tuple(panels), columns, 0.8 if columns == 2 else 0.4, legend=True),)
+    ratio = min(0.4, _HIGH * columns / len(panels)) * columns
+    return (Sheet("bifurcation", tuple(panels), columns, ratio, legend=True),)
 
 
 def _without_label(panel: Panel, ax: Axes) -> Axes:

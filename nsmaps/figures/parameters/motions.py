@@ -25,6 +25,7 @@ _ALIKE, _FEWEST = (
     0.02,
     0.01,
 )  #: shares of the values: at most of those at which orbits with one row differ; of an interval at least
+_APART = 0.02  #: inches between two ticks, at least
 _NUMBERS = 9  #: intervals with a number, at most
 
 
@@ -126,7 +127,9 @@ def strip(ax: Axes, rows: Mapping[str, Sequence[Interval]], borders: Sequence[fl
                 text = str(numbers.setdefault(name, len(numbers) + 1)) if fits else ""
             ax.text((low + high) / 2, 1, text, transform=above, ha="center", va="bottom")
         ends = [*(borders if k == 0 else ()), *(end for each in row for end in each[1:])]
-        if inner := [end for end in dict.fromkeys(ends) if left < end < right]:
+        inner = np.unique([end for end in ends if left < end < right])
+        inner = inner[np.diff(inner, prepend=-np.inf) > _APART / width * (right - left)]
+        if len(inner):
             look: dict[str, Any] = {"ls": "", "marker": TICKUP, "ms": ROW - 2, "mew": 0.6, "color": "0.35", "clip_on": False}
             ax.plot(inner, np.ones(len(inner)), transform=above, **look)
         if len(rows) > 1:
