@@ -13,7 +13,7 @@ from nsmaps.cells.morse import MOST_CELLS
 from nsmaps.cells.pseudo_orbits import spliced
 from nsmaps.cells.transition_graph import graph_of, recurrent
 from nsmaps.coordinates import BoxLike, Coordinates
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.periodic import SAME, PeriodicOrbit, least_period, periodic_orbit
 from nsmaps.enclosures.box_images import box_map, name_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 MOST_WALKED = 20_000  #: cells among which closed walks are distinguished by their length
 TRIES = 32  #: closed walks of each length from each cell, at random
 MOST_STEPS = 30  #: of Newton's method
-SAME = 1e-7  #: states that differ by less in every coordinate, of its side of the window or in radians, are one
-RESIDUAL = 1e-10  #: of cycles, in the same
+RESIDUAL = 1e-10  #: of cycles, of the sides of the window or in radians
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -165,19 +164,13 @@ def _add(return_map: ReturnMap, cells: Cells, guess: Floats, found: list[Periodi
     solutions = _newton(return_map, guess, scale)
     _, firsts = np.unique(np.rint(solutions / scale / SAME), axis=0, return_index=True)
     for states in solutions[firsts]:
-        states = states[: _least_period(states, cells.coordinates, scale)]
+        states = states[: least_period(states, cells.coordinates, scale)]
         if cells.coordinates.near(points, states[0], SAME, scale).any() or (cells.numbers_of(states) < 0).any():
             continue
         cycle = periodic_orbit(return_map, states, len(states), tolerance=RESIDUAL, scale=scale)
         if cycle.converged and cycle.exists:
             found.append(cycle)
             points = np.concatenate([points, cycle.states])
-
-
-def _least_period(states: Floats, coordinates: Coordinates, scale: Floats) -> int:
-    p = len(states)
-    shares = (q for q in range(1, p + 1) if p % q == 0)
-    return next(q for q in shares if coordinates.near(states, np.roll(states, -q, axis=0), SAME, scale).all())
 
 
 def _newton(return_map: ReturnMap, x: Floats, scale: Floats) -> Floats:

@@ -16,6 +16,7 @@ from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.results import Result, array, array_property
 
+SAME = 1e-7  #: of the scale: difference of states that are one, far above the residual of Newton's method
 MOST_STEPS = 50  #: steps of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
@@ -127,6 +128,13 @@ class PeriodicOrbit(Result):
     def stable(self) -> bool | None:
         """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
         return stability(self.multipliers)
+
+
+def least_period(states: Floats, coordinates: Coordinates, scale: Floats, share: float = SAME) -> int:
+    """The least number of returns, a divisor of q, after which states (q, n) of a cycle agree, to a share of a scale."""
+    q = len(states)
+    divisors = (p for p in range(1, q + 1) if q % p == 0)
+    return next((p for p in divisors if coordinates.near(states, np.roll(states, -p, axis=0), share, scale).all()), q)
 
 
 def stability(multipliers: ArrayLike) -> bool | None:

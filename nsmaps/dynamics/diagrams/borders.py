@@ -13,7 +13,7 @@ from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING,
 from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.orbit import orbit
-from nsmaps.dynamics.periodic import PeriodicOrbit, newton_step
+from nsmaps.dynamics.periodic import PeriodicOrbit, least_period, newton_step
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 
@@ -116,12 +116,7 @@ class CycleSearch:
 
     def _part(self, cycle: PeriodicOrbit) -> int:
         """The least period of a cycle."""
-        q, coordinates = len(cycle.states), cycle.returns.coordinates
-        for part in (part for part in range(1, q) if q % part == 0):
-            gap = coordinates.difference(np.roll(cycle.states, part, axis=0), cycle.states)
-            if np.abs(gap / self.scale).max() <= APART:
-                return part
-        return q
+        return least_period(cycle.states, cycle.returns.coordinates, self.scale, APART)
 
     def end(self, at: Located, limit: float, spacing: float) -> End | None:
         """Where a cycle ends on the way from its value to a limit; None if it continues to there.

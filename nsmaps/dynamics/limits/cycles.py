@@ -9,7 +9,7 @@ from nsmaps.dynamics.limits.limit import Limit, largest_multiplier
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.limits.releases import ROUNDED, is_determined
 from nsmaps.dynamics.motion import UNRESOLVED
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.periodic import SAME, PeriodicOrbit, least_period, periodic_orbit
 from nsmaps.exact.returnmap import ReturnMap
 
 NEARLY = 1e3  #: tolerances within which an orbit nearly repeats
@@ -22,7 +22,6 @@ FALLS = 0.98  #: largest ratio of the differences after a period on successive f
 PARTS = 5  #: fifths of the differences after a period, of which the last two are compared
 SHORT = 64  #: last returns in which a period is sought first
 UNSTABLE = 1e-9  #: by how much the largest multiplier of an unstable cycle exceeds one, at least
-SAME = 1e-8  #: of the scale: difference of states that count as one, far above the residual of Newton's method
 
 
 def cycle_in(return_map: ReturnMap, path: Path, scale: Floats, tolerance: float, by_newton: bool = True) -> Limit | None:
@@ -90,13 +89,9 @@ def least(return_map: ReturnMap, found: PeriodicOrbit, scale: Floats) -> Periodi
 
     An orbit that approaches it from alternating sides repeats sooner at twice its period.
     """
-    period = len(found.states)
-    for shorter in range(1, period // 2 + 1):
-        if period % shorter == 0:
-            distance = np.abs(found.returns.coordinates.difference(found.states, np.roll(found.states, shorter, axis=0)))
-            if (distance / scale).max() <= SAME:
-                return periodic_orbit(return_map, found.states[:shorter], shorter, scale=scale)
-    return found
+    period = least_period(found.states, found.returns.coordinates, scale)
+    whole = period == len(found.states)
+    return found if whole else periodic_orbit(return_map, found.states[:period], period, scale=scale)
 
 
 def approached(return_map: ReturnMap, path: Path, scale: Floats) -> Limit | None:

@@ -45,17 +45,16 @@ def orbits_findings(result: StudyResult) -> Iterator[Finding]:
 
 def _kinds(result: StudyResult, ends: "Sequence[LimitSet]") -> "list[list[LimitSet]]":
     """Limit sets in groups: cycles with the same states, and all sets without a period, which need not be the same set."""
-    from nsmaps.dynamics.attractors.distance import hausdorff
+    from nsmaps.dynamics.attractors.distance import extents, hausdorff
 
     kinds: list[list[LimitSet]] = []
-    states = np.concatenate([np.empty((0, len(result.system.coordinates))), *(pair.exact.states for pair in result.orbits)])
-    near = ONE * float(np.linalg.norm(np.ptp(states[np.isfinite(states).all(axis=1)], axis=0))) if ends else 0.0
+    coordinates = result.system.coordinates
+    states = np.concatenate([np.empty((0, len(coordinates))), *(pair.exact.states for pair in result.orbits)])
+    scale = extents(states[np.isfinite(states).all(axis=1)], coordinates) if ends else np.ones(len(coordinates))
     for end in ends:
         for kind in kinds:
-            first = kind[0]
-            if end.period == first.period and (
-                not end.period or hausdorff(end.states, first.states, result.system.coordinates) <= near
-            ):
+            same = not end.period or hausdorff(end.states, kind[0].states, coordinates, scale, np.inf) <= ONE
+            if end.period == kind[0].period and same:
                 kind.append(end)
                 break
         else:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.arrays import Floats
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
 Located = Literal["period doubling", "fold", "branch point", "Neimark-Sacker"]
 Way = Literal["up", "down"]
 REACHED = ("the range ends", CLOSED)  #: first words of `ended` of a branch that reached the end of its range
-REPEATS = 1e-6  #: largest relative difference of states at which a cycle is one of a shorter period
 
 
 class BranchSection(BaseModel):
@@ -237,7 +235,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     """The branch of a cycle in each direction and those of its doublings; a branch without orbits if there is no cycle."""
     from nsmaps.dynamics.continuation.branch import Branch
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
-    from nsmaps.dynamics.motion import repetition
+    from nsmaps.dynamics.periodic import least_period
 
     value, model = section.value(plan.system.parameters), map_of_branch(section, plan.system)
     about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
@@ -249,8 +247,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
         if branches[0].ended == CLOSED:  # the other direction has the same orbits
             break
     first = branches[0].orbits[0]
-    twice = np.tile(first.states, (2, 1)), np.tile(first.returns.codes, 2)
-    least = repetition(*twice, plan.system.coordinates, REPEATS * first.scale)
+    least = least_period(first.states, first.coordinates, first.scale)
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
         return (Branch.empty(orbit, section.parameter, reason),)
