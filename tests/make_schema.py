@@ -33,7 +33,7 @@ def schema() -> dict[str, Any]:
             properties.pop("title", None)
             _unnulled(properties)
     definitions["PieceSection"]["properties"]["polynomial"] = {"anyOf": [{"$ref": "#/$defs/TabulatedMap"}, {"type": "string"}]}
-    for name in ("Span", "Side", "Sweep", "Range"):
+    for name in ("Span", "Side", "Sweep"):
         for key, properties in definitions[name]["properties"].items():
             properties["description"] = VALUES[key]
     for section, key, meaning in meanings(REFERENCE.read_text(encoding="utf-8")):

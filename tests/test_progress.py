@@ -230,8 +230,9 @@ title: An orbit and a diagram
 system: bouncing_ball
 parameters: {Gamma: 1.2}
 grid: {v: {from: 1, to: 5, points: 3}, phi: {from: 0, to: 2*pi, points: 3}}
-orbits: [{start: {v: 4, phi: 0.5}, returns: 40000}]
-bifurcation: {parameter: Gamma, from: 1.1, to: 1.3, points: 40, start: {v: 4, phi: 0.5}, returns: 200, discard: 200}
+orbits: [{start: {v: 4, phi: 0.5}, n_returns: 40000}]
+bifurcation_diagram:
+  {parameter: Gamma, from: 1.1, to: 1.3, points: 40, starts: [{v: 4, phi: 0.5}], n_returns: 200, transient: 200}
 """
 
 
@@ -252,8 +253,8 @@ def test_a_run_says_its_step(monkeypatch, tmp_path):
     told = []
     nsmaps.run_study(tmp_path / "small.yaml", progress=lambda share: told.append((outermost().step, outermost().note, share)))
     assert seen == []
-    assert {"orbits", "bifurcation"} <= {step for step, _, _ in told}
-    assert any(note.endswith(" of 40 values") for step, note, _ in told if step == "bifurcation")
+    assert {"orbits", "bifurcation_diagram"} <= {step for step, _, _ in told}
+    assert any(note.endswith(" of 40 values") for step, note, _ in told if step == "bifurcation_diagram")
     shares = [share for *_, share in told]
     assert shares == sorted(shares)
     assert shares[-1] == 1

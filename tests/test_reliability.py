@@ -25,10 +25,10 @@ TIMES = int(os.environ.get("TIMES", 10))
 STUDY = """\
 system: ball.py:Ball
 parameters: {a: 0.2}
-bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 40, start: {v: 0.3, phi: 1}, returns: 50, discard: 1000}
+bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 40, starts: [{v: 0.3, phi: 1}], n_returns: 50, transient: 1000}
 grid: {v: {from: 0.01, to: 0.5, points: 81}, phi: {from: 0, to: 2*pi, points: 81}}
 families: {low: [BB]}
-orbits: [{start: {v: 0.3, phi: 1}, returns: 20000}]
+orbits: [{start: {v: 0.3, phi: 1}, n_returns: 20000}]
 """
 linux = pytest.mark.skipif(not sys.platform.startswith("linux") or not shutil.which("unshare"), reason="mounts as Linux has them")
 

@@ -261,7 +261,7 @@ def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder
 
 
 def _required(study: "Study") -> list[str]:
-    follows = [f"parametric: {claim}" for claim in (study.parametric.require if study.parametric else ())]
+    follows = [f"parametric_map: {claim}" for claim in (study.parametric_map.require if study.parametric_map else ())]
     return [
         *study.require,
         *follows,

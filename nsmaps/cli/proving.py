@@ -66,8 +66,7 @@ def _found(study: "Study") -> "Certificate":
         )
     system = provable(study.system_object())
     if chaos is not None:
-        options = chaos.model_dump(exclude={"box"})
-        parts.append(prove_horseshoe(system, chaos.box, options.pop("period"), **options))
+        parts.append(prove_horseshoe(system, **chaos.model_dump()))
     if spec is not None:
         cycles = [(cycle.start, cycle.period) for cycle in spec.cycles]
         parts.append(_of_map(system, spec, cycles) if isinstance(system, PiecewiseMap) else _of_flights(system, spec, cycles))

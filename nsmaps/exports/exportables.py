@@ -41,8 +41,8 @@ def held_by(result: "StudyResult") -> Holding:
     files, skipped, study = [], [], of_study(result)
     if result.composite is not None:
         files.append(Named("composite_map", result.composite, study))
-    if result.parametric is not None:
-        files.append(Named("parametric_map", result.parametric, of_study(result, result.parametric.parameter)))
+    if result.parametric_map is not None:
+        files.append(Named("parametric_map", result.parametric_map, of_study(result, result.parametric_map.parameter)))
     if result.second_iterate is not None:
         files.append(Named("second_iterate", result.second_iterate, [*study, *_of_second(result)]))
     pieces = {piece.name: piece for piece in result.composite.pieces} if result.composite is not None else {}

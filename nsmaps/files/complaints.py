@@ -56,6 +56,9 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
         return Complaint(loc, f"{name} is {_brief(value)}; expected: {expected}")
     accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
     accepted = "a list, in brackets" if kind == "tuple_type" else accepted
+    if kind == "too_short":
+        least = problem["ctx"]["min_length"]
+        accepted = f"{least} {'entry' if least == 1 else 'entries'} or more"
     return Complaint(loc, f"{name} is {_brief(value)}; expected: {accepted}")
 
 

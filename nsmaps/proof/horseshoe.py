@@ -28,27 +28,28 @@ if TYPE_CHECKING:
 @shows
 def prove_horseshoe(
     system: "ImpactSystem | PiecewiseMap",
-    window: "BoxLike",
-    period: int = 5,
+    box: "BoxLike",
+    max_period: int = 5,
     *,
-    returns: int = 1,
+    n_returns: int = 1,
     depth: int = 3,
-    cells: int = 16,
+    n_cells: int = 16,
     progress: Progress | None = None,
 ) -> Certificate:
     """A certificate of a horseshoe around the saddles that `find_cycles` finds; see `found_horseshoe`.
 
     Args:
         system: with flights of a linear equation under a harmonic force, and a constant restitution; or a map by formulas.
-        window, period, depth, cells: of the search for cycles.
-        returns: after which a set is to cover others; more than one where one stretches by less than about three.
+        box, max_period, depth, n_cells: of the search for cycles.
+        n_returns: after which a set is to cover others; more than one where one stretches by less than about three.
         progress: called now and then with the fraction that is done.
 
     Raises:
         ProofError: the system is of another kind, or the covering relations that were found do not show chaos.
     """
     provable(system)
-    return certificate_of(system, find_cycles(system, window, max_period=period, depth=depth, n_cells=cells).cycles, returns)
+    cycles = find_cycles(system, box, max_period=max_period, depth=depth, n_cells=n_cells).cycles
+    return certificate_of(system, cycles, n_returns)
 
 
 def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Sequence["PeriodicOrbit"], returns: int = 1) -> Certificate:

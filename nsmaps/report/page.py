@@ -139,8 +139,8 @@ def _asked(folder: Path) -> list[Element]:
 def _numbers(result: StudyResult) -> list[Element]:
     """The numbers of each section as tables; those of a diagram have the parameter to the digits that distinguish its values."""
     data = numbers(result)
-    for map_name, diagram in result.bifurcation.items():
-        for rows in data["bifurcation"][map_name].values():
+    for map_name, diagram in result.bifurcation_diagram.items():
+        for rows in data["bifurcation_diagram"][map_name].values():
             for row in rows if isinstance(rows, list) else ():
                 if "from" in row:
                     row["from"], row["to"] = digits([row["from"], row["to"]], diagram)

@@ -93,6 +93,11 @@ class Binding:
         """A state, shape (n,)."""
         return np.array(list(self.every_coordinate(loc, start).values()), float)
 
+    def starts(self, loc: Loc, starts: Sequence[Mapping[str, float]]) -> Floats:
+        """States, shape (S, n), or (n,) of one."""
+        found = np.array([self.start((*loc, number), start) for number, start in enumerate(starts)])
+        return found[0] if len(found) == 1 else found
+
     def box(self, loc: Loc, bounds: Bounds) -> Box:
         """A box with a side for every coordinate."""
         ordered = self.every_coordinate(loc, bounds)

@@ -92,7 +92,7 @@ def test_the_scene_is_saved_as_a_study_once(live, folder):
     live.get_by_role("button", name="Save as a study").click()
     live.get_by_text("nsmaps run").wait_for()
     study = nsmaps.load_study(folder / "explored.yaml")
-    assert study.bifurcation.parameter == "d"
+    assert study.bifurcation_diagram.parameter == "d"
     live.get_by_role("button", name="Save as a study").click()
     live.get_by_text("not overwritten").wait_for()
 

@@ -81,7 +81,7 @@ def test_the_report_has_a_link_to_the_page(folder):
 
 
 def test_orbits_of_the_page_are_those_of_the_map(opened, result):
-    moved = result.parametric
+    moved = result.parametric_map
     rng = np.random.default_rng(3)
     values, starts = rng.uniform(moved.low, moved.high, 12), rng.uniform([0.05, 0.05], [0.95, 3.0], (12, 2))
     compared, each = 0, list(zip(values.tolist(), starts.tolist(), strict=True))
@@ -220,7 +220,7 @@ def test_no_triangle_of_the_composite_map_joins_two_pieces(opened, result):
     assert (pieces == pieces[0]).all()
     assert (pieces >= 0).all()
     assert (np.ptp(images, axis=0) < np.pi).all()
-    own = result.parametric.at(found["value"]).first_return(rows[:, :2])
+    own = result.parametric_map.at(found["value"]).first_return(rows[:, :2])
     np.testing.assert_allclose(np.array(found["z"], float)[own.valid], own.image[own.valid, 1], atol=1e-9)
 
 
@@ -231,7 +231,7 @@ def test_the_diagram_of_the_composite_map_is_computed_in_the_page(opened, result
     assert len(np.unique(values)) == 500
     for value in np.unique(values)[[0, 200, 499]]:
         here = v[values == value]
-        last = nsmaps.orbit(result.parametric.at(value), result.orbits[0].start, 2000).states[-200:, 0]
+        last = nsmaps.orbit(result.parametric_map.at(value), result.orbits[0].start, 2000).states[-200:, 0]
         assert last.min() - 0.01 < here.min() < here.max() < last.max() + 0.01
 
 
@@ -281,7 +281,7 @@ grid:
 families: {BB: [BB]}
 composite:
   - {name: "<b>all</b> <!-- <script>", box: {v: [1, 5], phi: [0, 6.2]}, family: BB, fit: {full: {v: 4, phi: 4}}}
-orbits: [{start: {v: 4, phi: 0.5}, returns: 20}]
+orbits: [{start: {v: 4, phi: 0.5}, n_returns: 20}]
 """
 
 
@@ -301,7 +301,7 @@ def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
 
 def test_a_run_without_a_map_is_refused(tmp_path):
     (tmp_path / "bare.yaml").write_text(
-        "system: bouncing_ball\nparameters: {Gamma: 1.2}\norbits: [{start: {v: 4, phi: 0.5}, returns: 20}]\n"
+        "system: bouncing_ball\nparameters: {Gamma: 1.2}\norbits: [{start: {v: 4, phi: 0.5}, n_returns: 20}]\n"
     )
     with pytest.raises(
         NsmapsError, match="the page shows a composite map of two coordinates; expected: a study with 'composite'"
@@ -327,7 +327,7 @@ families: {left: [L], right: [R]}
 composite:
   - {name: left, family: left, where: x <= 0, fit: {full: {x: 1, y: 1}}}
   - {name: right, family: right, where: x > 0, fit: {full: {x: 1, y: 1}}}
-orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]
+orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5}]
 """
 
 
@@ -370,7 +370,7 @@ def test_the_map_of_a_page_without_a_composite_map_is_that_of_the_formulas(tmp_p
     """In JavaScript, compared with the compiled map where there is a node."""
     (tmp_path / "form.py").write_text(MAP)
     head = STUDY[: STUDY.index("composite:")]
-    (tmp_path / "study.yaml").write_text(f"{head}orbits: [{{start: {{x: 0.1, y: 0.1}}, returns: 5}}]\n")
+    (tmp_path / "study.yaml").write_text(f"{head}orbits: [{{start: {{x: 0.1, y: 0.1}}, n_returns: 5}}]\n")
     data = data_of(nsmaps.run_study(tmp_path / "study.yaml"))
     assert [piece["name"] for piece in data["pieces"]] == ["L", "R"]
     assert len(set(data["colours"])) == 2

@@ -33,7 +33,7 @@ families: {{low: [BB]}}
 composite:
   - {{name: all, box: {{v: [0, 1], phi: [0, 2*pi]}}, family: low, fit: {{full: {{v: 2, phi: 2}}}}}}
 domains:
-  - {{name: fitted, map: all, box: {{v: [0.1, 0.3], phi: [0.2, 1]}}, updates: 1}}
+  - {{name: fitted, map: all, box: {{v: [0.1, 0.3], phi: [0.2, 1]}}, max_updates: 1}}
 second_iterate: {{domain: fitted}}
 """
 

@@ -99,16 +99,15 @@ SECTIONS: dict[str, Any] = {
         },
     ],
     "partition": {"tolerance": 1e-3},
-    "bifurcation": {"parameter": "d", "from": 0.1, "to": 1, "points": 12, "start": START},
-    "branches": [{"name": "one", "parameter": "d", "from": 0.1, "to": 1, "start": START}],
-    "stability": {
-        "sweep": {"parameter": "d", "from": 0, "to": 0.2, "points": 3},
-        "across": {"parameter": "r", "from": 0.4, "to": 0.6, "points": 2},
+    "bifurcation_diagram": {"parameter": "d", "from": 0.1, "to": 1, "points": 12, "starts": [START]},
+    "branches": [{"name": "one", "parameter": "d", "bounds": [0.1, 1], "start": START}],
+    "stability_diagram": {
+        "plane": {"d": {"from": 0, "to": 0.2, "points": 3}, "r": {"from": 0.4, "to": 0.6, "points": 2}},
         "start": START,
     },
-    "observables": {"quantities": ["loss", "speed"]},
-    "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "start": START},
-    "global_continuation": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "region": {"v": [0, 1], "phi": [0, 1]}},
+    "observe": {"observables": ["loss", "speed"]},
+    "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "starts": [START]},
+    "global_continuation": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "box": {"v": [0, 1], "phi": [0, 1]}},
     "noise": {
         "sigma": [0, 0.1],
         "tau": 1,
@@ -188,7 +187,7 @@ def covers() -> dict[str, Any]:
     left = np.where(np.arange(16) == 5, -1, 1 + np.arange(16) % 3)
     arrived = np.where(np.arange(16) < 8, -1, np.arange(16) % 4)
     cycle = periodic_orbit(_fixed(0.1), [0.7, 0.4])
-    return {"morse": morse, "exit_times": ExitTimes("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
+    return {"morse_sets": morse, "exit_times": ExitTimes("exact map", cells, ("R1", "R2"), region, left, arrived, (cycle,))}
 
 
 def swept(surface: Surface) -> list[tuple[float, Surface]]:
@@ -218,7 +217,7 @@ def _stability() -> dict[str, Any]:
     made = StabilityDiagram(("d", "r"), along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
     line = np.array([[0.05, 0.4], [0.15, 0.6]])
     curve = BifurcationCurve("period doubling", line, np.zeros((2, 1, 2)), ("BTB",), -np.ones((2, 2), complex), (), ("", ""))
-    return {"branches": {"one": (one,)}, "stability": made, "curves": {"period doubling of one": curve}}
+    return {"branches": {"one": (one,)}, "stability_diagram": made, "stability_curves": {"period doubling of one": curve}}
 
 
 def _observed() -> AttractorMeans:
@@ -309,12 +308,12 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
             "accurate": stored["accurate"].accurate,
             "speed": Speed(exact=100.0, composite=20.0),
             "orbits": tuple(OrbitPair(x, orbit(Toy(), x, 40), orbit(composite, x, 40), tracked()) for x in starts),
-            "bifurcation": {
+            "bifurcation_diagram": {
                 "exact": bifurcation_diagram(_gated, "d", np.linspace(-0.1, 1, 12), [0.1, 0.5], n_returns=10, transient=0)
             },
-            "observables": {"bifurcation": _observed()},
+            "observe": {"bifurcation_diagram": _observed()},
             "lyapunov": _exponents(),
-            "chart": stored["chart"].chart,
+            "parameter_plane": stored["chart"].parameter_plane,
             "basins": basins(Toy(), GRID, max_returns=50),
             "global_continuation": stored["resilience"].global_continuation,
             "manifolds": stored["manifolds"].manifolds,

@@ -82,7 +82,7 @@ def test_a_chaotic_region_that_windows_cut_is_named(pair, ax):
 
 
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):
-    bifurcation(result.bifurcation, ax)
+    bifurcation(result.bifurcation_diagram, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
     present = {to_hex(colour) for colour in np.unique(ax.images[0].get_array().reshape(-1, 3), axis=0)}
     assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK, INKS[1].lower()}
@@ -97,7 +97,7 @@ def test_panels_of_one_coordinate_have_the_same_limits_and_names(result):
     borders = Border(0.0, 0.0, "end of the range"), Border(1.0, 0.0, "end of the range")
     exact = replace(exact, windows=(Window("1:1/T", "1:1, period 1", *borders, (0.0, 1.0)),))
     composite = replace(composite, windows=(Window("1:1, period 1", "1:1, period 1", *borders, (0.0, 1.0)),))
-    maps = DIAGRAMS.of(result.with_parts({"bifurcation": {"composite": composite, "exact": exact}}), "bifurcation")
+    maps = DIAGRAMS.of(result.with_parts({"bifurcation_diagram": {"composite": composite, "exact": exact}}), "bifurcation")
     (sheet,) = sheets(maps)
     figure = sheet.figure()
     for one, other in zip(figure.axes[::2], figure.axes[1::2], strict=True):

@@ -13,8 +13,8 @@ def shown(ax):
 
 
 def test_components_have_their_colours_and_cells(result, ax):
-    assert morse(result.morse, ax, [pair.exact for pair in result.orbits]) is ax
-    cover = result.morse
+    assert morse(result.morse_sets, ax, [pair.exact for pair in result.orbits]) is ax
+    cover = result.morse_sets
     drawn = shown(ax)
     assert np.flatnonzero(drawn >= 0).tolist() == cover.numbers.tolist()
     assert (drawn[cover.numbers] == cover.component + 1).all()
@@ -47,8 +47,8 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
 def test_results_draw_themselves_and_name_their_axes(result):
     pytest.importorskip("xarray")
     (branch,), attractors = result.branches["one"], result.global_continuation
-    impacts, means = result.noise.impacts[0], result.observables["bifurcation"]
-    others = (result.manifolds["saddle"][0], result.morse, result.exit_times, result.noise, impacts)
+    impacts, means = result.noise.impacts[0], result.observe["bifurcation_diagram"]
+    others = (result.manifolds["saddle"][0], result.morse_sets, result.exit_times, result.noise, impacts)
     for each in (branch, result.basins, attractors, *others):
         assert each.plot(width=3.4).axes
         table = each.to_xarray()

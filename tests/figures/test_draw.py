@@ -55,23 +55,23 @@ MISSING = {
     "speed_error": ("speed", None, "a 'partition'"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, COMPOSITE),
-    "bifurcation": ("bifurcation", {}, "'bifurcation'"),
+    "bifurcation": ("bifurcation_diagram", {}, "'bifurcation_diagram'"),
     "branches": ("branches", {}, "'branches'"),
     "multipliers": ("branches", {}, "'branches'"),
-    "stability": ("stability", None, "'stability'"),
+    "stability": ("stability_diagram", None, "'stability_diagram'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
-    "chart": ("chart", None, "'chart'"),
+    "chart": ("parameter_plane", None, "'parameter_plane'"),
     "global_continuation": ("global_continuation", None, "'global_continuation'"),
     "manifolds": ("manifolds", {}, "'manifolds'"),
-    "observables": ("observables", {}, "'observables', and a 'bifurcation' of the exact map or 'branches'"),
+    "observables": ("observe", {}, "'observe', and a 'bifurcation_diagram' of the exact map or 'branches'"),
     "noise": ("noise", None, "'noise'"),
     "auxiliary": ("domains", {}, "'domains'"),
     "envelopes": ("domains", {}, "'domains'"),
     "domain_size": ("domains", {}, "'domains'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
     "auxiliary_map": ("auxiliary_map", None, "'auxiliary_map'"),
-    "morse": ("morse", None, "'morse'"),
+    "morse": ("morse_sets", None, "'morse_sets'"),
     "exit_times": ("exit_times", None, "'exit_times'"),
 }
 
@@ -209,7 +209,7 @@ system: two_masses
 parameters: {m1: 1, m2: 1, k1: 1, k2: 1, b: 0.1, f: 1, w: 1.8, r: 0.8, d: 0}
 grid: {v: {from: 0.5, to: 2, points: 7}, x2: -0.8, v2: HELD, phi: {from: 0, to: 2, points: 9}}
 families: {II: [II]}
-basins: {returns: 60}
+basins: {max_returns: 60}
 """
 
 

@@ -17,8 +17,8 @@ title: "Slip and stick"
 system: belt
 parameters: {zeta: 0.02, vb: 0.3, mu_k: 0.4, mu_s: 0.6, w: 0.9, A: 0.25}
 orbits:
-  - {start: {x: 0.838, phi: 0}, returns: 20, track: 8}
-  - {start: {x: 0.838, phi: 0}, returns: 20}
+  - {start: {x: 0.838, phi: 0}, n_returns: 20, track: 8}
+  - {start: {x: 0.838, phi: 0}, n_returns: 20}
 figures: [motion, impacts]
 """
 

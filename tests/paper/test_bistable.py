@@ -10,7 +10,8 @@ from nsmaps.study.steps import steps_of
 
 
 @pytest.mark.parametrize(
-    ("name", "steps"), [("bistable", ["system", "surfaces", "bifurcation", "lyapunov", "basins"]), ("noise", ["system", "noise"])]
+    ("name", "steps"),
+    [("bistable", ["system", "surfaces", "bifurcation_diagram", "lyapunov", "basins"]), ("noise", ["system", "noise"])],
 )
 def test_the_studies_are_whole(name: str, steps: list[str]) -> None:
     study = load_study(f"vi_pair/{name}")

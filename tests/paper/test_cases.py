@@ -350,7 +350,7 @@ def test_what_is_shown_of_the_full_auxiliary_map_holds_for_the_composite_map(cas
 def test_the_full_auxiliary_map_is_kept_with_a_run(tmp_path):
     """A run of its two sections alone, written and read again."""
     text = study_files("vi_pair")["cd"].read_text().split("orbits:")[0]
-    domain = "domains: [{name: composite, map: composite, box: {v: [0.65, 0.87], phi: [0.06, 0.9]}, updates: 2}]\n"
+    domain = "domains: [{name: composite, map: composite, box: {v: [0.65, 0.87], phi: [0.06, 0.9]}, max_updates: 2}]\n"
     section = (
         "auxiliary_map: {domain: composite, update: 2, box: {v: [0.5, 1], phi: [0, 1]}, depth: 1, start: {v: 0.7, phi: 0.3}}\n"
     )

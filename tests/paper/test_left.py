@@ -21,7 +21,7 @@ composite:
   - {name: R4, where: v > 0.63 - 0.53*phi and 1.1 < phi < 2.5 and v < 0.55, reset: {phi: 1.2}}
   - {name: R5, where: 2.5 < phi < pi and v < 0.55, reset: {phi: 1.2}}
   - {name: R3, where: v < 0.63 - 0.53*phi, reset: {phi: 1.2}}
-exit_times: {box: {v: [0.12, 1.0], phi: [0, 2*pi]}, depth: 2, cells: 12, period: 1}
+exit_times: {box: {v: [0.12, 1.0], phi: [0, 2*pi]}, depth: 2, n_cells: 12, max_period: 1}
 figures: [exit_times]
 """
 SADDLES = [(0.281770025375305, 2.91844362963194), (0.343255510718990, 2.87685171619735)]  # in 50 digits, rounded

@@ -87,11 +87,11 @@ def test_the_fixed_points_of_case_fp(pair):
 def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
     result = run_study(load_study("vi_pair/morse"), tmp_path / "run")
     assert result.holds
-    (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse: forward invariant"]
+    (verdict,) = [verdict for verdict in result.verdicts if verdict.name == "morse_sets: forward invariant"]
     assert verdict.required
     assert "(enclosed)" in verdict.text
     again = read_result(tmp_path / "run")
-    assert np.array_equal(again.trap.numbers, result.trap.numbers)
-    assert np.array_equal(again.morse.component, result.morse.component)
+    assert np.array_equal(again.forward_invariant_set.numbers, result.forward_invariant_set.numbers)
+    assert np.array_equal(again.morse_sets.component, result.morse_sets.component)
     (path,) = draw(again, ["morse"], tmp_path)
     assert path.stat().st_size > 0

@@ -64,8 +64,8 @@ def test_r4_and_r5_are_carried_beyond_their_curves():
 def in_d():
     """The parametric map, compared with the exact one at 46 values of d."""
     study = nsmaps.load_study("vi_pair/parametric")
-    compare = study.parametric.compare.model_copy(update={"points": 46})
-    changed = {"parametric": study.parametric.model_copy(update={"compare": compare}), "bifurcation": None, "figures": ()}
+    compare = study.parametric_map.compare.model_copy(update={"points": 46})
+    changed = {"parametric": study.parametric_map.model_copy(update={"compare": compare}), "bifurcation": None, "figures": ()}
     return nsmaps.run_study(study.model_copy(update=changed))
 
 
@@ -75,18 +75,18 @@ def test_the_parametric_map_has_the_attractors_of_the_exact_map():
     for d, exact, ours in ((0.35, "1:1/T", "1:1, period 1"), (0.30, "1:1/2T", "1:1, period 2"), (0.26, "1:1/C", "1:1/C")):
         k = np.argmin(np.abs(found.values - d))
         assert (found.values[k], found.exact[k, 0], found.labels[k, 0]) == (pytest.approx(d), exact, ours)
-    (verdict,) = (v for v in in_d().verdicts if v.name == "parametric: follows")
+    (verdict,) = (v for v in in_d().verdicts if v.name == "parametric_map: follows")
     assert (verdict.holds, verdict.required) == (True, True), verdict.text
     assert found.distance[found.values > 0.2766][:, 0].max() > 0.4  # another attractor of the exact map near d = 0.336
     for name, orders in {"R1": (2, 2), "R2": (4, 5), "R3": (0, 0), "R4": (4, 5), "R5": (4, 4)}.items():
-        of = in_d().parametric.piece(name).map.exponents
+        of = in_d().parametric_map.piece(name).map.exponents
         assert tuple(int(each[:, 2].max()) for each in of[:2]) == orders
 
 
 def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
     """Newton's method and bisection on the polynomials in (v, phi, d) of R1; those of the exact map are of 50 digits."""
     v, phi, d = sp.symbols("v phi d", real=True)
-    f, g = (in_d().parametric.piece("R1").map.symbolic(name) for name in ("v", "phi"))
+    f, g = (in_d().parametric_map.piece("R1").map.symbolic(name) for name in ("v", "phi"))
     image = sp.lambdify((v, phi, d), [f, g])
     slope = sp.lambdify((v, phi, d), [[x.diff(y) for y in (v, phi)] for x in (f, g)])
 
@@ -101,7 +101,7 @@ def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
     def test(value, period, near):
         return cycle(value, period, np.array(near))[1]
 
-    parametric = in_d().parametric.at
+    parametric = in_d().parametric_map.at
     for period, low, high, near, exact, off in (
         (1, 0.320, 0.330, (0.80, 0.31), 0.32418854, 3e-4),
         (2, 0.270, 0.280, (0.79, 0.45), 0.27649856, 2.2e-3),
@@ -118,19 +118,19 @@ def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
 
 @pytest.mark.parametrize(("d", "near"), [(0.35, 0.005), (0.33, 0.005), (0.30, 0.03), (0.29, 0.03)])
 def test_orbits_of_the_parametric_map_arrive_where_the_exact_ones_do(pair, d, near):
-    composite = in_d().parametric.at(d)
+    composite = in_d().parametric_map.at(d)
     ours, exact = (nsmaps.orbit(each, [0.2, 0.1], 300).states[-4:] for each in (composite, pair(d)))
     assert np.abs(ours[:, None] - exact[None]).max(axis=2).min(axis=0).max() < near
 
 
 def test_beyond_the_papers_range_of_d_there_is_no_map():
-    parametric = in_d().parametric
+    parametric = in_d().parametric_map
     with pytest.raises(NsmapsError, match=r"d is 0.36; expected: d from 0.26 to 0.35"):
         parametric.at(0.36)
 
 
 def test_coefficients_in_d_written_out_lose_few_digits():
-    piece = in_d().parametric.piece("R1")
+    piece = in_d().parametric_map.piece("R1")
     assert piece.map.coordinates.names == ("v", "phi", "d")
     assert {str(symbol) for symbol in piece.map.symbolic("v").free_symbols} == {"v", "phi", "d"}
     for name in ("v", "phi"):

@@ -232,7 +232,8 @@ def test_orbits_that_diverge_slowly_escape():
 def test_the_study_of_period_adding_has_windows_in_closed_form(shipped):
     """L^(n-1) R and its mirror image from (1 - a)/(1 - a^n) times a^(n-1) to a^(n-2)."""
     found = {
-        window.label: window for window in nsmaps.read_result(shipped("border_collision_1/adding")).bifurcation["exact"].windows
+        window.label: window
+        for window in nsmaps.read_result(shipped("border_collision_1/adding")).bifurcation_diagram["exact"].windows
     }
     a = 0.7
     for n in (2, 3, 4, 5, 6):

@@ -239,11 +239,11 @@ grid:
   v: {{from: 0.2, to: 1.5, points: 5}}
   phi: {{from: 0, to: 6, points: 5}}
 families: {{BB: [BB]}}
-orbits: [{{start: {{v: 0.8, phi: 1}}, returns: 60, track: 4}}]
-bifurcation: {{parameter: f, from: 0.5, to: 0.6, points: 3, start: {{v: 0.8, phi: 1}}, discard: 100, returns: 20}}
-branches: [{{name: main, parameter: f, from: 0.5, to: 0.6, start: {{v: 0.8, phi: 1}}, at: 0.55}}]
-lyapunov: {{parameter: f, from: 0.5, to: 0.6, points: 2, start: {{v: 0.8, phi: 1}}, returns: 100, discard: 50}}
-basins: {{returns: 300}}
+orbits: [{{start: {{v: 0.8, phi: 1}}, n_returns: 60, track: 4}}]
+bifurcation_diagram: {{parameter: f, from: 0.5, to: 0.6, points: 3, starts: [{{v: 0.8, phi: 1}}], transient: 100, n_returns: 20}}
+branches: [{{name: main, parameter: f, bounds: [0.5, 0.6], start: {{v: 0.8, phi: 1}}, value: 0.55}}]
+lyapunov: {{parameter: f, from: 0.5, to: 0.6, points: 2, starts: [{{v: 0.8, phi: 1}}], n_returns: 100, transient: 50}}
+basins: {{max_returns: 300}}
 figures: [surfaces, orbits, bifurcation, branches, lyapunov, basins, motion, impacts]
 """
 
@@ -258,7 +258,7 @@ def test_a_study_runs_to_its_end(name, tmp_path):
     assert all(path.stat().st_size > 1000 for path in paths)
     assert (result.orbits[0].exact.words == "BB").all()
     again = nsmaps.read_result(tmp_path / "run")
-    assert np.array_equal(again.bifurcation["exact"].states, result.bifurcation["exact"].states, equal_nan=True)
+    assert np.array_equal(again.bifurcation_diagram["exact"].states, result.bifurcation_diagram["exact"].states, equal_nan=True)
     assert not result.surfaces["BB"].returns.certified.any()
 
 

@@ -15,7 +15,7 @@ def test_both_systems_ship_studies():
 
 
 def test_the_balls_diagram_doubles_where_the_closed_form_says(shipped):
-    made = nsmaps.read_result(shipped("bouncing_ball/doubling")).bifurcation["exact"]
+    made = nsmaps.read_result(shipped("bouncing_ball/doubling")).bifurcation_diagram["exact"]
     single = made.values[made.labels[:, 0] == "1:0/T"]
     double = made.values[made.labels[:, 0] == "1:0/2T"]
     assert single.max() <= DOUBLES + 0.002 <= double.min() + 0.01
@@ -38,7 +38,7 @@ def test_an_attractor_beside_the_ends_of_the_circle_is_in_one_box():
 
 @pytest.mark.thorough
 def test_the_oscillators_diagram_is_chaotic_at_the_graze(shipped):
-    made = nsmaps.read_result(shipped("impact_oscillator/grazing")).bifurcation["exact"]
+    made = nsmaps.read_result(shipped("impact_oscillator/grazing")).bifurcation_diagram["exact"]
     assert set(made.labels[made.values > 0.34754, 0]) == {"1:0/2T"}
     assert set(made.labels[made.values < 0.3469, 0]) == {"1:0/C"}
 

@@ -282,9 +282,9 @@ composite:
     family: A
     fit: {class: "nsmaps:Fourier", harmonics: 1, degrees: {v: 1}}
 orbits:
-  - {start: {v: 0.1, phi: 1.0}, returns: 30}
+  - {start: {v: 0.1, phi: 1.0}, n_returns: 30}
 domains:
-  - {name: outer, map: whole, box: {v: [-0.5, 0.3], phi: [3.2, 4.2]}, bounds: outer, updates: 1}
+  - {name: outer, map: whole, box: {v: [-0.5, 0.3], phi: [3.2, 4.2]}, bounds: outer, max_updates: 1}
 """
 
 

@@ -32,12 +32,12 @@ composite:
   - {name: fast, where: v > 0.2, reset: {phi: pi/2}}
 orbits:
   - start: {v: 0.3, phi: 1}
-    returns: 5
+    n_returns: 5
 domains:
   - name: exact
     map: exact
     box: {v: [0.1, 0.3], phi: [0.2, 1]}
-    updates: 2
+    max_updates: 2
 require: [covered]
 """
 

@@ -29,19 +29,20 @@ LONG = """\
 system: ball
 parameters: {a: 0.2}
 grid: {v: {from: 0, to: 1, points: 20}, phi: {from: 0, to: 6, points: 30}}
-bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 1, phi: 1}, discard: 10, returns: 4, direction: both}
-lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 5, start: {v: 1, phi: 1}, discard: 100, returns: 50}
-basins: {returns: 7}
+bifurcation_diagram:
+  {parameter: a, from: 0.2, to: 0.4, points: 3, starts: [{v: 1, phi: 1}], transient: 10, n_returns: 4, direction: both}
+lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 5, starts: [{v: 1, phi: 1}], transient: 100, n_returns: 50}
+basins: {max_returns: 7}
 noise:
-  {sigma: [0, 0.1], tau: 0.5, start: {v: 1, phi: 1}, returns: 12, realisations: 3, modes: {one: [BB]},
-   impacts: {parameter: a, from: 0.2, to: 0.4, points: 2, sigma: 0.1, returns: 5, discard: 6}}
+  {sigma: [0, 0.1], tau: 0.5, start: {v: 1, phi: 1}, n_returns: 12, n_realisations: 3, modes: {one: [BB]},
+   impacts: {parameter: a, from: 0.2, to: 0.4, points: 2, sigma: 0.1, n_returns: 5, transient: 6}}
 """
 
 
 def test_the_long_run_says_parameter_range_points_and_returns() -> None:
     Path("s.yaml").write_text(LONG)
     told = about(load_study("s.yaml"))
-    assert told["bifurcation"] == f"3 values of a from 0.2 to 0.4, 10 + 4 returns each of exact; {3 * 14 * 2} returns"
+    assert told["bifurcation_diagram"] == f"3 values of a from 0.2 to 0.4, 10 + 4 returns each of exact; {3 * 14 * 2} returns"
     assert told["lyapunov"] == f"5 values of a from 0.2 to 0.4, 100 + 50 returns each; {5 * 150} returns with derivatives"
     assert told["basins"] == "20 x 30 states, up to 7 returns each; at most 4,200 returns"
     assert told["noise"] == (

@@ -137,7 +137,7 @@ def test_an_orbit_that_leaves_all_pieces_has_no_attractor(good: str) -> None:
 
 
 def test_chaos_is_told_by_its_exponent() -> None:
-    text = "system: vi_pair\nparameters: {d: 0.26, g_bar: 0.2113275}\norbits: [{start: {v: 0.7, phi: 0.3}, returns: 300}]\n"
+    text = "system: vi_pair\nparameters: {d: 0.26, g_bar: 0.2113275}\norbits: [{start: {v: 0.7, phi: 0.3}, n_returns: 300}]\n"
     Path("s.yaml").write_text(text)
     result = nsmaps.run_study("s.yaml")
     found = result.orbits[0].ends

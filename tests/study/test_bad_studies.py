@@ -12,9 +12,10 @@ from nsmaps.files.expressions import FUNCTIONS
 from nsmaps.study.study import CATALOGUE
 
 SECTIONS = (
-    "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric, orbits, bifurcation, "
-    "branches, stability, chart, lyapunov, basins, global_continuation, manifolds, observables, optimum, noise, domains, "
-    "second_iterate, auxiliary_map, morse, exit_times, proof, horseshoe, figures, require, expected_failures"
+    "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric_map, orbits, "
+    "bifurcation_diagram, branches, stability_diagram, parameter_plane, lyapunov, basins, global_continuation, manifolds, "
+    "observe, optimize, noise, domains, second_iterate, auxiliary_map, morse_sets, exit_times, proof, horseshoe, figures, "
+    "require, expected_failures"
 )
 CONDITION = "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, " + ", ".join(
     FUNCTIONS
@@ -66,10 +67,10 @@ BAD = {
     ),
     "count out of range": ("points: 31", "points: 0", "0}", "points is 0; expected: greater than or equal to 1"),
     "count no number": (
-        "returns: 5",
-        "returns: many",
+        "n_returns: 5",
+        "n_returns: many",
         "many",
-        "returns is 'many'; expected: integer, unable to parse string as an integer",
+        "n_returns is 'many'; expected: integer, unable to parse string as an integer",
     ),
     "axis upside down": (
         "from: 0.01",
@@ -237,204 +238,196 @@ BAD = {
     ),
     "a window without a coordinate": (
         "require:",
-        "morse: {box: {v: [0.13, 1]}}\nrequire:",
+        "morse_sets: {box: {v: [0.13, 1]}}\nrequire:",
         "{v: [0.13",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "a window that is empty": (
         "require:",
-        "morse: {box: {v: [1, 0.1], phi: [0, 1]}}\nrequire:",
+        "morse_sets: {box: {v: [1, 0.1], phi: [0, 1]}}\nrequire:",
         "{v: [1",
         "the box is v from 1.0 to 0.1; expected: finite ends (low, high), low < high, for each of v, phi",
     ),
     "bifurcation of no parameter": (
         "require:",
-        "bifurcation: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "bifurcation_diagram: {parameter: b, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}]}\nrequire:",
         "b, from",
         "unknown parameter 'b'; expected: a, r",
     ),
     "bifurcation backwards": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.4, to: 0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "bifurcation_diagram: {parameter: a, from: 0.4, to: 0.2, points: 3, starts: [{v: 0.3, phi: 1}]}\nrequire:",
         "{parameter",
         "from 0.4 to 0.2 is empty; expected: 'from' below 'to'",
     ),
     "bifurcation of nothing": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: []}\nrequire:",
+        "bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}], map: []}\nrequire:",
         "{parameter",
         "'map' names no map; expected: 'exact', 'composite', 'parametric' or pieces of the composite map",
     ),
     "bifurcation of a map that is not there": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, map: [reduced]}\nrequire:",
+        "bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}], "
+        "map: [reduced]}\nrequire:",
         "reduced",
         "unknown map 'reduced'; expected: exact, composite, slow",
     ),
     "lyapunov of no parameter": (
         "require:",
-        "lyapunov: {parameter: b, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "lyapunov: {parameter: b, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}]}\nrequire:",
         "b, from",
         "unknown parameter 'b'; expected: a, r",
     ),
     "bifurcation of values that are none": (
         "require:",
-        "bifurcation: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "bifurcation_diagram: {parameter: a, from: -0.4, to: -0.2, points: 3, starts: [{v: 0.3, phi: 1}]}\nrequire:",
         "-0.4",
         "a is -0.4; expected: greater than 0",
     ),
     "lyapunov of values that are none": (
         "require:",
-        "lyapunov: {parameter: a, from: -0.4, to: -0.2, points: 3, start: {v: 0.3, phi: 1}}\nrequire:",
+        "lyapunov: {parameter: a, from: -0.4, to: -0.2, points: 3, starts: [{v: 0.3, phi: 1}]}\nrequire:",
         "-0.4",
         "a is -0.4; expected: greater than 0",
     ),
     "bifurcation at no value": (
         "require:",
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
-        "0, start",
+        "bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 0, starts: [{v: 0.3, phi: 1}]}\nrequire:",
+        "0, starts",
         "points is 0; expected: greater than or equal to 2",
     ),
     "lyapunov at no value": (
         "require:",
-        "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 0, start: {v: 0.3, phi: 1}}\nrequire:",
-        "0, start",
+        "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 0, starts: [{v: 0.3, phi: 1}]}\nrequire:",
+        "0, starts",
         "points is 0; expected: greater than or equal to 2",
     ),
     "branch of no parameter": (
         "require:",
-        "branches: [{name: one, parameter: b, from: 0.2, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
-        "b, from",
+        "branches: [{name: one, parameter: b, bounds: [0.2, 0.4], start: {v: 0.3, phi: 1}}]\nrequire:",
+        "b, bounds",
         "unknown parameter 'b'; expected: a, r",
     ),
     "branch from beyond its range": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.3, 0.4], start: {v: 0.3, phi: 1}}]\nrequire:",
         "{name: one",
-        "a = 0.2 is not from 0.3 to 0.4; expected: 'at' within the range",
+        "a = 0.2 is not from 0.3 to 0.4; expected: 'value' within 'bounds'",
     ),
     "branch at a value beyond its range": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.3, to: 0.4, at: 0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.3, 0.4], value: 0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0.5, start",
-        "a = 0.5 is not from 0.3 to 0.4; expected: 'at' within the range",
+        "a = 0.5 is not from 0.3 to 0.4; expected: 'value' within 'bounds'",
     ),
     "branch at a value that the system refuses": (
         "require:",
-        "branches: [{name: one, parameter: a, from: -1, to: 0.4, at: -0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [-1, 0.4], value: -0.5, start: {v: 0.3, phi: 1}}]\nrequire:",
         "-0.5",
         "a is -0.5; expected: greater than 0",
     ),
     "branch of an empty range": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.4, to: 0.2, start: {v: 0.3, phi: 1}}]\nrequire:",
-        "{name: one",
-        "from 0.4 to 0.2 is empty; expected: 'from' below 'to'",
+        "branches: [{name: one, parameter: a, bounds: [0.4, 0.2], start: {v: 0.3, phi: 1}}]\nrequire:",
+        "[0.4, 0.2]",
+        "[0.4, 0.2] is empty; expected: the lower end first",
     ),
     "branch of no returns": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, period: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 0.4], period: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0, start",
         "period is 0; expected: greater than or equal to 1",
     ),
     "branch with steps of nothing": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, step: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 0.4], step: 0, start: {v: 0.3, phi: 1}}]\nrequire:",
         "0, start",
         "step is 0.0; expected: greater than 0.00000001",
     ),
     "branch with events that are none": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 0.3, phi: 1}, events: [folds]}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 0.4], start: {v: 0.3, phi: 1}, kinds: [folds]}]\nrequire:",
         "folds",
         "unknown word 'folds'; expected: period doubling, fold, branch point, Neimark-Sacker, did you mean 'fold'?",
     ),
     "branch with doublings that are not located": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 1, start: {v: 1, phi: 1}, doublings: 1, events: [fold]}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 1], start: {v: 1, phi: 1}, n_doublings: 1, kinds: [fold]}]\nrequire:",
         "{name: one",
-        "'doublings' requires the event 'period doubling'; expected: 'period doubling' among 'events'",
+        "'n_doublings' requires the event 'period doubling'; expected: 'period doubling' among 'kinds'",
     ),
     "branches of one name": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 0.4, start: {v: 1, phi: 1}}, {name: one, parameter: a, from: 0.1, "
-        "to: 0.4, start: {v: 1, phi: 1}}]\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 0.4], start: {v: 1, phi: 1}}, "
+        "{name: one, parameter: a, bounds: [0.1, 0.4], start: {v: 1, phi: 1}}]\nrequire:",
         None,
         "the name 'one' is given twice; expected: different names",
     ),
     "stability at no value": (
         "require:",
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 0}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 0}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "start: {v: 1, phi: 1}}\nrequire:",
-        "0}, across",
+        "0}, r",
         "points is 0; expected: greater than or equal to 2",
     ),
     "stability of values that are none": (
         "require:",
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 1.1, to: 1.9, points: 2}, "
+        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 1.1, to: 1.9, points: 2}}, "
         "start: {v: 1, phi: 1}}\nrequire:",
         "1.1",
         "r is 1.1; expected: less than or equal to 1",
     ),
-    "stability of one parameter": (
-        "require:",
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
-        "start: {v: 1, phi: 1}}\nrequire:",
-        "{sweep",
-        "'sweep' and 'across' have the same parameter 'a'; expected: two parameters",
-    ),
     "chart of one parameter": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: a, from: 0.1, to: 0.9, points: 2}, "
-        "starts: [{v: 1, phi: 1}]}\nrequire:",
-        "{sweep",
-        "'sweep' and 'across' have the same parameter 'a'; expected: two parameters",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}}, starts: [{v: 1, phi: 1}]}\nrequire:",
+        "{a: {from",
+        "plane is {'a': {'from': 0.1, 'to': 1, 'points': 2}}; expected: 2 entries or more",
     ),
     "chart of an unknown parameter": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: q, from: 0.1, to: 0.9, points: 2}, "
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, q: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
-        "q, from",
+        "q: {from",
         "unknown parameter 'q'; expected: a, r",
     ),
     "chart with a range that is not finite": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: .inf, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "parameter_plane: {plane: {a: {from: 0.1, to: .inf, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         ".inf",
         "inf is not finite; expected: a finite number, or text as 'pi/3'",
     ),
     "chart of no starts": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "starts: []}\nrequire:",
-        "{sweep",
-        "'starts' has no start; expected: one or more",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, starts: []}\nrequire:",
+        "[]}",
+        "starts is []; expected: 1 entry or more",
     ),
     "chart of a start without a coordinate": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}, {v: 2}]}\nrequire:",
         "{v: 2}",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "chart of few returns": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "starts: [{v: 1, phi: 1}], returns: 63}\nrequire:",
-        "{sweep",
-        "63 'returns' hold no period up to 32 twice; expected: 2 'max_period'",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}], n_returns: 63}\nrequire:",
+        "{plane",
+        "63 'n_returns' hold no period up to 32 twice; expected: 2 'max_period'",
     ),
     "chart that is followed and refined": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], direction: up, refine: 4}\nrequire:",
-        "{sweep",
+        "{plane",
         "orbits that are followed need every pixel; expected: no 'direction', or no 'refine'",
     ),
     "chart of an unknown observable": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], observables: [los]}\nrequire:",
         "[los]",
         "'los' is not an observable of Ball; expected: impacts, speed, loss, momentum, displacement, work, damping, or a `name` "
@@ -442,33 +435,33 @@ BAD = {
     ),
     "curve of a chart of no branch": (
         "require:",
-        "chart: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "starts: [{v: 1, phi: 1}], curves: [{branch: one, event: fold}]}\nrequire:",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of no branch": (
         "require:",
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of a branch in another parameter": (
         "require:",
-        "branches: [{name: one, parameter: r, from: 0.1, to: 0.9, start: {v: 1, phi: 1}}]\n"
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "branches: [{name: one, parameter: r, bounds: [0.1, 0.9], start: {v: 1, phi: 1}}]\n"
+        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of an event that the branch does not locate": (
         "require:",
-        "branches: [{name: one, parameter: a, from: 0.1, to: 0.9, start: {v: 1, phi: 1}, events: [period doubling]}]\n"
-        "stability: {sweep: {parameter: a, from: 0.1, to: 1, points: 2}, across: {parameter: r, from: 0.1, to: 0.9, points: 2}, "
-        "start: {v: 1, phi: 1}, curves: [{branch: one, event: fold}]}\nrequire:",
+        "branches: [{name: one, parameter: a, bounds: [0.1, 0.9], start: {v: 1, phi: 1}, kinds: [period doubling]}]\n"
+        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "fold}",
-        "the branch 'one' locates no fold; expected: one of its 'events', period doubling, grazing, border collision, detachment",
+        "the branch 'one' locates no fold; expected: one of its 'kinds', period doubling, grazing, border collision, detachment",
     ),
     "figure of branches that are not there": (
         "require:",
@@ -496,7 +489,7 @@ BAD = {
     ),
     "grid of basins": (
         "require:",
-        "basins: {grid: {v: {from: 0, to: 1, points: 3}}}\nrequire:",
+        "basins: {starts: {v: {from: 0, to: 1, points: 3}}}\nrequire:",
         "{v: {from: 0, to: 1, points: 3}}",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
@@ -525,7 +518,7 @@ BAD = {
         "unknown domain of a fitted piece 'exact'; expected: none",
     ),
     "figure without its section": (
-        "orbits:\n  - start: {v: 0.3, phi: 1}\n    returns: 5\n",
+        "orbits:\n  - start: {v: 0.3, phi: 1}\n    n_returns: 5\n",
         "figures: [orbits]\n",
         "orbits]",
         "the figure 'orbits' needs the section 'orbits', which is missing",
@@ -586,19 +579,19 @@ BAD = {
     ),
     "parametric parameter": (
         "orbits:\n",
-        "parametric: {parameter: b, from: 0.2, to: 0.4}\norbits:\n",
-        "b, from: 0.2",
+        "parametric_map: {parameter: b, bounds: [0.2, 0.4]}\norbits:\n",
+        "b, bounds",
         "unknown parameter 'b'; expected: a, r",
     ),
     "parametric value that the system refuses": (
         "orbits:\n",
-        "parametric: {parameter: r, from: 0.5, to: 1.5}\norbits:\n",
+        "parametric_map: {parameter: r, bounds: [0.5, 1.5]}\norbits:\n",
         "1.5",
         "r is 1.5; expected: less than or equal to 1",
     ),
     "parametric with too few nodes": (
         "orbits:\n",
-        "parametric: {parameter: a, from: 0.2, to: 0.4, order: 3, nodes: 3}\norbits:\n",
+        "parametric_map: {parameter: a, bounds: [0.2, 0.4], order: 3, n_nodes: 3}\norbits:\n",
         "{parameter: a",
         "3 nodes for order 3; expected: more nodes than the order",
     ),
@@ -638,13 +631,13 @@ def test_the_good_study_is_good(good: str) -> None:
 
 
 def test_every_complaint_has_its_line(good: str) -> None:
-    text = good.replace("points: 31", "points: 0").replace("returns: 5", "returns: 0")
+    text = good.replace("points: 31", "points: 0").replace("n_returns: 5", "n_returns: 0")
     Path("bad.yaml").write_text(text)
     with pytest.raises(StudyError) as error:
         load_study("bad.yaml")
     assert str(error.value).splitlines() == [
         f"bad.yaml:{place(text, '0}')}: points is 0; expected: greater than or equal to 1",
-        f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: returns is 0; expected: greater than or equal to 1",
+        f"bad.yaml:{place(text, '0' + chr(10) + 'domains')}: n_returns is 0; expected: greater than or equal to 1",
     ]
 
 
@@ -692,4 +685,4 @@ def test_a_study_made_in_python_names_the_section() -> None:
     from nsmaps import Study
 
     with pytest.raises(StudyError, match=r"^mine: orbits\.0\.start: the coordinate 'phi' is missing"):
-        run_study(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "returns": 2},)))
+        run_study(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "n_returns": 2},)))

@@ -22,24 +22,26 @@ composite:
     family: BTB
     data: 0.65 <= v <= 0.94 and 0.12 <= phi <= 0.6
     fit: {full: {v: 5, phi: 4}}
-bifurcation:
-  {parameter: d, from: 0.3, to: 0.35, points: 21, start: {v: 0.83, phi: 0.36}, direction: down, map: [exact, composite]}
+bifurcation_diagram:
+  {parameter: d, from: 0.3, to: 0.35, points: 21, starts: [{v: 0.83, phi: 0.36}], direction: down, map: [exact, composite]}
 """
 
 
 def test_a_run_keeps_its_borders(tmp_path):
     (tmp_path / "two.yaml").write_text(STUDY)
     result = nsmaps.run_study(tmp_path / "two.yaml", tmp_path / "out")
-    again = nsmaps.read_result(tmp_path / "out").bifurcation
-    assert {of: each.windows for of, each in again.items()} == {of: each.windows for of, each in result.bifurcation.items()}
-    record = json.loads((tmp_path / "out" / "result.json").read_text())["numbers"]["bifurcation"]
+    again = nsmaps.read_result(tmp_path / "out").bifurcation_diagram
+    assert {of: each.windows for of, each in again.items()} == {
+        of: each.windows for of, each in result.bifurcation_diagram.items()
+    }
+    record = json.loads((tmp_path / "out" / "result.json").read_text())["numbers"]["bifurcation_diagram"]
     for of, names in (("exact", ["1:1/2T", "1:1/T"]), ("composite", ["1:1, period 2", "1:1, period 1"])):
         assert [window["label"] for window in record[of]["windows"]] == names
-        assert {window.low.value for window in result.bifurcation[of].windows} == {
+        assert {window.low.value for window in result.bifurcation_diagram[of].windows} == {
             window["low"]["value"] for window in record[of]["windows"]
         }
-        assert result.bifurcation[of].windows[1].low.kind == "period doubling"
-    exact, fitted = (result.bifurcation[of].windows[1].low.value for of in ("exact", "composite"))
+        assert result.bifurcation_diagram[of].windows[1].low.kind == "period doubling"
+    exact, fitted = (result.bifurcation_diagram[of].windows[1].low.value for of in ("exact", "composite"))
     assert abs(exact - 0.32418854) < 1e-8 < abs(fitted - exact)
 
 

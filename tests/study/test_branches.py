@@ -32,15 +32,16 @@ BALL = """\
 system: ball
 parameters: {a: 1.2, r: 0.5}
 branches:
-  - {name: one, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, doublings: 2}
+  - {name: one, parameter: a, bounds: [0.5, 1.8], start: {v: 2*pi/1.5, phi: 0.51}, n_doublings: 2}
 """
 STABILITY = """\
-stability:
-  sweep: {parameter: a, from: 1.1, to: 1.7, points: 4}
-  across: {parameter: r, from: 0.46, to: 0.54, points: 5}
+stability_diagram:
+  plane:
+    a: {from: 1.1, to: 1.7, points: 4}
+    r: {from: 0.46, to: 0.54, points: 5}
   start: {v: 4.19, phi: 0.5}
-  discard: 200
-  curves: [{branch: one, event: period doubling}, {branch: one, event: fold}]
+  transient: 200
+  bifurcation_curves: [{branch: one, event: period doubling}, {branch: one, event: fold}]
 """
 
 
@@ -115,7 +116,7 @@ def test_a_branch_is_what_the_functions_give(computed: Computed) -> None:
 
 
 def test_only_the_events_that_are_named_are_located() -> None:
-    few = BALL.replace("doublings: 2", "events: [fold]")
+    few = BALL.replace("n_doublings: 2", "kinds: [fold]")
     up, down = ran(few).branches["one"]
     assert {event.kind for event in (*up.events, *down.events)} == {"fold"}
     assert not up.stable[-1]
@@ -154,22 +155,22 @@ def test_check_says_what_would_be_followed() -> None:
     Path("s.yaml").write_text(BALL + STABILITY)
     lines = CliRunner().invoke(app, ["check", "s.yaml"]).stdout.splitlines()
     assert "  branches: one (a from 0.5 to 1.8)" in lines
-    assert "  stability: 4 values of a x 5 values of r; 4,640 returns" in lines
+    assert "  stability_diagram: 4 values of a x 5 values of r; 4,640 returns" in lines
 
 
 def test_doublings_that_are_not_in_the_range_are_said() -> None:
     for end, said in ((1.6, f"1 of 2, at {doubling(0.5):.8g}"), (1.4, "0 of 2")):
-        result = ran(BALL.replace("to: 1.8", f"to: {end}, direction: up"))
+        result = ran(BALL.replace("1.8]", f"{end}], direction: up"))
         (told,) = [verdict for verdict in result.verdicts if verdict.name == "branch one: doublings"]
         assert told.text == f"no: {said}; then: the range ends at {end}"
 
 
 def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
-    text = BALL.replace(", doublings: 2", "") + (
-        "  - {name: nowhere, parameter: a, from: 0.5, to: 1.8, start: {v: 1.0, phi: 3}, period: 5}\n"
-        "  - {name: twice, parameter: a, from: 0.5, to: 1.8, start: {v: 2*pi/1.5, phi: 0.51}, period: 2}\n"
-        "  - {name: beyond, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
-        "  - {name: too fast, parameter: a, from: 0.5, to: 1.8, start: {v: 1e300, phi: 1}}\n"
+    text = BALL.replace(", n_doublings: 2", "") + (
+        "  - {name: nowhere, parameter: a, bounds: [0.5, 1.8], start: {v: 1.0, phi: 3}, period: 5}\n"
+        "  - {name: twice, parameter: a, bounds: [0.5, 1.8], start: {v: 2*pi/1.5, phi: 0.51}, period: 2}\n"
+        "  - {name: beyond, parameter: r, bounds: [0.4, 1.5], start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
+        "  - {name: too fast, parameter: a, bounds: [0.5, 1.8], start: {v: 1e300, phi: 1}}\n"
         "figures: [branches]\n"
     )
     Path("s.yaml").write_text(text)
@@ -189,7 +190,7 @@ def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
 
 def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     text = "system: ball\nparameters: {a: 1.2, r: 0.5}\nbranches:\n"
-    text += "  - {name: up, parameter: r, from: 0.4, to: 1.5, start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
+    text += "  - {name: up, parameter: r, bounds: [0.4, 1.5], start: {v: 2*pi/1.5, phi: 0.51}, direction: up}\n"
     made = ran(text)
     (branch,) = made.branches["up"]
     assert [event.kind for event in branch.events] == ["period doubling", "end of the valid domain"]
@@ -205,32 +206,32 @@ def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form(sw
     along, across = np.linspace(1.1, 1.7, 4), np.linspace(0.46, 0.54, 5)
     direct = stability_diagram(made.system, {"a": along, "r": across}, [4.19, 0.5], max_period=16, transient=200)
     for each in (made, read_result(folder)):
-        assert each.stability is not None
-        assert np.array_equal(each.stability.period, direct.period)
-        assert np.array_equal(each.stability.labels, direct.labels)
-        assert np.array_equal(each.stability.outcome, direct.outcome)
-        assert list(each.curves) == ["period doubling of one", "fold of one"]
-        for curve, exact in zip(each.curves.values(), (doubling, fold), strict=True):
+        assert each.stability_diagram is not None
+        assert np.array_equal(each.stability_diagram.period, direct.period)
+        assert np.array_equal(each.stability_diagram.labels, direct.labels)
+        assert np.array_equal(each.stability_diagram.outcome, direct.outcome)
+        assert list(each.stability_curves) == ["period doubling of one", "fold of one"]
+        for curve, exact in zip(each.stability_curves.values(), (doubling, fold), strict=True):
             a, r = curve.parameters.T
             assert np.abs(a - [exact(e) for e in r]).max() < 1e-11
             assert sorted(r[[0, -1]]) == pytest.approx([0.46, 0.54])
             assert {end.split(" at ")[0] for end in curve.ended} == {"the range of the second parameter ends"}
-    numbers = json.loads((folder / "result.json").read_text())["numbers"]["stability"]
+    numbers = json.loads((folder / "result.json").read_text())["numbers"]["stability_diagram"]
     assert sum(numbers["shares"].values()) == pytest.approx(1)
     assert numbers["shares"]["1"] == (direct.period == 1).mean()
-    assert numbers["curves"]["fold of one"]["parameters"] == made.curves["fold of one"].parameters.tolist()
+    assert numbers["curves"]["fold of one"]["parameters"] == made.stability_curves["fold of one"].parameters.tolist()
 
 
 def test_points_of_codimension_two_are_read_back_and_in_numbers(tmp_path: Path) -> None:
     made = read_result(STORED / "curves")
-    fold = made.curves["fold of one"]
+    fold = made.stability_curves["fold of one"]
     event = made.branches["one"][0].events[0]
     cusp = SpecialPoint("cusp", (1.05, 0.5), (1e-9, 2e-9), event.orbit)
-    write(made.with_parts({"curves": {"fold of one": replace(fold, special=(cusp,))}}), tmp_path)
-    (again,) = read_result(tmp_path).curves["fold of one"].special
+    write(made.with_parts({"stability_curves": {"fold of one": replace(fold, special=(cusp,))}}), tmp_path)
+    (again,) = read_result(tmp_path).stability_curves["fold of one"].special
     assert (again.kind, again.parameters, again.precision) == ("cusp", (1.05, 0.5), (1e-9, 2e-9))
     assert np.array_equal(again.orbit.states, event.orbit.states)
-    numbers = json.loads((tmp_path / "result.json").read_text())["numbers"]["stability"]
+    numbers = json.loads((tmp_path / "result.json").read_text())["numbers"]["stability_diagram"]
     assert numbers["curves"]["fold of one"]["special"] == [{"kind": "cusp", "parameters": [1.05, 0.5], "precision": [1e-9, 2e-9]}]
 
 
@@ -245,18 +246,19 @@ def graze(r: float, g: float) -> float:
 GRAZE = """\
 system: vi_pair
 parameters: {d: 0.35, r: 0.5, g_bar: 0.2113}
-branches: [{name: BB, parameter: d, from: 0.29, to: 0.36, at: 0.32, start: {v: 0.2817, phi: 2.918}}]
-stability:
-  sweep: {parameter: d, from: 0.32, to: 0.35, points: 2}
-  across: {parameter: r, from: 0.49, to: 0.51, points: 3}
+branches: [{name: BB, parameter: d, bounds: [0.29, 0.36], value: 0.32, start: {v: 0.2817, phi: 2.918}}]
+stability_diagram:
+  plane:
+    d: {from: 0.32, to: 0.35, points: 2}
+    r: {from: 0.49, to: 0.51, points: 3}
   start: {v: 0.9, phi: 0.5}
-  discard: 20
-  curves: [{branch: BB, event: grazing}]
+  transient: 20
+  bifurcation_curves: [{branch: BB, event: grazing}]
 """
 
 
 def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
-    curve = ran(GRAZE).curves["grazing of BB"]
+    curve = ran(GRAZE).stability_curves["grazing of BB"]
     d, r = curve.parameters.T
     assert np.abs(d - [graze(x, 0.2113) for x in r]).max() < 1e-10
     assert np.ptp(r) == pytest.approx(0.02)
@@ -264,18 +266,18 @@ def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
 
 def test_a_curve_without_its_event_says_why_and_nothing_is_lost() -> None:
     made = ran(GRAZE.replace("event: grazing", "event: period doubling"))
-    (verdict,) = [each for each in made.verdicts if each.name == "stability: curve of the period doubling of BB"]
+    (verdict,) = [each for each in made.verdicts if each.name == "stability_diagram: curve of the period doubling of BB"]
     assert verdict.text.startswith("no: the branch has none: ")
-    assert made.curves["period doubling of BB"].parameters.shape == (0, 2)
-    assert made.stability is not None
+    assert made.stability_curves["period doubling of BB"].parameters.shape == (0, 2)
+    assert made.stability_diagram is not None
 
 
 LOCKED = """\
 system: bouncing_ball
 parameters: {Gamma: 3.2, r: 0}
 branches:
-  - {name: locked, parameter: Gamma, from: 3, to: 3.5, start: {v: 1, phi: 1}, chatter: true, direction: up}
-observables: {quantities: [loss, work]}
+  - {name: locked, parameter: Gamma, bounds: [3, 3.5], start: {v: 1, phi: 1}, chatter: true, direction: up}
+observe: {observables: [loss, work]}
 """
 
 
@@ -297,17 +299,18 @@ def test_a_branch_with_complete_chatter_ends_at_its_border() -> None:
 
 def test_chatter_of_a_system_with_modes_is_refused() -> None:
     text = "system: buck_converter\nparameters: {E: 20.0}\nbranches:\n"
-    text += "  - {name: one, parameter: E, from: 19, to: 21, start: {v: 11.97, i: 0.59}, chatter: true}\n"
+    text += "  - {name: one, parameter: E, bounds: [19, 21], start: {v: 11.97, i: 0.59}, chatter: true}\n"
     with pytest.raises(StudyError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
         ran(text)
 
 
-RANGE = "parameter: r, from: 0.8, to: 1.2, points: 5"
-START = "start: {v: 4.19, phi: 0.5}, discard: 9"
+RANGE = "from: 0.8, to: 1.2, points: 5"
+STARTS = "starts: [{v: 4.19, phi: 0.5}], transient: 9"
 SWEEPS = {
-    "bifurcation": f"bifurcation: {{{RANGE}, {START}, returns: 4}}",
-    "lyapunov": f"lyapunov: {{{RANGE}, {START}, returns: 64}}",
-    "stability": f"stability: {{sweep: {{{RANGE}}}, across: {{parameter: a, from: -0.5, to: 0.5, points: 3}}, {START}}}",
+    "bifurcation_diagram": f"bifurcation_diagram: {{parameter: r, {RANGE}, {STARTS}, n_returns: 4}}",
+    "lyapunov": f"lyapunov: {{parameter: r, {RANGE}, {STARTS}, n_returns: 64}}",
+    "stability_diagram": f"stability_diagram: {{plane: {{r: {{{RANGE}}}, a: {{from: -0.5, to: 0.5, points: 3}}}}, "
+    "start: {v: 4.19, phi: 0.5}, transient: 9}",
 }
 
 
@@ -318,17 +321,17 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     (told,) = [verdict for verdict in made.verdicts if verdict.name.endswith("a map at every value")]
     assert (told.holds, told.required) == (False, False)
     along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
-    if section == "stability":
+    if section == "stability_diagram":
         assert told.text == (
             "no: none at 12 of 15 points; there is no map at any of 5 values; at 0.8: Ball: a is -0.5; expected: greater than 0"
         )
-        assert made.stability is not None
-        assert (made.stability.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
-        assert "less than or equal to 1" in made.stability.reasons[2]
+        assert made.stability_diagram is not None
+        assert (made.stability_diagram.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
+        assert "less than or equal to 1" in made.stability_diagram.reasons[2]
         return
     assert told.text.startswith("no: none at 2 of 5 values; Ball: r is 1.1; expected: less than or equal to 1"), told.text
-    if section == "bifurcation":
-        each = made.bifurcation["exact"]
+    if section == "bifurcation_diagram":
+        each = made.bifurcation_diagram["exact"]
         assert np.array_equal(
             each.states[:3], bifurcation_diagram(along, "p", values[:3], start, n_returns=4, transient=9).states
         )
@@ -346,24 +349,24 @@ def test_orbits_that_escape_are_data(section: str) -> None:
     text = SWEEPS[section].replace("v: 4.19", "v: 1e300").replace("to: 1.2", "to: 1").replace("from: -0.5", "from: 0.1")
     made = ran(f"system: ball\nparameters: {{a: 0.3}}\n{text}\n", out="out")
     assert made.finished
-    ends = ["bifurcation exact: orbit completes at every parameter value"] if section == "bifurcation" else []
+    ends = ["bifurcation_diagram exact: orbit completes at every parameter value"] if section == "bifurcation_diagram" else []
     assert [verdict.name for verdict in made.verdicts] == ends
     numbers = json.loads(Path("out/result.json").read_text())["numbers"][section]
-    if section == "bifurcation":
-        assert set(made.bifurcation["exact"].outcome.ravel().tolist()) == {Outcome.escaped}
+    if section == "bifurcation_diagram":
+        assert set(made.bifurcation_diagram["exact"].outcome.ravel().tolist()) == {Outcome.escaped}
         assert numbers["exact"]["ended"] == 5
     elif section == "lyapunov":
         assert set(made.lyapunov.outcome.tolist()) == {Outcome.escaped}
         assert numbers["exponents"] == [[None, None]] * 5
     else:
-        assert set(made.stability.outcome.ravel().tolist()) == {Outcome.escaped}
+        assert set(made.stability_diagram.outcome.ravel().tolist()) == {Outcome.escaped}
         assert numbers["shares"] == {"no attractor": 1.0}
 
 
 def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     follow = branch.continue_branch
     monkeypatch.setattr(branch, "continue_branch", lambda *given, **how: replace(follow(*given, **how), ended="closed"))
-    made = ran(BALL.replace("doublings: 2", "direction: both"))
+    made = ran(BALL.replace("n_doublings: 2", "direction: both"))
     (one,) = made.branches["one"]
     assert one.values[-1] == 1.8
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
@@ -373,12 +376,12 @@ def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch, 
     whole, *_ = swept
 
     def stop(share: float) -> None:
-        if outermost().step == "stability" and share >= (2 + 3 / 5 / 3) / 3:  # three of five rows, a third of the last step
+        if outermost().step == "stability_diagram" and share >= (2 + 3 / 5 / 3) / 3:  # of five rows, a third of the last step
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted):
         ran(BALL + STABILITY, out="out", progress=stop)
-    assert len(list(Path("out/parts/stability").rglob("part-*.npz"))) == 3
+    assert len(list(Path("out/parts/stability_diagram").rglob("part-*.npz"))) == 3
     rows: list[float] = []
     row = stability._row
 
@@ -390,8 +393,8 @@ def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setattr(stability, "_row", noted)
     again = ran(BALL + STABILITY, out="out", resume=True)
     assert np.allclose(rows, np.linspace(0.46, 0.54, 5)[3:])
-    assert np.array_equal(again.stability.labels, whole.stability.labels)
-    assert np.array_equal(again.curves["fold of one"].parameters, whole.curves["fold of one"].parameters)
+    assert np.array_equal(again.stability_diagram.labels, whole.stability_diagram.labels)
+    assert np.array_equal(again.stability_curves["fold of one"].parameters, whole.stability_curves["fold of one"].parameters)
     assert not Path("out/parts").exists()
 
 
@@ -400,5 +403,5 @@ def test_progress_of_branches_and_stability_never_goes_back(swept: Swept) -> Non
     done = [share for _, share in seen]
     assert done == sorted(done)
     assert [share for step, share in seen if step == "branches"] == pytest.approx([1 / 3, 2 / 3])
-    assert [share for step, share in seen if step == "stability"][-1] == 1
-    assert len([share for step, share in seen if step == "stability"]) == 1 + 5 + 2
+    assert [share for step, share in seen if step == "stability_diagram"][-1] == 1
+    assert len([share for step, share in seen if step == "stability_diagram"]) == 1 + 5 + 2

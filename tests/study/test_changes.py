@@ -90,7 +90,7 @@ def test_what_fails_says_that_pieces_were_given_for_other_parameters(good: str) 
     text = (
         good.replace("where: v > 0.2,", "where: v > 0.3,")
         .replace("map: exact", "map: slow")
-        .replace("updates: 2", "updates: 2\n    require: [forward_invariant]")
+        .replace("max_updates: 2", "max_updates: 2\n    require: [forward_invariant]")
     )
     Path("s.yaml").write_text(text)
     hint = (

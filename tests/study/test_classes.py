@@ -94,7 +94,7 @@ diagonal:
   region: {class: "mine.py:Disc", centre: [0.2, 2], radius: 3}
   orders: {even: {class: "mine.py:Even", degree: 1}, full: {full: {v: 1, phi: 2}}}
 orbits:
-  - {start: {v: 0.2, phi: 1.5}, returns: 3}
+  - {start: {v: 0.2, phi: 1.5}, n_returns: 3}
 figures: [words, surfaces, regions]
 """
 

@@ -16,7 +16,7 @@ from nsmaps.cli.cli import app
 from nsmaps.plugins import study_names
 from nsmaps.study.sections.longrun.orbits import Orbits
 
-ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n"
+ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n"
 SQUARED = """
 import sympy as sp
 from nsmaps import HybridSystem, PoincareSection
@@ -85,7 +85,7 @@ def test_every_installed_study_is_checked(name) -> None:
 
 def test_check_refuses_the_formulas_of_a_system_with_modes() -> None:
     Path("squared.py").write_text(SQUARED)
-    orbit = "orbits: [{start: {x: 0.5}, returns: 1}]"
+    orbit = "orbits: [{start: {x: 0.5}, n_returns: 1}]"
     Path("squared.yaml").write_text(f"system: squared.py:Squared\nparameters: {{k: 1}}\n{orbit}\n")
     answer = CliRunner().invoke(app, ["check", "squared.yaml"])
     assert answer.exit_code == 2
@@ -125,7 +125,7 @@ def test_quiet_is_quiet() -> None:
 
 
 def test_figures_are_drawn_and_drawn_again() -> None:
-    domain = "domains: [{name: d, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}]\n"
+    domain = "domains: [{name: d, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}]\n"
     Path("s.yaml").write_text(ORBIT + domain + "figures: [domain_size]\n")
     assert CliRunner().invoke(app, ["run", "s.yaml", "--no-figures"]).exit_code == 0
     assert not Path("runs/s/figures").exists()
@@ -158,7 +158,7 @@ def test_the_module_is_the_program() -> None:
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")
 def test_ctrl_c_says_what_was_kept(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 8000000"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 8000000"))
     work, pressed = Orbits.compute, threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
 
     def orbits(*given: Any) -> Any:
@@ -207,14 +207,15 @@ def test_a_figure_that_cannot_be_drawn_is_told_by_the_exit_code_and_does_not_end
 def test_a_run_on_two_processes_has_the_same_numbers() -> None:
     Path("s.yaml").write_text(
         "system: vi_pair\nparameters: {d: 0.35, r: 0.5, g_bar: 0.2113}\n"
-        "bifurcation: {parameter: d, from: 0.3, to: 0.35, points: 5, start: {v: 0.8, phi: 0.4}, returns: 20, discard: 100}\n"
-        "chart: {sweep: {parameter: d, from: 0.3, to: 0.35, points: 3}, across: {parameter: r, from: 0.4, to: 0.5, points: 3}, "
-        "starts: [{v: 0.8, phi: 0.4}], returns: 64, discard: 100}\n"
+        "bifurcation_diagram: {parameter: d, from: 0.3, to: 0.35, points: 5, starts: [{v: 0.8, phi: 0.4}], "
+        "n_returns: 20, transient: 100}\n"
+        "parameter_plane: {plane: {d: {from: 0.3, to: 0.35, points: 3}, r: {from: 0.4, to: 0.5, points: 3}}, "
+        "starts: [{v: 0.8, phi: 0.4}], n_returns: 64, transient: 100}\n"
     )
     for words in (["--out", "one"], ["--out", "two", "--workers", "2"]):
         assert CliRunner().invoke(app, ["run", "s.yaml", "--no-report", *words]).exit_code == 0
     one, two = (nsmaps.read_result(name) for name in ("one", "two"))
-    assert one.bifurcation["exact"].states.tobytes() == two.bifurcation["exact"].states.tobytes()
-    assert one.chart is not None
-    assert two.chart is not None
-    assert one.chart.exponent.tobytes() == two.chart.exponent.tobytes()
+    assert one.bifurcation_diagram["exact"].states.tobytes() == two.bifurcation_diagram["exact"].states.tobytes()
+    assert one.parameter_plane is not None
+    assert two.parameter_plane is not None
+    assert one.parameter_plane.exponent.tobytes() == two.parameter_plane.exponent.tobytes()

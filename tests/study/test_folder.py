@@ -10,7 +10,7 @@ import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 
-ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 20}]\nfigures: [orbits]\n"
+ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 20}]\nfigures: [orbits]\n"
 
 
 def invoke(*words: str) -> str:

@@ -15,8 +15,8 @@ from nsmaps.study.conclusions.texts import cycle_of
 from nsmaps.study.result import StudyResult
 
 PAIR = "system: vi_pair\nparameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}\n"
-ORBITS = "orbits: [{start: {v: 0.35, phi: 1.5}, returns: 200}, {start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
-BOX = "domains: [{name: exact, map: exact, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, updates: 2}]\n"
+ORBITS = "orbits: [{start: {v: 0.35, phi: 1.5}, n_returns: 200}, {start: {v: 0.2, phi: 0.1}, n_returns: 220}]\n"
+BOX = "domains: [{name: exact, map: exact, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, max_updates: 2}]\n"
 
 
 def told(text: str) -> str:
@@ -47,12 +47,12 @@ def test_one_fixed_point_and_a_box_that_orbits_stay_in() -> None:
 
 
 def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
-    one = "orbits: [{start: {v: 0.2, phi: 0.1}, returns: 220}]\n"
+    one = "orbits: [{start: {v: 0.2, phi: 0.1}, n_returns: 220}]\n"
     said = told(PAIR.replace("0.35", "0.30") + one)
     name = "1:1/2T: one return to the section and one other impact in two periods of the forcing."
     assert said == f"Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends. {name}"
     doubt = ". Sampled on a grid of states: every orbit from "
-    sampled = told(PAIR + one + BOX.replace("updates: 2", "updates: 2, bounds: sampled"))
+    sampled = told(PAIR + one + BOX.replace("max_updates: 2", "max_updates: 2, bounds: sampled"))
     assert doubt in sampled
     assert "enclosed" not in sampled
 
@@ -61,7 +61,7 @@ def test_motions_beside_each_other_are_told_apart() -> None:
     """At d = 0.2265, r = 0.25 and beta = pi/6 chaos and a cycle of two returns coexist."""
     pair = "system: vi_pair\nparameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}\n"
     starts = [(0.67, 0.48), (0.2, 1.0), (0.25, 1.1)]
-    orbits = ", ".join(f"{{start: {{v: {v}, phi: {phi}}}, returns: 300}}" for v, phi in starts)
+    orbits = ", ".join(f"{{start: {{v: {v}, phi: {phi}}}, n_returns: 300}}" for v, phi in starts)
     Path("s.yaml").write_text(f"{pair}orbits: [{orbits}]\n")
     made = nsmaps.run_study("s.yaml")
     periods = [each.ends.period for each in made.orbits]
@@ -115,17 +115,17 @@ def test_cycles_have_names(period: int, name: str) -> None:
 
 KINDS = {  #: stored runs with the analyses that have a finding in each
     "accurate": ["partition"],
-    "chart": ["chart", "branches"],
-    "curves": ["stability", "branches"],
+    "chart": ["parameter_plane", "branches"],
+    "curves": ["stability_diagram", "branches"],
     "long": ["lyapunov", "basins", "noise"],
     "manifolds": ["manifolds"],
     "motion": ["orbits"],
-    "observables": ["observables", "bifurcation"],
-    "optimum": ["optimum"],
+    "observables": ["observe", "bifurcation_diagram"],
+    "optimum": ["optimize"],
     "partition": ["partition", "composite"],
     "resilience": ["global_continuation"],
-    "run": ["domains", "parametric"],
-    "windows": ["bifurcation"],
+    "run": ["domains", "parametric_map"],
+    "windows": ["bifurcation_diagram"],
 }
 
 

@@ -108,7 +108,7 @@ STRAY = (
     + """\
   - {name: flat, box: {v: [0, 0.3], phi: [0, 2*pi]}, family: low, data: v > 0.6, fit: {full: {}}}
   - {name: steep, where: v > SEAM or v < 0, family: low, data: v > 0.6, fit: {full: {v: 9, phi: 0}}}
-orbits: [{start: {v: 0.1, phi: 1}, returns: 30}]
+orbits: [{start: {v: 0.1, phi: 1}, n_returns: 30}]
 """
 )
 
@@ -162,7 +162,7 @@ def test_bounds_are_told_rounded_outwards_and_to_their_width(low: float, high: f
 def test_an_attractor_outside_the_grid_is_said_to_be(to: float, said: bool) -> None:
     """At d = 0.5 the fixed point has v = 1.0017, phi = 0.6313."""
     grid = f"grid: {{v: {{from: 0.02, to: {to}, points: 9}}, phi: {{from: 0, to: pi, points: 9}}}}\n"
-    orbits = "orbits: [{start: {v: 0.35, phi: 1.5}, returns: 200}]\n"
+    orbits = "orbits: [{start: {v: 0.35, phi: 1.5}, n_returns: 200}]\n"
     Path("s.yaml").write_text("system: vi_pair\nparameters: {d: 0.5, g_bar: 0.2113275}\n" + grid + orbits)
     made = nsmaps.run_study("s.yaml")
     assert made.orbits[0].ends.states[0] == pytest.approx([1.0017, 0.6313], abs=1e-4)

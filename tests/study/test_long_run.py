@@ -14,17 +14,17 @@ LONG_RUN = """\
 system: ball
 parameters: {a: 1.5, r: 0.5}
 grid: {v: {from: 0.01, to: 2, points: 12}, phi: {from: 0, to: 2*pi*11/12, points: 12}}
-lyapunov: {parameter: a, from: 1.4, to: 1.5, points: 2, start: {v: 1, phi: 1}, returns: 64, discard: 30}
-basins: {returns: 300, boundary: 1e-3}
+lyapunov: {parameter: a, from: 1.4, to: 1.5, points: 2, starts: [{v: 1, phi: 1}], n_returns: 64, transient: 30}
+basins: {max_returns: 300, boundary: 1e-3}
 noise:
   sigma: [0, 0.05]
   tau: 1
   start: {v: 1, phi: 1}
-  returns: 40
-  realisations: 3
-  seed: 5
+  n_returns: 40
+  n_realisations: 3
+  rng: 5
   modes: {one: [BB]}
-  impacts: {parameter: a, from: 1.45, to: 1.5, points: 2, sigma: 0.05, returns: 5, discard: 5}
+  impacts: {parameter: a, from: 1.45, to: 1.5, points: 2, sigma: 0.05, n_returns: 5, transient: 5}
 figures: [lyapunov, basins, noise]
 """
 
@@ -43,7 +43,7 @@ def test_a_study_gives_what_the_functions_give() -> None:
     stay = residence(noisy.words, noisy.time, {"one": ["BB"]})
     for each in (result, again):
         assert np.array_equal(each.basins.label, made.label)
-        assert np.array_equal(each.boundary.points, line.points)
+        assert np.array_equal(each.basin_boundary.points, line.points)
         assert np.array_equal(each.lyapunov.exponents, exponents, equal_nan=True)
         assert np.array_equal(each.noise.stays[1].time, stay.time)
         assert [(d.direction, d.noise.sigma) for d in each.noise.impacts] == [
@@ -62,7 +62,7 @@ def test_a_study_gives_what_the_functions_give() -> None:
 
 def test_basins_have_a_grid_of_their_own() -> None:
     grid = "{v: {from: 0.1, to: 1, points: 3}, phi: {from: 0, to: 1, points: 2}}"
-    Path("own.yaml").write_text(f"system: ball\nparameters: {{a: 0.2}}\nbasins: {{returns: 20, grid: {grid}}}\n")
+    Path("own.yaml").write_text(f"system: ball\nparameters: {{a: 0.2}}\nbasins: {{max_returns: 20, starts: {grid}}}\n")
     result = run_study("own.yaml", out="own")
     assert result.returns is None
     assert read_result("own").basins.label.shape == (6,)
@@ -72,4 +72,4 @@ def test_basins_have_a_grid_of_their_own() -> None:
 def test_sections_that_are_not_named_are_not_computed() -> None:
     Path("none.yaml").write_text("system: ball\nparameters: {a: 0.2}\n")
     result = run_study("none.yaml")
-    assert (result.lyapunov, result.basins, result.boundary, result.noise) == (None, None, None, None)
+    assert (result.lyapunov, result.basins, result.basin_boundary, result.noise) == (None, None, None, None)

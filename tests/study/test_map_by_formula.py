@@ -63,8 +63,8 @@ def test_a_study_of_a_map(study, kind):
             f"""
 families: {{left: [L], right: [R]}}
 composite: [{", ".join(fits)}]
-orbits: [{{start: {{x: 0.1, y: 0.1}}, returns: 60}}]
-branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x: 0.8, y: 0.2}}}}]
+orbits: [{{start: {{x: 0.1, y: 0.1}}, n_returns: 60}}]
+branches: [{{name: fixed, parameter: a, bounds: [0.4, 0.9], value: 0.5, start: {{x: 0.8, y: 0.2}}}}]
 """,
         )
     )
@@ -82,9 +82,15 @@ branches: [{{name: fixed, parameter: a, from: 0.4, to: 0.9, at: 0.5, start: {{x:
 
 def test_cells_in_a_study_of_a_map(study):
     """The fixed point attracts at a = 0.5, within cells that are forward invariant."""
-    found = nsmaps.run_study(study("Formula", "parameters: {a: 0.5}\nmorse: {box: {x: [-1, 1.5], y: [-0.5, 0.5]}, depth: 4}"))
-    assert (found.morse.of, found.trap.of, found.trap.forward_invariant) == ("map Formula", "map Formula", True)
-    assert found.morse.contains(np.array([[1 / 1.2, 0.3 / 1.2]])).all()
+    found = nsmaps.run_study(
+        study("Formula", "parameters: {a: 0.5}\nmorse_sets: {box: {x: [-1, 1.5], y: [-0.5, 0.5]}, depth: 4}")
+    )
+    assert (found.morse_sets.of, found.forward_invariant_set.of, found.forward_invariant_set.forward_invariant) == (
+        "map Formula",
+        "map Formula",
+        True,
+    )
+    assert found.morse_sets.contains(np.array([[1 / 1.2, 0.3 / 1.2]])).all()
 
 
 @pytest.mark.parametrize(
@@ -96,14 +102,14 @@ def test_cells_in_a_study_of_a_map(study):
         ),
         ("noise: {sigma: [0.1], scale: {z: 1}, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "a scale of 'z', which is not a"),
         ("noise: {sigma: [0.1], step: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "expected: with them tau"),
-        ("orbits: [{start: {x: 0.1, y: 0.1}, returns: 5, track: 5}]", "a trajectory of a"),
+        ("orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5, track: 5}]", "a trajectory of a"),
         (
-            "orbits: [{start: {x: 0.1, y: 0.1}, returns: 5}]\nobservables: {quantities: [impacts]}",
+            "orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5}]\nobserve: {observables: [impacts]}",
             "'impacts' is not an observable of Formula",
         ),
         ("noise: {sigma: [0.1], start: {x: 0.1, y: 0.1}, modes: {a: [LR]}}", "the word 'LR' has several letters"),
         ("families: {a: [L, LR]}", "the word 'LR' has several letters; expected: that of one piece: L, R"),
-        ("branches: [{name: a, parameter: a, from: 0, to: 2, start: {x: 0.1, y: 0.1}, chatter: true}]", "complete chatter of a"),
+        ("branches: [{name: a, parameter: a, bounds: [0, 2], start: {x: 0.1, y: 0.1}, chatter: true}]", "complete chatter of a"),
         ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "'top' is of proofs about flights"),
     ],
 )
@@ -126,8 +132,8 @@ noise:
   sigma: [0.05, 0.25]
   scale: {{x: 1}}
   start: {{x: 0.8, y: 0.2}}
-  returns: 1000
-  realisations: 16
+  n_returns: 1000
+  n_realisations: 16
   modes: {{fixed: [R], left: [L, R]}}
   min_returns: 4
   map: [exact, composite]
@@ -144,29 +150,29 @@ noise:
 def test_observables_and_an_optimum_of_a_map(study):
     """The fixed point on the right is 1/(1 + a - b), of multipliers within the circle up to a = 1 - b."""
     text = """
-orbits: [{start: {x: 0.1, y: 0.1}, returns: 300}]
-branches: [{name: fixed, parameter: a, from: 0.4, to: 0.6, at: 0.5, start: {x: 0.8, y: 0.2}}]
-bifurcation: {parameter: a, from: 0.4, to: 0.6, points: 3, start: {x: 0.8, y: 0.2}, returns: 10, discard: 300}
+orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 300}]
+branches: [{name: fixed, parameter: a, bounds: [0.4, 0.6], value: 0.5, start: {x: 0.8, y: 0.2}}]
+bifurcation_diagram: {parameter: a, from: 0.4, to: 0.6, points: 3, starts: [{x: 0.8, y: 0.2}], n_returns: 10, transient: 300}
 parameters: {a: 0.5}
-observables: {quantities: [x], formulas: [{name: right, formula: "1", at: R}, {name: area, formula: x*y, largest: true}]}
-optimum:
+observe: {observables: [x, {name: right, formula: "1", at: R}, {name: area, formula: x*y, largest: true}]}
+optimize:
   observable: x
-  parameters: {a: [0.3, 1.0]}
+  bounds: {a: [0.3, 1.0]}
   start: {x: 0.8, y: 0.2}
   multiplier: 0.9
   sense: min
-  noisy: {sigma: [0.01], scale: {x: 1}, returns: 200, realisations: 8}
+  noisy: {sigma: [0.01], scale: {x: 1}, n_returns: 200, n_realisations: 8}
 figures: [observables, bifurcation]
 """
     found = nsmaps.run_study(study("Formula", text))
-    a = found.bifurcation["exact"].values
-    assert found.observables["bifurcation"].per_return.value[:, 0, 0] == pytest.approx(1 / (0.7 + a), abs=1e-10)
+    a = found.bifurcation_diagram["exact"].values
+    assert found.observe["bifurcation_diagram"].per_return.value[:, 0, 0] == pytest.approx(1 / (0.7 + a), abs=1e-10)
     for means, branch in zip(found.branch_observables["fixed"], found.branches["fixed"], strict=True):
         assert len(branch.values) > 3
         assert means.per_return.derivative[:, 0] == pytest.approx(-1 / (0.7 + branch.values) ** 2, rel=1e-9)
         assert means.per_return.value[:, 1] == pytest.approx(1.0)
     at = (0.81 - 0.3) / 0.9  #: where -0.9 is a multiplier: m^2 + a m = b
-    assert found.optimum.parameters["a"] == pytest.approx(at, abs=1e-6)
+    assert found.optimize.parameters["a"] == pytest.approx(at, abs=1e-6)
     noisy = found.noisy_optimum
     assert abs(noisy.value[0] - 1 / (0.7 + at)) < 5 * noisy.error[0]
 

@@ -19,11 +19,11 @@ noise:
   sigma: [0, 0.02]
   tau: 0.5
   start: {v: 0.6736, X: -0.176, V: 0.161, phi: 0.414}
-  returns: 60
-  realisations: 3
-  seed: 5
+  n_returns: 60
+  n_realisations: 3
+  rng: 5
   modes: {"1:1": [BTB], "2:1": [BB, BTB]}
-  impacts: {parameter: d, from: 0.225, to: 0.23, points: 2, sigma: 0.02, returns: 5, discard: 5}
+  impacts: {parameter: d, from: 0.225, to: 0.23, points: 2, sigma: 0.02, n_returns: 5, transient: 5}
 figures: [noise]
 """
 FAMILIES = """\

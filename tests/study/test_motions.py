@@ -21,13 +21,15 @@ FOLD, CRISIS = 0.227713761, 0.22505  #: of 2:1/T and of the chaos beside it; see
 PAIR = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
-bifurcation:
-  {parameter: d, from: 0.222, to: 0.238, points: 33, start: {v: 0.6, phi: 0.3}, discard: 3000, returns: 120, direction: both}
+bifurcation_diagram:
+  {parameter: d, from: 0.222, to: 0.238, points: 33, starts: [{v: 0.6, phi: 0.3}], transient: 3000, n_returns: 120,
+   direction: both}
 """
 BALL = """\
 system: bouncing_ball
 parameters: {Gamma: 1.4}
-bifurcation: {parameter: Gamma, from: 1.5, to: 1.9, points: 41, start: {v: 4.1887902, phi: 0.15}, returns: 240, direction: up}
+bifurcation_diagram:
+  {parameter: Gamma, from: 1.5, to: 1.9, points: 41, starts: [{v: 4.1887902, phi: 0.15}], n_returns: 240, direction: up}
 """
 
 
@@ -39,18 +41,18 @@ def both(once: Callable[..., Path]) -> Path:
 
 def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: Path) -> None:
     result = nsmaps.read_result(both)
-    values = result.bifurcation["exact"].values
+    values = result.bifurcation_diagram["exact"].values
     inside = [value for value in values if CRISIS < value < FOLD]
     told = f"Attractors of the exact map coexist: 2:1/T beside C for d from {inside[0]:.6g} to {inside[-1]:.6g}"
     sentence = f"{told} (C: chaos)."
     assert conclusion(result) == sentence
-    (row,) = numbers(result)["bifurcation"]["exact"]["coexisting"]
+    (row,) = numbers(result)["bifurcation_diagram"]["exact"]["coexisting"]
     assert row == {"motion": "2:1/T", "beside": "C", "from": inside[0], "to": inside[-1], "values": len(inside)}
     assert sentence in CliRunner().invoke(app, ["show", str(both)]).output
     page = (both / "report.html").read_text()
     assert page.count(sentence) == 1
     assert re.search(f"coexisting</h.>.*2:1/T</td>.*{inside[0]:.6g}</td>.*{inside[-1]:.6g}</td>", page)
-    assert json.loads((both / "result.json").read_text())["numbers"]["bifurcation"]["exact"]["coexisting"] == [row]
+    assert json.loads((both / "result.json").read_text())["numbers"]["bifurcation_diagram"]["exact"]["coexisting"] == [row]
 
 
 def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
@@ -58,7 +60,7 @@ def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
     Path("s.yaml").write_text(f"""\
 system: {systems.__file__}:GearRattle
 parameters: {{eps: 0.3}}
-bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, phi: 1}}, direction: both}}
+bifurcation_diagram: {{parameter: eps, from: 0.26, to: 0.9, points: 65, starts: [{{v: 3, phi: 1}}], direction: both}}
 """)
     result = nsmaps.run_study("s.yaml")
     alike = "1:1/T beside 2:1/2T at eps = 0.44; 1:1/T beside 2:1/4T at eps = 0.45; 1:1/T beside C at eps = 0.46"
@@ -70,12 +72,12 @@ bifurcation: {{parameter: eps, from: 0.26, to: 0.9, points: 65, start: {{v: 3, p
 
 def test_motions_beside_each_other_again_and_again_are_told_once(both: Path) -> None:
     result = nsmaps.read_result(both)
-    made = result.bifurcation["exact"]
+    made = result.bifurcation_diagram["exact"]
     inside = np.flatnonzero((made.values > CRISIS) & (made.values < FOLD))
     rows = {name: getattr(made, name).copy() for name in ("states", "turns", "codes", "outcome", "period")}
     for table in rows.values():
         table[inside[2], 1] = table[inside[2], 0]  # one value between at which both orbits come to the same
-    again = result.with_parts({"bifurcation": {"exact": replace(made, **rows)}})
+    again = result.with_parts({"bifurcation_diagram": {"exact": replace(made, **rows)}})
     ends = [f"{made.values[inside[k]]:.6g}" for k in (0, -1)]
     assert f"coexist: 2:1/T beside C at {len(inside) - 1} values for d from {ends[0]} to {ends[1]} (C: " in conclusion(again)
 
@@ -84,13 +86,13 @@ def test_one_orbit_tells_of_no_coexistence() -> None:
     Path("s.yaml").write_text(PAIR.replace("direction: both", "direction: up"))
     result = nsmaps.run_study("s.yaml")
     assert conclusion(result) == ""
-    assert set(numbers(result)["bifurcation"]["exact"]) == {"ended", "motions", "windows"}
+    assert set(numbers(result)["bifurcation_diagram"]["exact"]) == {"ended", "motions", "windows"}
 
 
 def test_the_table_keeps_the_widest_intervals_and_counts_the_rest(once: Callable[..., Path]) -> None:
     folder = once(BALL)
     told = CliRunner().invoke(app, ["show", str(folder)]).output
-    made = nsmaps.read_result(folder).bifurcation["exact"]
+    made = nsmaps.read_result(folder).bifurcation_diagram["exact"]
     rows = motions(made)
     counts = [sum(row["from"] <= value <= row["to"] for value in made.values) for row in rows]
     assert sum(counts) == len(made.values)
@@ -113,7 +115,7 @@ def test_the_table_keeps_the_widest_intervals_and_counts_the_rest(once: Callable
 
 
 def test_values_have_the_digits_that_tell_them_apart(once: Callable[..., Path]) -> None:
-    made = nsmaps.read_result(once(BALL)).bifurcation["exact"]
+    made = nsmaps.read_result(once(BALL)).bifurcation_diagram["exact"]
     assert digits([1.5, 1.5100000000000002, 1.9], made) == ["1.5", "1.51", "1.9"]
     assert len(set(digits(made.values.tolist(), made))) == len(made.values)
 

@@ -30,12 +30,12 @@ def result() -> StudyResult:
 
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
-    means, along = result.observables, nsmaps.exact.Along(result.system, "d")
-    diagram = nsmaps.observe(along, result.bifurcation["exact"], CHOSEN, n_returns=64)
+    means, along = result.observe, nsmaps.exact.Along(result.system, "d")
+    diagram = nsmaps.observe(along, result.bifurcation_diagram["exact"], CHOSEN, n_returns=64)
     branch = nsmaps.observe(along, result.branches["1:1"][0], CHOSEN)
     basins = nsmaps.observe(result.system, result.basins.attractors, CHOSEN, n_returns=64)
     (stored,) = result.branch_observables["1:1"]
-    for one, other in ((means["bifurcation"], diagram), (stored, branch), (means["basins"], basins)):
+    for one, other in ((means["bifurcation_diagram"], diagram), (stored, branch), (means["basins"], basins)):
         assert np.array_equal(one.per_period.value, other.per_period.value, equal_nan=True)
     assert np.array_equal(stored.per_time.derivative, branch.per_time.derivative, equal_nan=True)
     assert np.allclose(means["orbits"].per_period.value[0], means["basins"].per_period.value[0], rtol=1e-6)
@@ -43,8 +43,8 @@ def test_it_is_what_the_functions_give(result: StudyResult) -> None:
 
 
 def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> None:
-    section = result.study.observables
-    numbers = section.numbers(result)["observables"]
+    section = result.study.observe
+    numbers = section.numbers(result)["observe"]
     assert numbers["orbits"]["loss"]["value"] == pytest.approx([0.374532], rel=1e-3)
     assert len(numbers["branches"]["1:1"][0]["loss"]["derivative"]) == len(result.branches["1:1"][0].values)
     assert (numbers["basins"]["per"], numbers["basins"]["energy at B"]["unit"]) == ("per period", "J")
@@ -62,7 +62,7 @@ def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> N
 
 
 def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> None:
-    found = {"bifurcation": result.observables["bifurcation"], **result.branch_observables}
+    found = {"bifurcation_diagram": result.observe["bifurcation_diagram"], **result.branch_observables}
     (sheet,) = sheets(found)
     assert len(sheet.panels) == 6
     _, ax = plt.subplots()
@@ -70,7 +70,7 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
     curve = next(line for line in ax.lines if len(line.get_xdata()) == len(result.branches["1:1"][0].values))
     assert np.array_equal(curve.get_ydata(), result.branch_observables["1:1"][0].per_period.value[:, 3])
     dots = next(line for line in ax.lines if len(line.get_xdata()) == 4)
-    assert np.array_equal(dots.get_ydata(), result.observables["bifurcation"].per_period.value[:, 0, 3])
+    assert np.array_equal(dots.get_ydata(), result.observe["bifurcation_diagram"].per_period.value[:, 0, 3])
     assert ax.get_ylabel() == "energy at B (J) per period"
     plt.close()
 
@@ -78,19 +78,19 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
 @pytest.mark.parametrize(
     ("entry", "place", "message"),
     [
-        ("{quantities: [los]}", "los", "'los' is not an observable of VIPair; expected: impacts, speed, loss"),
-        ("{}", "{}", "there is no observable; expected: names in 'quantities', or entries of 'formulas'"),
-        ("{formulas: [{name: a, formula: v*q}]}", "q}", "unknown name 'q'; expected: d, r, g_bar, phi, t, v, v_after, place"),
-        ('{formulas: [{name: a, formula: v, per: "1 +"}]}', "+", "cannot be read"),
-        ("{formulas: [{name: a, formula: v, at: X}]}", "X", "is of an impact at 'X'; expected: B, T"),
-        ("{formulas: [{name: a, formul: v}]}", "formul: v", "unknown key 'formul'"),
-        ("{quantities: [loss, loss]}", "{", "two observables are named 'loss'"),
-        ("{quantities: [loss], returns: 0}", "0", "returns is 0"),
+        ("{observables: [los]}", "los", "'los' is not an observable of VIPair; expected: impacts, speed, loss"),
+        ("{observables: []}", "[]", "observables is []; expected: 1 entry or more"),
+        ("{observables: [{name: a, formula: v*q}]}", "q}", "unknown name 'q'; expected: d, r, g_bar, phi, t, v, v_after, place"),
+        ('{observables: [{name: a, formula: v, per: "1 +"}]}', "+", "cannot be read"),
+        ("{observables: [{name: a, formula: v, at: X}]}", "X", "is of an impact at 'X'; expected: B, T"),
+        ("{observables: [{name: a, formul: v}]}", "formul: v", "unknown key 'formul'"),
+        ("{observables: [loss, loss]}", "{", "two observables are named 'loss'"),
+        ("{observables: [loss], n_returns: 0}", "0", "n_returns is 0"),
     ],
 )
 def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, message: str) -> None:
-    line = f"observables: {entry}"
-    text = "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\norbits: [{start: {v: 0.8, phi: 0.3}, returns: 5}]\n"
+    line = f"observe: {entry}"
+    text = "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\norbits: [{start: {v: 0.8, phi: 0.3}, n_returns: 5}]\n"
     (tmp_path / "study.yaml").write_text(text + line)
     with pytest.raises(StudyError, match=r"study\.yaml:4:") as error:
         nsmaps.run_study(tmp_path / "study.yaml")
@@ -99,8 +99,6 @@ def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, ent
 
 
 def test_a_study_with_nothing_to_observe_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "study.yaml").write_text(
-        "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\nobservables: {quantities: [loss]}\n"
-    )
-    with pytest.raises(StudyError, match="nothing to observe; expected: one of the sections orbits, bifurcation, b"):
+    (tmp_path / "study.yaml").write_text("system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\nobserve: {observables: [loss]}\n")
+    with pytest.raises(StudyError, match="nothing to observe; expected: one of the sections orbits, bifurcation_diagram, b"):
         nsmaps.run_study(tmp_path / "study.yaml")

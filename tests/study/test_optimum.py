@@ -24,7 +24,7 @@ def result() -> StudyResult:
 
 
 def test_it_is_what_the_functions_give(result: StudyResult) -> None:
-    found, noisy = result.optimum, result.noisy_optimum
+    found, noisy = result.optimize, result.noisy_optimum
     assert found is not None
     assert noisy is not None
     bounds = {"d": (0.5, 0.8), "g_bar": (0.05, 0.15)}
@@ -48,23 +48,23 @@ def test_it_is_what_the_functions_give(result: StudyResult) -> None:
 
 def test_a_stored_run_is_read_back(result: StudyResult) -> None:
     stored = read_result(STORED)
-    assert stored.optimum is not None
-    assert stored.optimum.parameters == pytest.approx(result.optimum.parameters)
-    assert stored.optimum.conditions[-1].name == "share"
-    assert stored.optimum.basins.fractions.tolist() == result.optimum.basins.fractions.tolist()
-    assert stored.optimum.attempts[1].start == pytest.approx({"d": 0.65, "g_bar": 0.05 + 0.1 / 3})
+    assert stored.optimize is not None
+    assert stored.optimize.parameters == pytest.approx(result.optimize.parameters)
+    assert stored.optimize.conditions[-1].name == "share"
+    assert stored.optimize.basins.fractions.tolist() == result.optimize.basins.fractions.tolist()
+    assert stored.optimize.attempts[1].start == pytest.approx({"d": 0.65, "g_bar": 0.05 + 0.1 / 3})
 
 
 def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResult) -> None:
-    section = result.study.optimum
-    numbers = section.numbers(result)["optimum"]
+    section = result.study.optimize
+    numbers = section.numbers(result)["optimize"]
     assert (numbers["unit"], numbers["per"], numbers["motion"], numbers["word"]) == ("J", "period", "1:1/T", "BTB")
     by_name = {row["name"]: row for row in numbers["conditions"]}
     assert by_name["d"]["active"]
     assert by_name["d"]["gain"] == pytest.approx(numbers["gradient"]["d"])
     assert by_name["share"]["low"] == 0.2
     assert numbers["coexisting"] == [{"label": "1:1/T", "share": 1.0, "error": 0.0}]
-    (verdict,) = [each for each in result.verdicts if each.name == "optimum: the same from every start"]
+    (verdict,) = [each for each in result.verdicts if each.name == "optimize: the same from every start"]
     assert verdict.holds
     assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value"
     conditions, beside, under = section.tables(result)
@@ -92,25 +92,25 @@ def test_the_chart_has_a_star_at_the_optimum(result: StudyResult) -> None:
 @pytest.mark.parametrize(
     ("entry", "place", "message"),
     [
-        ("observable: los, parameters: {d: [0.5, 0.8]}", "los", "'los' is not an observable of VIPair"),
-        ("observable: loss, parameters: {q: [0.5, 0.8]}", "q", "unknown parameter 'q'; expected: d, r, g_bar"),
+        ("observable: los, bounds: {d: [0.5, 0.8]}", "los", "'los' is not an observable of VIPair"),
+        ("observable: loss, bounds: {q: [0.5, 0.8]}", "q", "unknown parameter 'q'; expected: d, r, g_bar"),
         (
-            "observable: loss, parameters: {d: [0.8, 0.9]}",
+            "observable: loss, bounds: {d: [0.8, 0.9]}",
             "{d",
             "d begins at 0.7 with bounds 0.8 and 0.9; expected: finite bounds",
         ),
-        ("observable: loss, share: 0.5, parameters: {d: [0.5, 0.8]}", "{obs", "share is 0.5 of no states; expected: 'states'"),
+        ("observable: loss, share: 0.5, bounds: {d: [0.5, 0.8]}", "{obs", "share is 0.5 of no states; expected: 'states'"),
         (
-            "observable: loss, multiplier: 2, parameters: {d: [0.5, 0.8]}",
+            "observable: loss, multiplier: 2, bounds: {d: [0.5, 0.8]}",
             "2",
             "multiplier is 2; expected: less than or equal to 1",
         ),
-        ("observable: work, noisy: {sigma: [0], tau: 1}, parameters: {d: [0.5, 0.8]}", "{sigma", "'work' is of flights"),
-        ("observable: loss, motion: 2:1/T, parameters: {d: [0.5, 0.8]}", "{obs", "the motion at d = 0.7 is 1:1/T with the word"),
+        ("observable: work, noisy: {sigma: [0], tau: 1}, bounds: {d: [0.5, 0.8]}", "{sigma", "'work' is of flights"),
+        ("observable: loss, motion: 2:1/T, bounds: {d: [0.5, 0.8]}", "{obs", "the motion at d = 0.7 is 1:1/T with the word"),
     ],
 )
 def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, message: str) -> None:
-    line = f"optimum: {{{entry}, start: {{v: 1.08, phi: 1.0}}}}"
+    line = f"optimize: {{{entry}, start: {{v: 1.08, phi: 1.0}}}}"
     (tmp_path / "study.yaml").write_text(HEAD + line)
     with pytest.raises(StudyError, match=r"study\.yaml:3:") as error:
         nsmaps.run_study(tmp_path / "study.yaml")

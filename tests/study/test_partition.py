@@ -23,11 +23,11 @@ grid:
   v: {from: 0.0033, to: 1, points: 60}
   phi: {from: 0, to: pi, points: 60}
 partition: {tolerance: 1e-2}
-orbits: [{start: {v: 0.35, phi: pi/2}, returns: 100}]
+orbits: [{start: {v: 0.35, phi: pi/2}, n_returns: 100}]
 domains:
-  - {name: ours, map: attracting, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
-  - {name: all, map: composite, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
-  - {name: first, map: R1, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, updates: 2}
+  - {name: ours, map: attracting, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, max_updates: 2}
+  - {name: all, map: composite, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, max_updates: 2}
+  - {name: first, map: R1, box: {v: [0.7, 0.85], phi: [0.2, 0.42]}, max_updates: 2}
 second_iterate: {domain: first}
 figures: [words, partition, cobweb]
 require: [covered, tolerance]
@@ -123,8 +123,8 @@ parameters: {d: 0.3, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}
 grid: {v: {from: 0.05, to: 1, points: 50}, phi: {from: 0, to: pi, points: 50}}
 partition: {tolerance: 1e-4, kind: accurate}
 require: [tolerance]
-orbits: [{start: {v: 0.75, phi: 0.3}, returns: 100}]
-domains: [{name: strips, map: composite, box: {v: [0.7, 0.83], phi: [0.17, 0.58]}, updates: 2}]
+orbits: [{start: {v: 0.75, phi: 0.3}, n_returns: 100}]
+domains: [{name: strips, map: composite, box: {v: [0.7, 0.83], phi: [0.17, 0.58]}, max_updates: 2}]
 figures: [words, strips, orbits]
 """
     )

@@ -27,15 +27,16 @@ STUDY = """\
 system: mine.py:Logistic
 grid: {x: {from: 0.2, to: 0.8, points: 4}}
 basins: {quantifiers: {mean: "mine.py:mean"}}
-chart:
-  sweep: {parameter: r, from: 3.2, to: 3.4, points: 2}
-  across: {parameter: height, from: 1, to: 2, points: 2}
+parameter_plane:
+  plane:
+    r: {from: 3.2, to: 3.4, points: 2}
+    height: {from: 1, to: 2, points: 2}
   starts: [{x: 0.3}]
-  returns: 64
+  n_returns: 64
   max_period: 4
   quantifiers: {mean: "mine.py:mean"}
 global_continuation:
-  {parameter: r, from: 3.2, to: 3.4, points: 2, region: {x: [0.1, 0.9]}, samples: 4, kicks: 2, step: 1,
+  {parameter: r, from: 3.2, to: 3.4, points: 2, box: {x: [0.1, 0.9]}, n_samples: 4, n_kicks: 2, step: 1,
    quantifiers: {mean: "mine.py:mean"}}
 figures: [chart, global_continuation]
 """
@@ -53,11 +54,11 @@ def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
     nsmaps.run_study(study, folder / "out")
     numbers = json.loads((folder / "out" / "result.json").read_text())["numbers"]
     assert numbers["basins"]["attractors"][0]["quantifiers"]["mean"] == pytest.approx(4.2 / 6.4)
-    assert numbers["chart"]["quantifiers"]["mean"] == pytest.approx([4.4 / 6.8, 2 * 4.2 / 6.4])
+    assert numbers["parameter_plane"]["quantifiers"]["mean"] == pytest.approx([4.4 / 6.8, 2 * 4.2 / 6.4])
     assert np.ravel(numbers["global_continuation"]["quantifiers"]["mean"]) == pytest.approx([4.2 / 6.4, 4.4 / 6.8])
     kept = nsmaps.read_result(folder / "out")
     assert kept.basins.quantifiers["mean"] == pytest.approx([4.2 / 6.4])
-    assert kept.chart.quantifiers["mean"].shape == (2, 2, 1)
+    assert kept.parameter_plane.quantifiers["mean"].shape == (2, 2, 1)
     assert "mine.py:mean" in (folder / "out" / "study.yaml").read_text()
     (folder / "mine.py").write_text(CODE.replace("mean()", "max()"))
     with pytest.raises(nsmaps.NsmapsError, match="versions"):

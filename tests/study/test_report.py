@@ -311,9 +311,9 @@ HELD = """\
 system: vi_pair
 parameters: {d: 0.35, r: 0.5, g_bar: 0.21132751903147873}
 domains:
-  - {name: low, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
-  - {name: held, map: exact, box: {v: [0.7, 1], phi: [0.2, 1.14]}, updates: 1}
-  - {name: inner, map: exact, box: {v: [0.72, 1], phi: [0.2, 1.14]}, updates: 1}
+  - {name: low, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
+  - {name: held, map: exact, box: {v: [0.7, 1], phi: [0.2, 1.14]}, max_updates: 1}
+  - {name: inner, map: exact, box: {v: [0.72, 1], phi: [0.2, 1.14]}, max_updates: 1}
 figures: [envelopes]
 """
 
@@ -337,8 +337,8 @@ parameters: {a: 0.2}
 grid: {v: {from: 0.01, to: 0.5, points: 11}, phi: {from: 0, to: 2*pi, points: 11}}
 families: {low: [BB]}
 composite: [{name: slow, box: {v: [0, 0.2], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}]
-orbits: [{start: {v: 0.3, phi: 1}, returns: 20}]
-domains: [{name: beyond, map: composite, box: {v: [0.5, 0.6], phi: [0.2, 1]}, updates: 1, bounds: sampled}]
+orbits: [{start: {v: 0.3, phi: 1}, n_returns: 20}]
+domains: [{name: beyond, map: composite, box: {v: [0.5, 0.6], phi: [0.2, 1]}, max_updates: 1, bounds: sampled}]
 figures: [orbits, envelopes]
 """
 

@@ -106,7 +106,7 @@ def test_what_is_drawable_is_what_draws(run: str, tmp_path: Path) -> None:
 
 def test_a_parameter_that_is_swept_is_not_said_to_have_a_value() -> None:
     result = nsmaps.read_result(STORED / "run")
-    swept = result.study.bifurcation.parameter
+    swept = result.study.bifurcation_diagram.parameter
     assert swept in result.system.parameters
     own = caption(result, "bifurcation").split(": ")[0]
     assert not re.search(rf"\b{swept} = ", own)
@@ -126,7 +126,7 @@ def test_the_study_and_tables_are_folded(good: str, report_of: Report) -> None:
 
 def test_domains_that_bound_nothing_are_folded(good: str, report_of: Report) -> None:
     """Their figures are not drawn beside those of others; one that an earlier version drew is folded."""
-    more = "domains:\n  - {name: held, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}\n"
+    more = "domains:\n  - {name: held, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}\n"
     report_of(good.replace("domains:\n", more) + "figures: [envelopes]\n")
     result = nsmaps.read_result("out")
     held = {**result.domains, "held": replace(result.domains["held"], forward_invariant=True)}

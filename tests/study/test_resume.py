@@ -84,7 +84,7 @@ def test_the_study_is_written_once_however_many_steps_are_kept(good: str, monkey
 def test_only_the_same_study_goes_on(good: str) -> None:
     Path("s.yaml").write_text(good)
     folder = stopped("s.yaml", "orbits")
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 6"))
     with pytest.raises(NsmapsError, match="holds a run of 's' with another study than 's' now; expected: the same study"):
         run_study("s.yaml", out=folder, resume=True)
     assert not read_result(folder).finished, "what is there stays"
@@ -92,22 +92,22 @@ def test_only_the_same_study_goes_on(good: str) -> None:
 
 
 def test_a_folder_that_is_not_there_begins() -> None:
-    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n")
     assert run_study("s.yaml", out="new", resume=True).finished
 
 
 LONG = """\
 system: ball
 parameters: {a: 0.2}
-bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, discard: 16}
+bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 7, starts: [{v: 0.3, phi: 1}], n_returns: 4, transient: 16}
 noise:
-  {sigma: [0.01, 0.02], tau: 0.5, start: {v: 0.3, phi: 1}, returns: 3, realisations: 20, modes: {ones: [BB]}}
+  {sigma: [0.01, 0.02], tau: 0.5, start: {v: 0.3, phi: 1}, n_returns: 3, n_realisations: 20, modes: {ones: [BB]}}
 """
 
 
 @pytest.mark.parametrize("follow", [None, "up"])
 def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
-    text = LONG if follow is None else LONG.replace("discard: 16", f"discard: 16, direction: {follow}")
+    text = LONG if follow is None else LONG.replace("transient: 16", f"transient: 16, direction: {follow}")
     Path("s.yaml").write_text(text)
     monkeypatch.setattr(diagrams, "PART", 40)  # two values
     whole = run_study("s.yaml")
@@ -119,7 +119,7 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
 
     with pytest.raises(Interrupted):
         run_study("s.yaml", out="out", progress=stop)
-    assert len(list(Path("out/parts/bifurcation").rglob("part-*.npz"))) == 2
+    assert len(list(Path("out/parts/bifurcation_diagram").rglob("part-*.npz"))) == 2
     made: list[float] = []
     attractor = diagrams.settled
     monkeypatch.setattr(
@@ -127,7 +127,7 @@ def test_a_section_goes_on_at_its_finished_parts(monkeypatch: pytest.MonkeyPatch
     )
     again = run_study("s.yaml", out="out", resume=True)
     assert np.allclose(made, np.linspace(0.2, 0.4, 7)[4:])
-    assert np.array_equal(again.bifurcation["exact"].states, whole.bifurcation["exact"].states, equal_nan=True)
+    assert np.array_equal(again.bifurcation_diagram["exact"].states, whole.bifurcation_diagram["exact"].states, equal_nan=True)
     assert not Path("out/parts").exists()
 
 
@@ -138,14 +138,14 @@ grid: {v: {from: 0.01, to: 0.5, points: 11}, phi: {from: 0, to: 2*pi, points: 11
 families: {low: [BB]}
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
-bifurcation:
-  {parameter: a, from: 0.2, to: 0.4, points: 7, start: {v: 0.3, phi: 1}, returns: 4, discard: 16, map: [exact, composite]}
+bifurcation_diagram:
+  {parameter: a, from: 0.2, to: 0.4, points: 7, starts: [{v: 0.3, phi: 1}], n_returns: 4, transient: 16, map: [exact, composite]}
 """
 
 
 @pytest.mark.parametrize("follow", [None, "both"])
 def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch: pytest.MonkeyPatch, follow: str | None) -> None:
-    text = COMPOSITE if follow is None else COMPOSITE.replace("discard: 16", "discard: 16, direction: both")
+    text = COMPOSITE if follow is None else COMPOSITE.replace("transient: 16", "transient: 16, direction: both")
     Path("s.yaml").write_text(text)
     whole = run_study("s.yaml")
     refit, values = refits.refit, []
@@ -159,7 +159,7 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     monkeypatch.setattr(refits, "refit", stop)
     with pytest.raises(Interrupted):
         run_study("s.yaml", out="out")
-    assert len(list(Path("out/parts/bifurcation/composite").rglob("part-*.npz"))) == 3
+    assert len(list(Path("out/parts/bifurcation_diagram/composite").rglob("part-*.npz"))) == 3
     before = [*values]
     monkeypatch.setattr(refits, "refit", lambda plan, system: (values.append(system.parameters["a"]), refit(plan, system))[1])
     exact = diagrams.settled
@@ -172,15 +172,15 @@ def test_a_diagram_of_a_composite_map_goes_on_at_its_finished_values(monkeypatch
     assert values[:3] == before
     assert set(of) == {CompositeMap}, "the exact map's are read"
     for name in ("exact", "composite"):
-        assert np.array_equal(again.bifurcation[name].states, whole.bifurcation[name].states, equal_nan=True)
+        assert np.array_equal(again.bifurcation_diagram[name].states, whole.bifurcation_diagram[name].states, equal_nan=True)
     assert not Path("out/parts").exists()
 
 
 @pytest.mark.parametrize("follow", ["", ", direction: up", ", direction: both"])
 def test_a_diagram_is_counted_once(follow: str) -> None:
-    Path("s.yaml").write_text(COMPOSITE.replace("discard: 16", f"discard: 16{follow}"))
+    Path("s.yaml").write_text(COMPOSITE.replace("transient: 16", f"transient: 16{follow}"))
     seen: list[float] = []
-    run_study("s.yaml", progress=lambda share: seen.append(4 * share - 3) if outermost().step == "bifurcation" else None)
+    run_study("s.yaml", progress=lambda share: seen.append(4 * share - 3) if outermost().step == "bifurcation_diagram" else None)
     count = 7 * 2 * (2 if "both" in follow else 1)  # values, maps, ways
     assert len(seen) > count
     assert np.allclose((seen[0], seen[-1]), (0, 1))
@@ -207,8 +207,8 @@ def test_noise_goes_on_at_its_finished_parts_and_a_fresh_run_does_not(monkeypatc
     monkeypatch.setattr(parts._Folder, "write", stop)
     with pytest.raises(Interrupted):
         run_study("s.yaml", out="out")
-    assert "bifurcation" in read_result("out").timings
-    assert not Path("out/parts/bifurcation").exists(), "it is in the result"
+    assert "bifurcation_diagram" in read_result("out").timings
+    assert not Path("out/parts/bifurcation_diagram").exists(), "it is in the result"
     shutil.copytree("out", "other")
     made.clear()
     monkeypatch.setattr(parts._Folder, "write", written)
@@ -267,7 +267,7 @@ def test_a_killed_run_goes_on_after_its_last_step(good: str, monkeypatch: pytest
 def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("s.yaml").write_text(good)
     folder = killed("s.yaml", "domains", monkeypatch)
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 6"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 6"))
     with pytest.raises(NsmapsError, match="out contains steps of a run of another study, or of other versions, than 's' now"):
         run_study("s.yaml", out=folder, resume=True)
 
@@ -288,7 +288,7 @@ def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None
 
 def test_a_warning_of_the_command_is_a_line() -> None:
     Path("mine.py").write_text(BALL)
-    Path("s.yaml").write_text("system: mine.py:Ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    Path("s.yaml").write_text("system: mine.py:Ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n")
     run_study("s.yaml", out="out")
     Path("out/study.yaml").write_text("system: ball\n")
     command = [sys.executable, "-m", "nsmaps", "run", "s.yaml", "--out", "out", "--resume", "-q", "--no-figures", "--no-report"]

@@ -38,11 +38,11 @@ diagonal:
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
 orbits:
-  - {start: {v: 0.3, phi: 1}, returns: 3}
+  - {start: {v: 0.3, phi: 1}, n_returns: 3}
 domains:
-  - {name: fitted, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2, require: [forward_invariant]}
-  - {name: exact, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 2}
-  - {name: both, map: composite, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
+  - {name: fitted, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 2, require: [forward_invariant]}
+  - {name: exact, map: exact, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 2}
+  - {name: both, map: composite, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
 second_iterate: {domain: fitted}
 require: [covered]
 """
@@ -57,7 +57,7 @@ def whole(computed: Callable[..., tuple[StudyResult, Path]]) -> StudyResult:
 
 
 def test_only_what_is_named_is_computed() -> None:
-    Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    Path("small.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n")
     steps: list[str] = []
     result = run_study("small.yaml", progress=lambda share: steps.append(outermost().step))
     assert list(dict.fromkeys(steps)) == ["system", "orbits"]
@@ -162,9 +162,9 @@ def test_every_verdict_names_its_map_and_its_numbers(whole: StudyResult) -> None
 def test_a_domain_says_how_it_bounds_and_for_which_map() -> None:
     more = """\
 domains:
-  - {name: own, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
-  - {name: with its error, map: all, bounds: inflated, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}
-  - {name: on a grid, map: exact, bounds: sampled, box: diagonal, updates: 1}
+  - {name: own, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
+  - {name: with its error, map: all, bounds: inflated, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
+  - {name: on a grid, map: exact, bounds: sampled, box: diagonal, max_updates: 1}
 """
     Path("bounds.yaml").write_text(WHOLE.split("domains:")[0] + more)
     result = run_study("bounds.yaml", out="out")
@@ -247,36 +247,36 @@ def test_a_result_reads_back_as_it_was(whole: StudyResult) -> None:
     assert [report.r2.tolist() for _, report in again.orders] == [report.r2.tolist() for _, report in whole.orders]
 
 
-PARAMETRIC = WHOLE.split("orbits:")[0] + "parametric: {parameter: a, from: 0.2, to: 0.4, order: 3, require: [follows]}\n"
+PARAMETRIC = WHOLE.split("orbits:")[0] + "parametric_map: {parameter: a, bounds: [0.2, 0.4], order: 3, require: [follows]}\n"
 
 
 def test_a_parametric_map_is_made_held_against_refits_and_kept() -> None:
     Path("swept.yaml").write_text(PARAMETRIC)
     result = run_study("swept.yaml", out="out")
-    made = result.parametric
+    made = result.parametric_map
     assert made is not None
     assert len(made.nodes) == 7
     assert made.report is not None
     assert (made.report.values[0], made.report.values[-1], len(made.report.values)) == (0.2, 0.4, 8)
-    (verdict,) = (v for v in result.verdicts if v.name == "parametric: follows")
+    (verdict,) = (v for v in result.verdicts if v.name == "parametric_map: follows")
     assert (verdict.of, verdict.holds, verdict.required) == ("parametric map", False, True)
     assert verdict.text == "no: the exact map has no attractor from the start at any value compared"  # the ball comes to rest
     states = result.returns.start[:50]
-    Path("own.yaml").write_text(PARAMETRIC.replace("a: 0.2}", "a: 0.3}").split("parametric:")[0])
+    Path("own.yaml").write_text(PARAMETRIC.replace("a: 0.2}", "a: 0.3}").split("parametric_map:")[0])
     fitted = run_study("own.yaml").composite  # the truth: the same pieces, fitted at the value itself
     apart = np.abs(made.at(0.3).piece("all").map(states) - fitted.piece("all").map(states)).max()
     assert apart <= made.report.refit.max()
-    kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["parametric"]
+    kept = json.loads(Path("out/result.json").read_text(), parse_constant=pytest.fail)["numbers"]["parametric_map"]
     assert (kept["parameter"], kept["from"], kept["to"]) == ("a", 0.2, 0.4)
     assert kept["pieces"]["all"]["difference"] == made.report.difference.max(axis=1)[0].tolist()
-    again = read_result("out").parametric
+    again = read_result("out").parametric_map
     assert np.array_equal(again.at(0.3).first_return(states).image, made.at(0.3).first_return(states).image, equal_nan=True)
 
 
 def test_a_value_at_which_a_piece_has_no_data_is_named() -> None:
     text = PARAMETRIC.replace("orders: {low: {full: {v: 1, phi: 1}}, high: {full: {v: 2, phi: 2}}}", "orders: {}")
     Path("swept.yaml").write_text(
-        text.replace("family: low, fit", "family: low, data: diagonal, fit").replace("to: 0.4, o", "to: 9, o")
+        text.replace("family: low, fit", "family: low, data: diagonal, fit").replace("0.4], o", "9], o")
     )
     with pytest.raises(NsmapsError, match=r"swept.yaml:\d+:\d+: at a = [\d.]+: swept.yaml:\d+:\d+: piece 'all': "):
         run_study("swept.yaml")
@@ -290,8 +290,8 @@ composite:
   - name: far
     where: v > 0.5
     polynomial: {over: {v: [0, 1], phi: [0, 7]}, absolute: [v], images: {v: {"1": -1, v: 0.5}, phi: {"1": 1}}}
-orbits: [{start: {v: 0.3, phi: 1}, returns: 2}]
-domains: [{name: printed, map: near, box: {v: [0.1, 0.3], phi: [0.2, 1]}, updates: 1}]
+orbits: [{start: {v: 0.3, phi: 1}, n_returns: 2}]
+domains: [{name: printed, map: near, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}]
 """
 NEAR = """{"note": "of a ball", "near": {"parameter": "a", "over": {"v": [0, 0.5], "phi": [0, "2*pi"]},
 "images": {"v": {"v": [0, 2.5], "1": [0.1, 1]}, "phi": {"phi": 1, "v*phi": [0, 1]}}}}"""
@@ -317,11 +317,11 @@ def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
 def test_printed_coefficients_are_parametric_too() -> None:
     Path("maps").mkdir()
     Path("maps/printed.json").write_text(NEAR)
-    Path("printed.yaml").write_text(PRINTED + "parametric: {parameter: a, from: 0.1, to: 0.3, order: 1}\n")
+    Path("printed.yaml").write_text(PRINTED + "parametric_map: {parameter: a, bounds: [0.1, 0.3], order: 1}\n")
     result = run_study("printed.yaml")
-    assert result.parametric.report is None
+    assert result.parametric_map.report is None
     assert not any(verdict.name.startswith("parametric") for verdict in result.verdicts)
-    image = result.parametric.at(0.25).first_return([[0.3, 1.0], [0.8, 2.0]]).image
+    image = result.parametric_map.at(0.25).first_return([[0.3, 1.0], [0.8, 2.0]]).image
     np.testing.assert_allclose(image, [[0.25 * 2.5 * 0.3 + 0.1 + 0.25, 1 + 0.25 * 0.3], [1 - 0.4, 1]], rtol=1e-13)
 
 
@@ -393,22 +393,22 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
             raise KeyboardInterrupt
         return whole(return_map, stage, level)
 
-    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\nmorse: {box: {v: [0.1, 0.3], phi: [0.2, 1]}, depth: 2}\n")
+    Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\nmorse_sets: {box: {v: [0.1, 0.3], phi: [0.2, 1]}, depth: 2}\n")
     with monkeypatch.context() as patched:
         patched.setattr(cover, "_next", stopped)
         with pytest.raises(Interrupted):
             run_study("s.yaml", out="out")
     assert levels == [0, 1]
-    assert "morse" not in read_result("out").timings
+    assert "morse_sets" not in read_result("out").timings
     shares: list[float] = []
     result = run_study("s.yaml", out="out", progress=shares.append, resume=True)
-    assert result.morse is not None
-    assert result.morse.finished
+    assert result.morse_sets is not None
+    assert result.morse_sets.finished
     assert shares == pytest.approx([0, 1 / 2, 5 / 8, 3 / 4, 1])
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:
-    Path("whole.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, returns: 3}]\n")
+    Path("whole.yaml").write_text("system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n")
     run_study("whole.yaml", out="out")
     again = read_result("out")
     assert (again.study.title, again.composite, again.surfaces) == ("", None, {})
@@ -436,8 +436,8 @@ grid: {v: {from: 0.01, to: 0.5, points: 31}, phi: {from: 0, to: 2*pi, points: 41
 families: {low: [BB]}
 composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
-bifurcation:
-  {parameter: a, from: 0.2, to: 0.4, points: 3, start: {v: 0.3, phi: 1}, discard: 10, returns: 4, map: [exact, composite]}
+bifurcation_diagram:
+  {parameter: a, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}], transient: 10, n_returns: 4, map: [exact, composite]}
 figures: [bifurcation]
 """
 
@@ -448,7 +448,7 @@ def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
     again = read_result("long")
     for k, a in enumerate((0.2, 0.3, 0.4)):
         Path("one.yaml").write_text(
-            LONG_RUN.replace("parameters: {a: 0.2}", f"parameters: {{a: {a}}}").partition("bifurcation:")[0]
+            LONG_RUN.replace("parameters: {a: 0.2}", f"parameters: {{a: {a}}}").partition("bifurcation_diagram:")[0]
         )
         alone = run_study("one.yaml")
         assert alone.composite is not None
@@ -459,9 +459,9 @@ def test_bifurcation_is_that_of_maps_made_at_each_value() -> None:
                 state = return_map.first_return(state).image
                 path.append(state[0])
             for made in (result, again):
-                assert np.allclose(made.bifurcation[of].states[k, 0], path[10:], atol=1e-12, equal_nan=True)
-    assert result.bifurcation["exact"].held.all()
-    record = json.loads(Path("long/result.json").read_text())["numbers"]["bifurcation"]
+                assert np.allclose(made.bifurcation_diagram[of].states[k, 0], path[10:], atol=1e-12, equal_nan=True)
+    assert result.bifurcation_diagram["exact"].held.all()
+    record = json.loads(Path("long/result.json").read_text())["numbers"]["bifurcation_diagram"]
     assert record["exact"]["ended"] == 0
     assert record["exact"]["motions"][0]["from"] == 0.2
 
@@ -476,12 +476,12 @@ def test_a_bifurcation_does_not_make_partitions() -> None:
 def test_both_ways_tell_what_coexists() -> None:
     """The shipped study around its window, whose ends are a fold at 0.227713761 and a crisis between 0.22504 and 0.22506."""
     whole = YAML(typ="safe").load(study_files("vi_pair")["bistable"].read_text())
-    part = {key: whole[key] for key in ("system", "parameters", "bifurcation")}
-    part["bifurcation"] |= {"from": 0.22, "to": 0.23, "points": 201}  # of its own values
+    part = {key: whole[key] for key in ("system", "parameters", "bifurcation_diagram")}
+    part["bifurcation_diagram"] |= {"from": 0.22, "to": 0.23, "points": 201}  # of its own values
     Path("part.yaml").write_text(json.dumps(part))
     result = run_study("part.yaml", out="both")
-    assert result.bifurcation["exact"].held.all()
-    record = json.loads(Path("both/result.json").read_text())["numbers"]["bifurcation"]["exact"]["attractors"]
+    assert result.bifurcation_diagram["exact"].held.all()
+    record = json.loads(Path("both/result.json").read_text())["numbers"]["bifurcation_diagram"]["exact"]["attractors"]
     low, chaos = (next(row for row in record if row["label"] == label) for label in ("2:1/T", "C"))
     assert low["attractor"] != chaos["attractor"]
     assert 0.2274 < low["to"] < 0.227713761
@@ -529,7 +529,7 @@ composite:
       images: {v: {"1": 0.5, v: 0.4}, X: {X: 1}, V: {V: 1}, phi: {phi: 0.9}}
       over: {v: [0.6, 1], X: [0, 0.2], V: [-1, 0], phi: [0.2, 0.6]}
 orbits:
-  - {start: {v: 0.84, X: 0.09, V: -0.67, phi: 0.4}, returns: 30}
+  - {start: {v: 0.84, X: 0.09, V: -0.67, phi: 0.4}, n_returns: 30}
 """
 SIDES = ["v: {from: 0.6, to: 1.0, points: 4}", "X: 0.09", "V: -0.67", "phi: {from: 0.2, to: 0.6, points: 4}"]
 

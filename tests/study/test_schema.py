@@ -40,7 +40,7 @@ def test_every_key_says_what_it_means() -> None:
     rows = {f"{name}.{key}": row for name, part in parts.items() for key, row in part.get("properties", {}).items()}
     assert [key for key, row in rows.items() if "description" not in row] == []
     assert made["properties"]["system"]["description"].startswith("an installed system, or `path/to/mine.py:Class`")
-    assert made["$defs"]["DomainSection"]["properties"]["updates"]["description"] == (
+    assert made["$defs"]["DomainSection"]["properties"]["max_updates"]["description"] == (
         "most updates N (whole number >= 1; default: 11)"
     )
 
@@ -60,9 +60,9 @@ def test_shipped_studies_are_valid_and_name_the_schema(file: Path) -> None:
     [
         ("orbit: []", "$.orbit"),
         ("grid: {v: {from: 0, to: 1}}", "$.grid.v"),
-        ("orbits: [{start: {v: 1}, returns: many}]", "$.orbits[0].returns"),
+        ("orbits: [{start: {v: 1}, n_returns: many}]", "$.orbits[0].n_returns"),
         ("figures: [word]", "$.figures[0]"),
-        ("morse: {box: {v: [0, 1, 2]}}", "$.morse.box.v"),
+        ("morse_sets: {box: {v: [0, 1, 2]}}", "$.morse_sets.box.v"),
         ("require: [covering]", "$.require[0]"),
     ],
 )

@@ -21,8 +21,8 @@ STUDY = """\
 system: vi_pair
 parameters: {d: 0.2265, r: 0.25, M: 0.1245, g: 9.8, beta: pi/6, F: 5}
 grid: {v: {from: 0.01, to: 1, points: 12}, phi: {from: 0, to: 2*pi*11/12, points: 12}}
-lyapunov: {parameter: d, from: 0.22, to: 0.25, points: 3, start: {v: 0.68, phi: 0.5}, returns: 320, discard: 30}
-basins: {returns: 300}
+lyapunov: {parameter: d, from: 0.22, to: 0.25, points: 3, starts: [{v: 0.68, phi: 0.5}], n_returns: 320, transient: 30}
+basins: {max_returns: 300}
 """
 STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 
@@ -64,7 +64,7 @@ def test_a_run_says_its_basins_and_exponents_and_its_folder_says_them_again() ->
 
 def test_starts_that_come_to_nothing_have_rows_of_their_own() -> None:
     lines = [line for line in STUDY.splitlines() if not line.startswith("lyapunov")]
-    Path("s.yaml").write_text("\n".join(lines).replace("returns: 300", "returns: 2"))
+    Path("s.yaml").write_text("\n".join(lines).replace("max_returns: 300", "max_returns: 2"))
     done = program("run", "s.yaml", "--out", "out", "--no-figures", "--no-report")
     left = (read_result("out").basins.label == -1).mean()
     assert left > 0

@@ -66,7 +66,7 @@ def on_terminal(*arguments: str, stop_at: str = "\0", **more: str) -> tuple[int,
 @pytest.fixture
 def looked_at(monkeypatch: pytest.MonkeyPatch, good: str) -> Callable[..., tuple[int, str]]:
     """A run on a terminal of this process, which shows progress at once and often: the exit code and all that is written."""
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 400000"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 400000"))
     monkeypatch.setattr("nsmaps.cli.terminal.SOON", 0.001)
     monkeypatch.setattr("nsmaps.progress.EVERY", 0.01)
     monkeypatch.setenv("TERM", "xterm-256color")
@@ -122,7 +122,7 @@ def test_piped_help_of_the_program_has_no_escape_codes() -> None:
 
 
 def test_a_piped_run_has_no_escape_codes_and_no_progress(good: str) -> None:
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 400000"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 400000"))
     done = program("run", "s.yaml", "--no-figures")
     assert done.returncode == 0
     assert not CODES.search(done.stdout)
@@ -145,7 +145,7 @@ def test_quiet_is_quiet_on_a_terminal(looked_at: Callable[..., tuple[int, str]])
 
 
 def test_a_terminal_sees_progress_and_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(good: str) -> None:
-    Path("s.yaml").write_text(good.replace("returns: 5", "returns: 8000000"))
+    Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 8000000"))
     code, written = on_terminal("run", "s.yaml", "--out", "out", stop_at="left of orbits")
     assert code == 130
     assert "orbits (4 of 5)" in written

@@ -133,7 +133,7 @@ HOSTILE = {
     "a system with a hole": ('system: "x\\0.py:X"\n', "s.yaml:1:9: the character '\\x00' in a text"),
     "points beyond memory": (
         "system: ball\nparameters: {a: 1}\n"
-        "lyapunov: {parameter: a, from: 1, to: 2, points: 100000000000, start: {v: 1, phi: 1}}\n",
+        "lyapunov: {parameter: a, from: 1, to: 2, points: 100000000000, starts: [{v: 1, phi: 1}]}\n",
         "s.yaml:3:50: points is 100000000000; expected: less than or equal to 100000",
     ),
     "a pattern that is too deep": (
@@ -238,37 +238,38 @@ HUGE = 10**12
 
 # a section of a size beyond memory or time, and which of them is beyond
 BEYOND = {
-    "orbits": (f"orbits: [{{start: {{v: 0.3, phi: 1}}, returns: {HUGE}}}]\n", "memory"),
+    "orbits": (f"orbits: [{{start: {{v: 0.3, phi: 1}}, n_returns: {HUGE}}}]\n", "memory"),
     "grid": (GRID, "memory"),
     "composite": (
         "composite: [{name: R, where: v > 0, family: low, fit: {full: {v: 1, phi: 1}}, " + GRID.strip() + "}]\n"
         "families: {low: [BB]}\n" + GRID.replace("10000", "10"),
         "memory",
     ),
-    "bifurcation": (
-        "bifurcation: {parameter: a, from: 0.2, to: 0.4, points: 100000, start: {v: 0.3, phi: 1}, discard: 10000000}\n",
+    "bifurcation_diagram": (
+        "bifurcation_diagram: {parameter: a, from: 0.2, to: 0.4, points: 100000, starts: [{v: 0.3, phi: 1}], "
+        "transient: 10000000}\n",
         "time",
     ),
     "lyapunov": (
-        f"lyapunov: {{parameter: a, from: 0.2, to: 0.4, points: 5, start: {{v: 0.3, phi: 1}}, returns: {HUGE}}}\n",
+        f"lyapunov: {{parameter: a, from: 0.2, to: 0.4, points: 5, starts: [{{v: 0.3, phi: 1}}], n_returns: {HUGE}}}\n",
         "time",
     ),
     "branches": (
-        f"branches: [{{name: b, parameter: a, from: 0.1, to: 1, start: {{v: 0.3, phi: 1}}, period: {HUGE}}}]\n",
+        f"branches: [{{name: b, parameter: a, bounds: [0.1, 1], start: {{v: 0.3, phi: 1}}, period: {HUGE}}}]\n",
         "memory",
     ),
-    "stability": (
-        "stability: {sweep: {parameter: a, from: 0.2, to: 0.4, points: 100000}, across: {parameter: r, from: 0.2, to: 0.4, "
-        "points: 100000}, start: {v: 0.3, phi: 1}}\n",
+    "stability_diagram": (
+        "stability_diagram: {plane: {a: {from: 0.2, to: 0.4, points: 100000}, r: {from: 0.2, to: 0.4, "
+        "points: 100000}}, start: {v: 0.3, phi: 1}}\n",
         "memory",
     ),
-    "basins": ("basins: {returns: 100000000}\n" + GRID.replace("10000", "100"), "time"),
+    "basins": ("basins: {max_returns: 100000000}\n" + GRID.replace("10000", "100"), "time"),
     "noise": (
-        f"noise: {{sigma: [0.1], tau: 1, start: {{v: 0.3, phi: 1}}, modes: {{x: [BB]}}, realisations: {HUGE}}}\n",
+        f"noise: {{sigma: [0.1], tau: 1, start: {{v: 0.3, phi: 1}}, modes: {{x: [BB]}}, n_realisations: {HUGE}}}\n",
         "memory",
     ),
-    "domains": (f"domains: [{{name: d, map: exact, box: {{v: [0.1, 0.3], phi: [0, 1]}}, updates: {HUGE}}}]\n", "memory"),
-    "morse": ("morse: {box: {v: [0.1, 0.3], phi: [0, 1]}, cells: 1000000}\n", "memory"),
+    "domains": (f"domains: [{{name: d, map: exact, box: {{v: [0.1, 0.3], phi: [0, 1]}}, max_updates: {HUGE}}}]\n", "memory"),
+    "morse_sets": ("morse_sets: {box: {v: [0.1, 0.3], phi: [0, 1]}, n_cells: 1000000}\n", "memory"),
 }
 
 
@@ -287,7 +288,7 @@ def test_what_is_beyond_memory_or_time_is_refused_before_anything_is_computed(se
 
 
 def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    Path("s.yaml").write_text(SMALL + "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 2, start: {v: 0.3, phi: 1}}\n")
+    Path("s.yaml").write_text(SMALL + "lyapunov: {parameter: a, from: 0.2, to: 0.4, points: 2, starts: [{v: 0.3, phi: 1}]}\n")
     assert "expected: at most 1e-06, or another limit by --max-hours or NSMAPS_MAX_HOURS" in refused(
         "check", "s.yaml", "--max-hours", "1e-6"
     )
@@ -310,13 +311,14 @@ def test_check_says_what_a_run_will_need() -> None:
     assert re.fullmatch(told, last), last
 
 
-@pytest.mark.parametrize("section", ["grid", "orbits", "bifurcation"])
+@pytest.mark.parametrize("section", ["grid", "orbits", "bifurcation_diagram"])
 def test_the_memory_is_estimated_to_a_factor_of_ten(section: str) -> None:
     texts = {
         "grid": GRID.replace("10000", "60") + "families: {low: [BB]}\n",
-        "orbits": "orbits: [{start: {v: 0.3, phi: 1}, returns: 4000}]\n",
-        "bifurcation": "bifurcation: {parameter: a, from: 0.2, to: 0.3, points: 20, start: {v: 0.3, phi: 1}, discard: 0, "
-        "returns: 200}\n",
+        "orbits": "orbits: [{start: {v: 0.3, phi: 1}, n_returns: 4000}]\n",
+        "bifurcation_diagram": "bifurcation_diagram: {parameter: a, from: 0.2, to: 0.3, points: 20, starts: [{v: 0.3, phi: 1}], "
+        "transient: 0, "
+        "n_returns: 200}\n",
     }
     Path("s.yaml").write_text(SMALL + texts[section])
     study = nsmaps.load_study("s.yaml")

@@ -75,7 +75,7 @@ def scene_of(study: "Study") -> Scene:
             f"{type(system).__name__} has {len(coordinates)} coordinates and {len(system.parameters)} numerical parameters; "
             "expected: two coordinates or more, and a parameter"
         )
-    diagram = study.bifurcation
+    diagram = study.bifurcation_diagram
     start = next(_starts(study), None)
     middle = np.array([start[name] for name in coordinates] if start else [1.0] * len(coordinates), float)
     name = diagram.parameter if diagram else next(iter(system.parameters))
@@ -90,8 +90,8 @@ def scene_of(study: "Study") -> Scene:
 def _starts(study: "Study") -> Iterator[dict[str, float]]:
     """The starts that a study names, those of its orbits before that of its diagram."""
     yield from (orbit.start for orbit in study.orbits)
-    if study.bifurcation:
-        yield study.bifurcation.start
+    if study.bifurcation_diagram:
+        yield from study.bifurcation_diagram.starts
 
 
 def extents(system: "System", start: Floats, parameter: str, values: Range) -> list[Range]:
@@ -138,8 +138,8 @@ def study_of(scene: Scene, name: str) -> "Study":
             "system": scene.name,
             "parameters": scene.system.model_dump(),
             "grid": {each: {"from": a, "to": b, "points": _POINTS if a < b else 1} for each, (a, b) in axes.items()},
-            "bifurcation": {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "start": start},
-            "orbits": [{"start": start, "returns": _POINTS}],
+            "bifurcation_diagram": {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "starts": [start]},
+            "orbits": [{"start": start, "n_returns": _POINTS}],
             "basins": {},
             "figures": ["bifurcation", "basins"],
         }

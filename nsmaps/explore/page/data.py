@@ -47,7 +47,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
             "the page shows a composite map of two coordinates; expected: a study with 'composite' and, to move its parameter, "
             "'parametric', or `nsmaps explore STUDY --live`, which shows the exact map of any study"
         )
-    moved, reduced, names = result.parametric, result.parametric or composite, [piece.name for piece in composite.pieces]
+    moved, reduced, names = result.parametric_map, result.parametric_map or composite, [piece.name for piece in composite.pieces]
     starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
     return {
         "title": result.study.title or result.study.name,
@@ -63,8 +63,8 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         else piece_colours(names, [False] * len(names)),
         "parameter": None if moved is None else {"name": moved.parameter, "low": moved.low, "high": moved.high},
         "start": starts[0],
-        "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation.items()},
-        "swept": result.study.bifurcation.parameter if result.study.bifurcation else None,
+        "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation_diagram.items()},
+        "swept": result.study.bifurcation_diagram.parameter if result.study.bifurcation_diagram else None,
         "events": _events(result),
         "motion": _motions(result, np.array(starts[0])),
         "surfaces": _surfaces(result),
@@ -114,7 +114,7 @@ def _events(result: "StudyResult") -> list[dict[str, Any]]:
 
 def _motions(result: "StudyResult", start: Floats) -> list[dict[str, Any]]:
     """The exact motion on the attractor of a start, at values of the parameter of the map or at that of the study alone."""
-    moved = result.parametric
+    moved = result.parametric_map
     if moved is None:
         return [_motion(result.system, start, None)]
     values = np.linspace(moved.low, moved.high, FLIGHTS).tolist()

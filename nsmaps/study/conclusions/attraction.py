@@ -88,7 +88,8 @@ def domains_findings(result: StudyResult) -> Iterator[Finding]:
     """The box in which orbits stay: the smallest forward invariant one of the surest kind."""
     invariant = [domain for domain in result.domains.values() if domain.forward_invariant]
     exact = [domain for domain in invariant if domain.of == EXACT and domain.status not in DOUBTS]
-    if not invariant or (not exact and result.trap is not None and result.trap.forward_invariant):
+    closed = result.forward_invariant_set
+    if not invariant or (not exact and closed is not None and closed.forward_invariant):
         return
     domain = min(invariant, key=_rank)
     sides = " x ".join(f"{size:.3g}" for size in domain.sizes[-1])

@@ -6,9 +6,10 @@ from nsmaps.study.conclusions.texts import as_computed, count_of, counted
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.base import Finding
 
-PARAMETERS = "optimum", "observables", "chart", "stability", "bifurcation", "branches", "lyapunov", "global_continuation"
-STATES = "basins", "orbits", "manifolds", "noise", "domains", "morse", "partition", "parametric", "composite", "exit_times"
-FIRST = (*PARAMETERS, *STATES)  #: keys of analyses in the order of a headline; others are in it where there is none of these
+PARAMETERS = "optimize", "observe", "parameter_plane", "stability_diagram", "bifurcation_diagram", "branches", "lyapunov"
+STATES = "basins", "orbits", "manifolds", "noise", "domains", "morse_sets", "partition", "parametric_map", "composite"
+#: keys of analyses in the order of a headline; others are in it where there is none of these
+FIRST = (*PARAMETERS, "global_continuation", *STATES, "exit_times")
 MOST = 3  #: findings in a headline
 EACH = 3  #: numbers of one of them, unless there are too few of others
 NAME = re.compile(r"\b(\d+):(\d+)/(\d*)T\b")  #: of a motion, n:m/pT

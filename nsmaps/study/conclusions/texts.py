@@ -113,7 +113,7 @@ def range_text(values: "Sweep") -> str:
 
 def each_text(values: Any) -> str:
     """The values of a parameter, and the returns at each."""
-    return f"{range_text(values)}, {values.discard} + {values.returns} returns each"
+    return f"{range_text(values)}, {values.transient} + {values.n_returns} returns each"
 
 
 def returns_text(returns: int) -> str:

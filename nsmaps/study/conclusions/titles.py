@@ -17,7 +17,7 @@ def pieces_with_a_map(study: "Study") -> list[str]:
 def maps_along(study: "Study") -> list[str]:
     """The names of the maps of a study that there are at every value of a parameter."""
     named = ["composite", *pieces_with_a_map(study)] if study.composite else []
-    return ["exact", *named, *(["parametric"] if study.parametric else [])]
+    return ["exact", *named, *(["parametric"] if study.parametric_map else [])]
 
 
 def map_title(study: "Study", system: "System", of: str) -> str:

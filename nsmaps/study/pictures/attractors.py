@@ -20,7 +20,7 @@ _DIGITS = 3  #: of states, by which the ends of several orbits are one
 
 def _portrait_of(result: "StudyResult") -> "Callable[[], PhasePortrait] | None":
     """What computes the portrait of the attractors of a study when it is drawn; None where it has none."""
-    sections = result.study.basins, result.study.bifurcation
+    sections = result.study.basins, result.study.bifurcation_diagram
     return partial(_portrait, result) if result.basins or any(pair.ends for pair in result.orbits) or any(sections) else None
 
 
@@ -40,7 +40,9 @@ def _attractors(result: "StudyResult") -> "list[Attractor | LimitSet]":
     ends = [pair.ends for pair in result.orbits if pair.ends is not None]
     if ends:
         return list({(each.label, each.period, tuple(np.round(each.states[0], _DIGITS))): each for each in ends}.values())
-    return [*find_attractors(result.system, np.atleast_2d(as_starts(result.study.bifurcation.start, result.system.coordinates)))]
+    given = result.study.bifurcation_diagram.starts
+    starts = np.stack([as_starts(start, result.system.coordinates) for start in given])
+    return [*find_attractors(result.system, starts)]
 
 
 ATTRACTORS: "FigurePart[Callable[[], PhasePortrait]]" = FigurePart(
@@ -48,7 +50,7 @@ ATTRACTORS: "FigurePart[Callable[[], PhasePortrait]]" = FigurePart(
     (),
     _portrait_of,
     "'basins', 'orbits' or 'bifurcation'",
-    lambda study: bool(study.basins or study.orbits or study.bifurcation),
+    lambda study: bool(study.basins or study.orbits or study.bifurcation_diagram),
 )
 FIGURES = (
     StudyFigure(

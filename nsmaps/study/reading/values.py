@@ -22,6 +22,16 @@ def _in_a_line(name: str) -> str:
 MAPS = ("exact", "composite", "parametric")  #: names of maps, which no piece may have
 Name = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(_in_a_line)]  #: of a part of a study
 Bounds = dict[str, tuple[Number, Number]]  #: a box: low and high by coordinate
+
+
+def _in_order(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise ValueError(f"[{ends[0]:g}, {ends[1]:g}] is empty; expected: the lower end first")
+    return ends
+
+
+Ends = Annotated[tuple[Number, Number], AfterValidator(_in_order)]  #: of a range of a parameter
+Starts = Annotated[tuple[dict[str, Number], ...], Field(min_length=1)]  #: states by coordinate
 Points = Annotated[int, Field(ge=2, le=100_000)]  #: number of equally spaced values
 
 

@@ -147,11 +147,15 @@ class Analysis(Steps, BaseModel):
     model_config = SPEC
 
 
+Quantifiers = dict[str, Annotated[str, Field(max_length=1000)]]  #: functions by name, each as it is named elsewhere
+
+
 class Quantified(Analysis):
-    """An analysis of attractors, of which a study may name quantifiers, functions by name."""
+    """An analysis of attractors, of which a study may name quantifiers, functions by name, in its field `quantifiers`."""
 
     quantified: ClassVar[str]  #: module and class of the result that has them
-    quantifiers: dict[str, Annotated[str, Field(max_length=1000)]] = Field(default_factory=dict)
+    if TYPE_CHECKING:
+        quantifiers: Quantifiers
 
     def functions(self, study: "Study") -> dict[str, Any]:
         """The functions of the quantifiers by name.

@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.texts import count_of, cycle_of, grid_text, percen
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import SPEC, Compared, Side
-from nsmaps.study.sections.base import Finding, Need, Quantified, Table
+from nsmaps.study.sections.base import Finding, Need, Quantified, Quantifiers, Table
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.attractors.basins import BasinBoundary, Basins
@@ -46,7 +46,7 @@ class BasinsSection(Quantified):
     quantified: ClassVar[str] = "nsmaps.dynamics.attractors.basins:Basins"
     results: ClassVar[Mapping[str, Any]] = {
         "basins": None,  #: of the grid
-        "boundary": None,  #: between them
+        "basin_boundary": None,  #: between them
         "reduced_basins": None,  #: those of the composite map, if the study requests them
         "same_attractor": None,  #: for each attractor of the composite map, the index of that of the exact map it is on
     }
@@ -61,22 +61,24 @@ class BasinsSection(Quantified):
     )
 
     model_config = SPEC
-    returns: int = Field(1000, ge=1)
+    starts: dict[str, Side] | None = None  #: a grid, that of the study if omitted
+    max_returns: int = Field(1000, ge=1)
     tolerance: Number = Field(1e-6, gt=0)
     max_period: int = Field(32, ge=1)
+    quantifiers: Quantifiers = Field(default_factory=dict)
     boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
-    grid: dict[str, Side] | None = None  #: that of the study if omitted
     map: Compared = ("exact",)
 
     def needs(self) -> Iterator[Need]:
-        if self.grid is None:
-            yield ("basins",), "'basins' without a grid of its own", "grid"
+        if self.starts is None:
+            yield ("basins",), "'basins' without 'starts' of its own", "grid"
         if "composite" in self.map:
             yield ("basins", "map"), "the basins of the composite map", "composite"
 
     def bind(self, binding: "Binding") -> "Grid":
         self.functions(binding.study)
-        return binding.grid(("grid",), binding.study.grid) if self.grid is None else binding.grid(("basins", "grid"), self.grid)
+        loc, starts = (("basins", "starts"), self.starts) if self.starts else (("grid",), binding.study.grid)
+        return binding.grid(loc, starts)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The basins over the grid, and the points on their boundaries if the study requests them."""
@@ -84,37 +86,34 @@ class BasinsSection(Quantified):
         from nsmaps.dynamics.attractors.basins import basin_boundary, basins
 
         with plan.study.source.located(("basins",)):
-            how: Any = {"max_returns": self.returns, "tolerance": self.tolerance, "max_period": self.max_period}
-            both, functions = "composite" in self.map, self.functions(plan.study)
+            how = self.model_dump(include={"max_returns", "tolerance", "max_period"})
+            how["quantifiers"] = self.functions(plan.study)
+            both = "composite" in self.map
             first = plan.portion(0, 2, "exact") if both else plan.parallel
-            found = basins(plan.system, plan.bound["basins"], **how, quantifiers=functions, parallel=first)
-            line = (
-                None
-                if self.boundary is None
-                else basin_boundary(plan.system, found, tolerance=self.boundary, max_returns=self.returns)
-            )
+            found = basins(plan.system, plan.bound["basins"], **how, parallel=first)
+            line = None
+            if self.boundary is not None:
+                line = basin_boundary(plan.system, found, tolerance=self.boundary, max_returns=self.max_returns)
             if not both or result.composite is None:
-                return {"basins": found, "boundary": line}
-            reduced = basins(
-                result.composite, plan.bound["basins"], **how, quantifiers=functions, parallel=plan.portion(1, 2, "composite")
-            )
+                return {"basins": found, "basin_boundary": line}
+            reduced = basins(result.composite, plan.bound["basins"], **how, parallel=plan.portion(1, 2, "composite"))
             there = counterpart(plan.system, result.composite)
             last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
-            same = follow(there, last, found.attractors, self.returns).label
-        return {"basins": found, "boundary": line, "reduced_basins": reduced, "same_attractor": same}
+            same = follow(there, last, found.attractors, self.max_returns).label
+        return {"basins": found, "basin_boundary": line, "reduced_basins": reduced, "same_attractor": same}
 
     def describe(self, study: "Study") -> str:
-        grid = self.grid or study.grid
-        total = returns_text(int(states(grid)) * self.returns)
-        return f"{grid_text(grid)}, up to {self.returns} returns each; at most {total}"
+        grid = self.starts or study.grid
+        total = returns_text(int(states(grid)) * self.max_returns)
+        return f"{grid_text(grid)}, up to {self.max_returns} returns each; at most {total}"
 
     def size(self, study: "Study", system: "System") -> Size:
-        one = Size(RETURN * (self.returns + 2.0 * self.max_period), COPIES * STATE + STORED * self.max_period)
-        return one.times(states(self.grid or study.grid))
+        one = Size(RETURN * (self.max_returns + 2.0 * self.max_period), COPIES * STATE + STORED * self.max_period)
+        return one.times(states(self.starts or study.grid))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
-        basins, line = result.basins, result.boundary
+        basins, line = result.basins, result.basin_boundary
         if basins is None:
             return {}
         rows = []
@@ -155,17 +154,17 @@ class BasinsSection(Quantified):
         basins, section = result.basins, result.study.basins
         if basins is None or section is None:
             return
-        far = "to boundary" if result.boundary is not None else ""
+        far = "to boundary" if result.basin_boundary is not None else ""
         note = "within: returns after which all these states have reached it"
         note += "; to boundary: the smallest distance of the attractor from it." if far else "."
         heads = "attractor", "period", "words", "share", "within", far
         title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
-        yield Table(title, heads, tuple(_rows(basins, result.boundary, section.returns)), (note,))
+        yield Table(title, heads, tuple(_rows(basins, result.basin_boundary, section.max_returns)), (note,))
         if result.reduced_basins is not None:
             title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
             note = f"{percent(alike(result))} of the states come to the attractor of the exact map."
             yield Table(
-                title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.returns)), (note,)
+                title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.max_returns)), (note,)
             )
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:

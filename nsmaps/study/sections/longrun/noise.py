@@ -33,8 +33,8 @@ class ImpactsSection(Range):
     """The impacts of the exact map over a parameter, down and up, without noise and with noise of amplitude `sigma`."""
 
     sigma: Number = Field(gt=0)
-    returns: int = Field(40, ge=1)
-    discard: int = Field(300, ge=0)
+    n_returns: int = Field(40, ge=1)
+    transient: int = Field(300, ge=0)
 
 
 class NoiseSizes(BaseModel):
@@ -73,9 +73,9 @@ class NoiseSection(NoiseSizes, Analysis):
     )
 
     start: dict[str, Number]
-    returns: int = Field(2000, ge=1)
-    realisations: int = Field(16, ge=1)
-    seed: int = Field(0, ge=0)
+    n_returns: int = Field(2000, ge=1)
+    n_realisations: int = Field(16, ge=1)
+    rng: int = Field(0, ge=0)
     step: Number | None = Field(None, gt=0)
     modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
     map: Compared = ("exact",)
@@ -122,7 +122,12 @@ class NoiseSection(NoiseSizes, Analysis):
         with plan.study.source.located(("noise",)):
             for number, sigma in enumerate(self.sigma):
                 noise = self.noise(sigma)
-                how: Any = {"n_returns": self.returns, "n_realisations": self.realisations, "rng": self.seed, "step": self.step}
+                how: Any = {
+                    "n_returns": self.n_returns,
+                    "n_realisations": self.n_realisations,
+                    "rng": self.rng,
+                    "step": self.step,
+                }
                 orbits = noisy_orbits(
                     plan.system, plan.bound["noise"], noise, **how, parallel=plan.portion(number, count, f"sigma-{number}")
                 )
@@ -136,19 +141,19 @@ class NoiseSection(NoiseSizes, Analysis):
             return {"noise": NoiseResult(sizes, tuple(stays), tuple(ended), impacts, *both, units_of(plan.system))}
 
     def describe(self, study: "Study") -> str:
-        sizes = f"{len(self.sigma)} amplitudes, {self.realisations} realisations of {self.returns} returns each"
-        returns = len(self.sigma) * self.realisations * self.returns
+        sizes = f"{len(self.sigma)} amplitudes, {self.n_realisations} realisations of {self.n_returns} returns each"
+        returns = len(self.sigma) * self.n_realisations * self.n_returns
         if (along := self.impacts) is None:
             return f"{sizes}; {returns_text(returns)}"
-        more = 4 * along.points * (along.discard + along.returns)
+        more = 4 * along.points * (along.transient + along.n_returns)
         return f"{sizes}, and impacts at {each_text(along)}; {returns_text(returns + more)}"
 
     def size(self, study: "Study", system: "System") -> Size:
         one = Size(_seconds(self, system), COPIES * STORED)
-        found = one.times(float(self.returns) * self.realisations * len(self.sigma))
+        found = one.times(float(self.n_returns) * self.n_realisations * len(self.sigma))
         if (along := self.impacts) is not None:
-            kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.returns)
-            found += kept + Size(one.seconds).times(4.0 * along.points * (along.discard + along.returns))
+            kept = Size(memory=COPIES * STORED).times(4.0 * along.points * along.n_returns)
+            found += kept + Size(one.seconds).times(4.0 * along.points * (along.transient + along.n_returns))
         return found
 
     def needs(self) -> Iterator[Need]:
@@ -208,7 +213,7 @@ class NoiseSection(NoiseSizes, Analysis):
         """The sizes of the noise, and the motions."""
         sizes = f"sigma from {min(self.sigma):g} to {max(self.sigma):g}" if len(self.sigma) > 1 else f"sigma = {self.sigma[0]:g}"
         kind = "of independent noise on the images" if self.tau is None else f"correlation time {self.tau:g}"
-        return f"{at(result)}{sizes}, {kind}, {self.realisations} realisations of {self.returns:,} returns each."
+        return f"{at(result)}{sizes}, {kind}, {self.n_realisations} realisations of {self.n_returns:,} returns each."
 
 
 def _shares(stay: "Residence") -> dict[str, float]:
@@ -230,8 +235,8 @@ def _reduced(spec: NoiseSection, plan: "Plan", result: "StudyResult", noise: "No
     assert result.returns is not None
     grids = {repr(piece.grid): piece.grid for piece in plan.bound["composite"] if piece.grid is not None}
     states = np.concatenate([result.returns.start, *(grid.states() for grid in grids.values())])
-    kicked = KickedMap.of(result.composite, plan.system, states, noise, spec.seed)
-    words = kicked.words(plan.bound["noise"], spec.returns, spec.realisations, spec.seed)
+    kicked = KickedMap.of(result.composite, plan.system, states, noise, spec.rng)
+    words = kicked.words(plan.bound["noise"], spec.n_returns, spec.n_realisations, spec.rng)
     return residence(words, _each(words), spec.modes, spec.min_returns)
 
 
@@ -241,7 +246,7 @@ def _impacts(spec: NoiseSection, section: ImpactsSection, plan: "Plan", parallel
 
     values = np.linspace(section.low, section.high, section.points)
     sizes = spec.noise(0.0), spec.noise(section.sigma)
-    how = section.returns, section.discard, spec.seed, spec.step
+    how = section.n_returns, section.transient, spec.rng, spec.step
     where = plan.system, section.parameter, values, plan.bound["noise"]
     return tuple(
         impact_diagram(*where, size, way, *how, parallel=parallel.share(k / 4 + n / 8, (k + n + 1) / 4, way, str(n)))

@@ -1,10 +1,10 @@
-"""The section `observables`: means of quantities on the orbits, diagrams, branches and basins of the exact map."""
+"""The section `observe`: means of quantities on the orbits, diagrams, branches and basins of the exact map."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.observables.spec import Observable
@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import LISTED, plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Name
+from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Analysis, Finding, Table
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
@@ -20,30 +20,30 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.observables.cycles import CycleMeans
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
-OF = ("orbits", "bifurcation", "branches", "basins")  #: sections whose results have observables
+OF = ("orbits", "bifurcation_diagram", "branches", "basins")  #: sections whose results have observables
 
 
 def _along_parameters(result: "StudyResult") -> Mapping[str, Any]:
     """The means along parameters: of a bifurcation diagram and of branches, by name."""
-    diagram = {name: means for name, means in result.observables.items() if name == "bifurcation"}
+    diagram = {name: means for name, means in result.observe.items() if name == "bifurcation_diagram"}
     return {**diagram, **{name: parts for name, parts in result.branch_observables.items() if parts}}
 
 
 OBSERVABLES: "FigurePart[Mapping[str, Any]]" = FigurePart(
     "observables along a parameter",
-    ("observables",),
+    ("observe",),
     _along_parameters,
-    "'observables', and a 'bifurcation' of the exact map or 'branches'",
-    lambda study: bool(study.bifurcation or study.branches),
+    "'observe', and a 'bifurcation_diagram' of the exact map or 'branches'",
+    lambda study: bool(study.bifurcation_diagram or study.branches),
 )
 
 
 class ObservablesSection(Analysis):
     """Quantities of impacts and flights of the exact map, by name or by formula."""
 
-    key: ClassVar[str] = "observables"
+    key: ClassVar[str] = "observe"
     results: ClassVar[Mapping[str, Any]] = {
-        "observables": {},  #: by section: of orbits, the diagram, the basins
+        "observe": {},  #: by section: of orbits, the diagram, the basins
         "branch_observables": {},  #: by branch, of parts with orbits
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
@@ -58,78 +58,73 @@ class ObservablesSection(Analysis):
     )
 
     model_config = SPEC
-    quantities: tuple[Name, ...] = ()
-    formulas: tuple[Observable, ...] = ()
-    returns: int = Field(1000, ge=1)  #: of each orbit, over which is averaged
-
-    @model_validator(mode="after")
-    def _some(self) -> Self:
-        if not self.quantities and not self.formulas:
-            raise ValueError("there is no observable; expected: names in 'quantities', or entries of 'formulas'")
-        return self
+    observables: tuple[str | Observable, ...] = Field(min_length=1)
+    n_returns: int = Field(1000, ge=1)  #: of each orbit, over which is averaged
 
     def check(self, study: "Study") -> None:
         if not any(study.names(section) for section in OF):
-            raise study.source.error(
-                ("observables",), f"there is nothing to observe; expected: one of the sections {', '.join(OF)}"
-            )
+            raise study.source.error(("observe",), f"there is nothing to observe; expected: one of the sections {', '.join(OF)}")
 
     def bind(self, binding: "Binding") -> tuple[Observable, ...]:
         from nsmaps.exact.observables.formulas import resolve_observables, vocabulary_of
 
-        source, named = binding.study.source, list[Observable]()
-        with source.located(("observables",)):
+        source = binding.study.source
+        with source.located(("observe",)):
             vocabulary = vocabulary_of(binding.system)
-            formulas = [vocabulary.whole(one) for one in self.formulas]
-        for number, name in enumerate(self.quantities):
-            with source.located(("observables", "quantities", number)):
-                named += resolve_observables(binding.system, [name])
-        for number, one in enumerate(formulas):
+        for number, given in enumerate(self.observables):
+            loc = ("observe", "observables", number)
+            with source.located(loc):
+                if isinstance(given, str):
+                    resolve_observables(binding.system, [given])
+                    continue
+                one = vocabulary.whole(given)
             if one.of not in vocabulary.inputs:
-                with source.located(("observables", "formulas", number, "of")):
+                with source.located((*loc, "of")):
                     vocabulary.rows(one)
             for key, text in (("formula", one.formula), ("per", one.per)):
                 if text:
-                    with source.located(("observables", "formulas", number, key)):
+                    with source.located((*loc, key)):
                         vocabulary.read(text, str(one.of))
-            with source.located(("observables", "formulas", number, *["at"] * bool(one.at))):
+            with source.located((*loc, *["at"] * bool(one.at))):
                 vocabulary.rows(one)
-        with source.located(("observables",)):
-            return resolve_observables(binding.system, [*named, *formulas])
+        with source.located(("observe",)):
+            return resolve_observables(binding.system, self.observables)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
         from nsmaps.dynamics.observables.attractors import attractor_means
         from nsmaps.dynamics.observables.observe import observe
 
-        chosen, system, study = plan.bound["observables"], plan.system, plan.study
+        chosen, system, study = plan.bound["observe"], plan.system, plan.study
         means, branches = {}, {}
-        with study.source.located(("observables",)):
+        with study.source.located(("observe",)):
             if result.orbits:
                 last = np.stack([pair.exact.final for pair in result.orbits])
                 periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
-                means["orbits"] = attractor_means(system, last, periods, chosen, self.returns)
-            if study.bifurcation is not None and "exact" in result.bifurcation:
-                means["bifurcation"] = observe(system, result.bifurcation["exact"], chosen, n_returns=self.returns)
+                means["orbits"] = attractor_means(system, last, periods, chosen, self.n_returns)
+            if study.bifurcation_diagram is not None and "exact" in result.bifurcation_diagram:
+                means["bifurcation_diagram"] = observe(
+                    system, result.bifurcation_diagram["exact"], chosen, n_returns=self.n_returns
+                )
             for section in study.branches:
                 model, parts = map_of_branch(section, system), result.branches.get(section.name, ())
                 branches[section.name] = tuple(observe(model, part, chosen) for part in parts if len(part.values))
             if result.basins is not None:
-                means["basins"] = observe(system, result.basins, chosen, n_returns=self.returns)
-        return {"observables": means, "branch_observables": branches}
+                means["basins"] = observe(system, result.basins, chosen, n_returns=self.n_returns)
+        return {"observe": means, "branch_observables": branches}
 
     def describe(self, study: "Study") -> str:
-        names = ", ".join([*self.quantities, *(one.name for one in self.formulas)])
-        return f"{names}; {returns_text(self.returns)} of each orbit"
+        names = ", ".join(one if isinstance(one, str) else one.name for one in self.observables)
+        return f"{names}; {returns_text(self.n_returns)} of each orbit"
 
     def size(self, study: "Study", system: "System") -> Size:
-        values = study.bifurcation.points * study.bifurcation.ways if study.bifurcation is not None else 0
-        return Size(DERIVED * self.returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
+        values = study.bifurcation_diagram.points * study.bifurcation_diagram.ways if study.bifurcation_diagram is not None else 0
+        return Size(DERIVED * self.n_returns).times(float(len(study.orbits) + values + 2 * bool(study.basins)))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Means and errors by section and observable, and on branches the least and largest with the derivatives at both ends."""
         found: dict[str, Any] = {}
-        for section, means in result.observables.items():
+        for section, means in result.observe.items():
             per, mean = means.shown
             rows = {
                 name: {"unit": one.unit, "value": plain(mean.value[..., k].ravel()), "error": plain(mean.error[..., k].ravel())}
@@ -138,7 +133,7 @@ class ObservablesSection(Analysis):
             found[section] = {"per": per} | rows
         for branch, parts in result.branch_observables.items():
             found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
-        return {"observables": found} if found else {}
+        return {"observe": found} if found else {}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The mean of each observable, or the range of its means, on each section's motions."""
@@ -151,7 +146,7 @@ class ObservablesSection(Analysis):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """Each observable on each section's motions: a value with its error, or the range of values."""
         rows = list[tuple[str, ...]]()
-        for section, means in result.observables.items():
+        for section, means in result.observe.items():
             per, mean = means.shown
             for k, one in enumerate(means.observables):
                 flat = mean.value.reshape(-1, len(means.observables))[:, k]
@@ -167,9 +162,9 @@ class ObservablesSection(Analysis):
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The names of the observables, and the number of returns over which is averaged."""
         study = result.study
-        varied = [sweep.parameter for sweep in (study.bifurcation, *study.branches) if sweep is not None]
-        names = ", ".join([*self.quantities, *(one.name for one in self.formulas)])
-        return f"{at(result, varied)}{names}; {returns_text(self.returns)} of each orbit."
+        varied = [sweep.parameter for sweep in (study.bifurcation_diagram, *study.branches) if sweep is not None]
+        names = ", ".join(one if isinstance(one, str) else one.name for one in self.observables)
+        return f"{at(result, varied)}{names}; {returns_text(self.n_returns)} of each orbit."
 
 
 def _part(part: "CycleMeans") -> dict[str, Any]:

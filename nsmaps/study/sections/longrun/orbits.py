@@ -42,7 +42,7 @@ class OrbitSection(BaseModel):
 
     model_config = SPEC
     start: dict[str, Number]
-    returns: int = Field(ge=1)
+    n_returns: int = Field(ge=1)
     track: int | None = Field(
         None, ge=2, le=10_000
     )  #: number of impacts on all walls, or of events, that are stored with the motion between them
@@ -120,20 +120,20 @@ class Orbits(Entries[OrbitSection]):
         pairs, count = [], 2 * len(self)
         for k, (section, start) in enumerate(zip(self, plan.bound["orbits"], strict=True)):
             first, then = (plan.portion(half, count).progress for half in (2 * k, 2 * k + 1))
-            reduced = orbit(result.reduced, start, section.returns, progress=first) if result.reduced else None
-            exact = orbit(plan.system, start, section.returns, progress=then)
+            reduced = orbit(result.reduced, start, section.n_returns, progress=first) if result.reduced else None
+            exact = orbit(plan.system, start, section.n_returns, progress=then)
             reduced_ends = limit_set(result.reduced, reduced) if result.reduced and reduced else None
             kept = track(plan.system, start, section.track) if section.track else None
             there = counterpart(plan.system, result.composite)
-            same = None if there is plan.system else limit_set(there, orbit(there, start, section.returns))
+            same = None if there is plan.system else limit_set(there, orbit(there, start, section.n_returns))
             pairs.append(OrbitPair(start, exact, reduced, kept, limit_set(plan.system, exact), reduced_ends, same))
         return {"orbits": tuple(pairs)}
 
     def describe(self, study: "Study") -> str:
-        return ", ".join(f"{orbit.returns} returns" for orbit in self)
+        return ", ".join(f"{orbit.n_returns} returns" for orbit in self)
 
     def size(self, study: "Study", system: "System") -> Size:
-        return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.returns) for orbit in self), Size())
+        return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.n_returns) for orbit in self), Size())
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         return {"orbits": [_pair(pair) for pair in result.orbits]} if result.orbits else {}

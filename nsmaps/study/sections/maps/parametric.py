@@ -1,4 +1,4 @@
-"""The section `parametric`: the composite map as a function of a parameter."""
+"""The section `parametric_map`: the composite map as a function of a parameter."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, replace
@@ -13,7 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, percent, point, yes
 from nsmaps.study.estimates import RETURN, Size
-from nsmaps.study.reading.values import SPEC, Points, in_order
+from nsmaps.study.reading.values import SPEC, Ends, Points
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
@@ -43,8 +43,8 @@ class CompareSection(BaseModel):
     model_config = SPEC
     start: dict[str, Number] | None = None  #: by default that of the first of `orbits`, or the middle of the grid
     points: Points = 46  #: equally spaced values
-    discard: int = Field(2000, ge=0)
-    returns: int = Field(400, ge=50)  #: that are compared, after those discarded
+    transient: int = Field(2000, ge=0)
+    n_returns: int = Field(400, ge=50)  #: that are compared, after those discarded
     tolerance: Number = Field(0.03, gt=0, le=1)  #: largest distance, in shares of the sides of the grid
     apart_from: tuple[Annotated[tuple[Number, Number], AfterValidator(_rising)], ...] = Field((), alias="except")
 
@@ -52,27 +52,25 @@ class CompareSection(BaseModel):
 class ParametricSection(Analysis):
     """The composite map with coefficients that are polynomials of a parameter, from its values at Chebyshev nodes."""
 
-    key: ClassVar[str] = "parametric"
+    key: ClassVar[str] = "parametric_map"
     results: ClassVar[Mapping[str, Any]] = {
-        "parametric": None,
+        "parametric_map": None,
         "agreement": None,  #: of the attractors of the parametric map with those of the exact map
     }
 
     model_config = SPEC
     parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
+    bounds: Ends
     order: Degree = 4
     orders: dict[str, Degree | dict[str, Degree]] = Field(default_factory=dict)  #: by piece, of all images or by coordinate
-    nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the highest order if omitted
+    n_nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the highest order if omitted
     compare: CompareSection = Field(default_factory=lambda: CompareSection.model_validate({}))
     require: tuple[Literal["follows"], ...] = ()
-    _in_order = model_validator(mode="after")(in_order)
 
     @model_validator(mode="after")
     def _enough(self) -> Self:
-        if self.nodes is not None and self.nodes <= self.highest:
-            raise ValueError(f"{self.nodes} nodes for order {self.highest}; expected: more nodes than the order")
+        if self.n_nodes is not None and self.n_nodes <= self.highest:
+            raise ValueError(f"{self.n_nodes} nodes for order {self.highest}; expected: more nodes than the order")
         return self
 
     @property
@@ -83,51 +81,54 @@ class ParametricSection(Analysis):
     @property
     def number_of_nodes(self) -> int:
         """The number of Chebyshev nodes."""
-        return self.nodes or 2 * self.highest + 1
+        return self.n_nodes or 2 * self.highest + 1
 
     def needs(self) -> Iterator[Need]:
-        yield ("parametric",), "'parametric'", "composite"
+        yield ("parametric_map",), "'parametric_map'", "composite"
 
     def check(self, study: "Study") -> None:
         if self.require and not (self.compare.start or study.orbits or study.grid):
             text = (
                 "'follows' compares orbits, of which none has a start; expected: 'start' in 'compare', or 'orbits', or a 'grid'"
             )
-            raise study.source.error(("parametric", "require"), text)
+            raise study.source.error(("parametric_map", "require"), text)
+        pieces = [piece.name for piece in study.composite]
         for name in self.orders:
-            study.source.known(("parametric", "orders", name), name, [piece.name for piece in study.composite], "piece", key=True)
+            study.source.known(("parametric_map", "orders", name), name, pieces, "piece", key=True)
 
     def bind(self, binding: "Binding") -> "Floats | None":
         """The start of the comparison, if it is given."""
-        binding.swept_values(("parametric",), self.parameter, (self.low, self.high))
+        binding.study.source.known(("parametric_map", "parameter"), self.parameter, binding.system.parameters, "parameter")
+        for number, value in enumerate(self.bounds):
+            binding.check_value(("parametric_map", "bounds", number), self.parameter, value, "")
         for name, of in self.orders.items():
-            binding.some_coordinates(("parametric", "orders", name), of if isinstance(of, dict) else {})
+            binding.some_coordinates(("parametric_map", "orders", name), of if isinstance(of, dict) else {})
         start = self.compare.start
-        return None if start is None else binding.start(("parametric", "compare", "start"), start)
+        return None if start is None else binding.start(("parametric_map", "compare", "start"), start)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
-        ends = (self.low, self.high)
-        nodes = chebyshev_nodes(ends, self.number_of_nodes)
-        with plan.study.source.located(("parametric",)):
+        low, high = self.bounds
+        nodes = chebyshev_nodes(self.bounds, self.number_of_nodes)
+        with plan.study.source.located(("parametric_map",)):
             at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
-            return_map = parametric_map(at_nodes, self.parameter, ends, self.order, self.orders)
-            held = refits(plan, self.parameter, np.array([ends[0], *(nodes[1:] + nodes[:-1]) / 2, ends[1]]), FITTED / 2, FITTED)
+            return_map = parametric_map(at_nodes, self.parameter, self.bounds, self.order, self.orders)
+            held = refits(plan, self.parameter, np.array([low, *(nodes[1:] + nodes[:-1]) / 2, high]), FITTED / 2, FITTED)
             reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
-            return {"parametric": reported, "agreement": _compared(self, plan, return_map)}
+            return {"parametric_map": reported, "agreement": _compared(self, plan, return_map)}
 
     def describe(self, study: "Study") -> str:
-        return f"order {self.highest} in {self.parameter} from {self.low:g} to {self.high:g}"
+        return f"order {self.highest} in {self.parameter} from {self.bounds[0]:g} to {self.bounds[1]:g}"
 
     def size(self, study: "Study", system: "System") -> Size:
         pieces, compare = pieces_size(study), self.compare
-        returns = 2.0 * compare.points * (compare.discard + compare.returns)
+        returns = 2.0 * compare.points * (compare.transient + compare.n_returns)
         fits = (grid_size(study) + Size(seconds=pieces.seconds)).times(2 * self.number_of_nodes + 1)
         return fits + Size(seconds=RETURN * returns, memory=pieces.memory)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The largest errors over all held-out values, one per output, by piece, and where the map departs from the exact one."""
-        return_map, found = result.parametric, result.agreement
+        return_map, found = result.parametric_map, result.agreement
         if return_map is None:
             return {}
         report = return_map.report
@@ -144,7 +145,7 @@ class ParametricSection(Analysis):
         where = (
             {} if found is None else {"compared": len(found.values), "disagreements": [asdict(d) for d in found.disagreements()]}
         )
-        return {"parametric": ends | {"nodes": return_map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
+        return {"parametric_map": ends | {"nodes": return_map.nodes.tolist(), "held_out": held, "pieces": pieces} | where}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """At how many values the attractors are those of the exact map."""
@@ -164,20 +165,21 @@ class ParametricSection(Analysis):
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
-        section, found = result.study.parametric, result.agreement
+        section, found = result.study.parametric_map, result.agreement
         if section is None or (found is None and not section.require):
             return
         if found is None:
             text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
-            yield claimed(section, "follows", "parametric: follows", TITLE, False, text)
+            yield claimed(section, "follows", "parametric_map: follows", TITLE, False, text)
             return
         stated = section.compare.apart_from
         inside = found.in_intervals(stated)
         wrong = list(found.disagreements(stated))
         holds = not wrong and not inside.all()
         which = "orbits" if found.starts is None else f"orbits from {point(result.system.coordinates, found.starts[0])}"
-        outside = f" outside {' and '.join(f'[{low:g}, {high:g}]' for low, high in stated)}" if stated else ""
-        where = f"{(~inside).sum()} values of {section.parameter} from {section.low:g} to {section.high:g}{outside}"
+        outside = f" outside {' and '.join(f'[{a:g}, {b:g}]' for a, b in stated)}" if stated else ""
+        low, high = section.bounds
+        where = f"{(~inside).sum()} values of {section.parameter} from {low:g} to {high:g}{outside}"
         if holds:
             furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
             text = f"at {where} {which} end on attractors of the same period, at most {furthest:.2g} apart in sides of the grid"
@@ -187,11 +189,11 @@ class ParametricSection(Analysis):
             text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
         else:
             text = f"no value is compared{outside}"
-        yield claimed(section, "follows", "parametric: follows", TITLE, holds, f"{yes(holds)}: {text}")
+        yield claimed(section, "follows", "parametric_map: follows", TITLE, holds, f"{yes(holds)}: {text}")
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The errors of each piece, and where the attractors are not those of the exact map."""
-        return_map, found, section = result.parametric, result.agreement, result.study.parametric
+        return_map, found, section = result.parametric_map, result.agreement, result.study.parametric_map
         if return_map is None or section is None:
             return
         if return_map.report is not None:
@@ -209,10 +211,10 @@ def _compared(spec: ParametricSection, plan: "Plan", return_map: ParametricMap) 
     from nsmaps.dynamics.diagrams.agreement import agreement
     from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
-    values, compare, start = np.linspace(spec.low, spec.high, spec.compare.points), spec.compare, _start(plan)
+    values, compare, start = np.linspace(*spec.bounds, spec.compare.points), spec.compare, _start(plan)
     if start is None:
         return None
-    how: Any = {"starts": start, "n_returns": compare.returns, "transient": compare.discard}
+    how: Any = {"starts": start, "n_returns": compare.n_returns, "transient": compare.transient}
     half = (1 + FITTED) / 2
     exact_at = CounterpartAlong(Along(plan.system, spec.parameter), return_map.at)
     exact = bifurcation_diagram(exact_at, spec.parameter, values, **how, parallel=plan.parallel.share(FITTED, half, "exact"))
@@ -235,7 +237,7 @@ def _sides(plan: "Plan", exact: "BifurcationDiagram") -> "Floats":
 
 def _start(plan: "Plan") -> "Floats | None":
     """The start of the comparison, shape (1, n), if there is one."""
-    given = plan.bound["parametric"]
+    given = plan.bound["parametric_map"]
     if given is None and plan.bound.get("orbits"):
         given = plan.bound["orbits"][0]
     if given is None and plan.grid:

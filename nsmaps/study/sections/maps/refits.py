@@ -76,8 +76,8 @@ def map_along(plan: "Plan", result: "StudyResult", of: str, parameter: str) -> "
     if of == "exact":
         return system_at
     if of == "parametric":
-        assert result.parametric is not None
-        return result.parametric.at
+        assert result.parametric_map is not None
+        return result.parametric_map.at
     if of == "composite":
         return _Refitted(plan, system_at)
     (piece,) = (piece for piece in plan.bound["composite"] if piece.name == of)

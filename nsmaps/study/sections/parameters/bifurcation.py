@@ -1,4 +1,4 @@
-"""The section `bifurcation`: attractors of maps over a parameter."""
+"""The section `bifurcation_diagram`: attractors of maps over a parameter."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -17,7 +17,7 @@ from nsmaps.study.conclusions.texts import each_text, known, range_text, returns
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import Range
+from nsmaps.study.reading.values import Range, Starts
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
@@ -33,8 +33,8 @@ ROWS = 12  #: largest number of intervals in a table, per map
 
 DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
     "bifurcation diagrams",
-    ("bifurcation",),
-    lambda result: {result.map_title(of): diagram for of, diagram in result.bifurcation.items()},
+    ("bifurcation_diagram",),
+    lambda result: {result.map_title(of): diagram for of, diagram in result.bifurcation_diagram.items()},
 )
 
 
@@ -44,9 +44,9 @@ class BifurcationSection(Range, Analysis):
     The composite map and its pieces are fitted at each value.
     """
 
-    key: ClassVar[str] = "bifurcation"
+    key: ClassVar[str] = "bifurcation_diagram"
     results: ClassVar[Mapping[str, Any]] = {
-        "bifurcation": {},  #: by map: exact, composite, parametric, a piece
+        "bifurcation_diagram": {},  #: by map: exact, composite, parametric, a piece
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
@@ -61,10 +61,11 @@ class BifurcationSection(Range, Analysis):
         ),
     )
 
-    start: dict[str, Number]
-    discard: int = Field(2000, ge=0)
-    returns: int = Field(60, ge=1)  #: stored, after those discarded
+    starts: Starts
+    n_returns: int = Field(60, ge=1)  #: stored, after the transient
+    transient: int = Field(2000, ge=0)
     direction: Literal["up", "down", "both"] | None = None
+    tolerance: Number = Field(1e-6, gt=0)
     map: tuple[str, ...] = ("exact",)
 
     @model_validator(mode="after")
@@ -77,16 +78,16 @@ class BifurcationSection(Range, Analysis):
 
     @property
     def ways(self) -> int:
-        """The number of passes through the values."""
-        return 2 if self.direction == "both" else 1
+        """The number of orbits through the values."""
+        return len(self.starts) * (2 if self.direction == "both" else 1)
 
     def needs(self) -> Iterator[Need]:
-        for key in ("composite", "parametric"):
-            if key in self.map:
-                yield ("bifurcation", "map"), f"the bifurcation of the {key} map", key
+        for name, key in (("composite", "composite"), ("parametric", "parametric_map")):
+            if name in self.map:
+                yield ("bifurcation_diagram", "map"), f"the bifurcation of the {name} map", key
 
     def check(self, study: "Study") -> None:
-        loc = ("bifurcation", "map")
+        loc = ("bifurcation_diagram", "map")
         if study.partition and set(self.map) - {"exact"}:
             text = (
                 "a partition is of one value of the parameter; expected: 'exact', or 'composite' pieces, refitted at every value"
@@ -94,79 +95,79 @@ class BifurcationSection(Range, Analysis):
             raise study.source.error(loc, text)
         for k, of in enumerate(self.map):
             study.source.known((*loc, k), of, maps_along(study), "map")
-        if "parametric" in self.map and study.parametric and study.parametric.parameter != self.parameter:
-            text = f"the parametric map is one over {study.parametric.parameter!r}, not over {self.parameter!r}"
+        if "parametric" in self.map and study.parametric_map and study.parametric_map.parameter != self.parameter:
+            text = f"the parametric map is one over {study.parametric_map.parameter!r}, not over {self.parameter!r}"
             raise study.source.error(loc, f"{text}; expected: the same parameter in both")
 
     def bind(self, binding: "Binding") -> Floats:
-        binding.some_values(("bifurcation",), self)
-        return binding.start(("bifurcation", "start"), self.start)
+        binding.some_values(("bifurcation_diagram",), self)
+        return binding.starts(("bifurcation_diagram", "starts"), self.starts)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The attractors over a parameter, of each map."""
         from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
 
-        values, start = np.linspace(self.low, self.high, self.points), plan.bound["bifurcation"]
-        how: Any = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction, "borders": True}
-        with plan.study.source.located(("bifurcation",)):
+        values, starts = np.linspace(self.low, self.high, self.points), plan.bound["bifurcation_diagram"]
+        how = self.model_dump(include={"n_returns", "transient", "direction", "tolerance"}) | {"borders": True}
+        with plan.study.source.located(("bifurcation_diagram",)):
             diagrams = {}
             for k, of in enumerate(self.map):
                 map_of = map_along(plan, result, of, self.parameter)
                 part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
                 parallel = replace(plan.portion(k, len(self.map), of), part=part)
-                found = bifurcation_diagram(map_of, self.parameter, values, start, **how, parallel=parallel)
+                found = bifurcation_diagram(map_of, self.parameter, values, starts, **how, parallel=parallel)
                 diagrams[of] = replace(found, units=units_of(plan.system))
-            return {"bifurcation": diagrams}
+            return {"bifurcation_diagram": diagrams}
 
     def describe(self, study: "Study") -> str:
-        returns = self.points * self.ways * (self.discard + self.returns) * len(self.map)
+        returns = self.points * self.ways * (self.transient + self.n_returns) * len(self.map)
         return f"{each_text(self)} of {' and '.join(self.map)}; {returns_text(returns)}"
 
     def size(self, study: "Study", system: "System") -> Size:
         values = float(self.points * self.ways)
-        one = Size(VALUE + RETURN * (self.discard + 5 * self.returns), COPIES * STORED * self.returns)
+        one = Size(VALUE + RETURN * (self.transient + 5 * self.n_returns), COPIES * STORED * self.n_returns)
         refitted = Size(seconds=grid_size(study).seconds + pieces_size(study).seconds)
         return one.times(values * len(self.map)) + refitted.times(values * len(set(self.map) - {"exact", "parametric"}))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation.items()}
-        return {"bifurcation": found} if found else {}
+        found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation_diagram.items()}
+        return {"bifurcation_diagram": found} if found else {}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        for of, diagram in result.bifurcation.items():
-            yield from missing_values(f"bifurcation {of}", result.map_title(of), diagram.reasons)
-        for of, diagram in result.bifurcation.items():
+        for of, diagram in result.bifurcation_diagram.items():
+            yield from missing_values(f"bifurcation_diagram {of}", result.map_title(of), diagram.reasons)
+        for of, diagram in result.bifurcation_diagram.items():
             yield from _ended(of, result.map_title(of), diagram)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The windows of each map, the bifurcations between them, and where there is chaos."""
-        for of, diagram in result.bifurcation.items():
+        for of, diagram in result.bifurcation_diagram.items():
             yield diagram_finding(diagram, result.map_title(of))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions of each map and their intervals of the parameter, the widest ones."""
-        section = result.study.bifurcation
-        if section is None or not result.bifurcation:
+        section = result.study.bifurcation_diagram
+        if section is None or not result.bifurcation_diagram:
             return
-        every = {label for diagram in result.bifurcation.values() for label in diagram.labels.ravel().tolist()}
+        every = {label for diagram in result.bifurcation_diagram.values() for label in diagram.labels.ravel().tolist()}
         explained = kinds_explained(every)
         notes = [f"{explained}."] if explained else []
         listed: list[tuple[str, ...]] = []
-        for of, diagram in result.bifurcation.items():
+        for of, diagram in result.bifurcation_diagram.items():
             rows, more, largest = widest(diagram, ROWS)
             listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
             each = f"{largest} values" if largest > 1 else "one value"
             notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
         ends = (f"{section.parameter} from", "to")
         yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
-        windows = [(of, window) for of, diagram in result.bifurcation.items() for window in diagram.windows]
+        windows = [(of, window) for of, diagram in result.bifurcation_diagram.items() for window in diagram.windows]
         found = [(of, _named(window), _spoken(window.low), _spoken(window.high)) for of, window in windows]
         if found:
             yield Table("Windows", ("map", "motion", *ends), tuple(found))
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The range of the parameter, and the motions of the exact map."""
-        exact = result.bifurcation.get("exact")
+        exact = result.bifurcation_diagram.get("exact")
         seen = motions_of(exact) if exact is not None else ""
         ratio = ": n:m/pT has n impacts on the base wall and m on others in p periods of the forcing" if "/" in seen else ""
         return f"{at(result, (self.parameter,))}{range_text(self)}{f'; of the exact map {seen}' if seen else ''}{ratio}."
@@ -208,7 +209,7 @@ def _ended(of: str, name: str, diagram: "BifurcationDiagram") -> Iterator[Verdic
         outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
         why = "A polynomial overflows." if of != "exact" and outcome == Outcome.escaped else outcome.advice
         text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
-        yield Verdict(f"bifurcation {of}: orbit completes at every parameter value", name, False, False, text)
+        yield Verdict(f"bifurcation_diagram {of}: orbit completes at every parameter value", name, False, False, text)
 
 
 def _named(window: "Window") -> str:

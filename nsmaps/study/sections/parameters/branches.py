@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.phrases import MOST, at
 from nsmaps.study.conclusions.texts import known, values_text, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Name, in_order
+from nsmaps.study.reading.values import SPEC, Ends, Name
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 
 if TYPE_CHECKING:
@@ -38,32 +38,25 @@ class BranchSection(BaseModel):
     model_config = SPEC
     name: Name
     parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
     start: dict[str, Number]
-    at: Number | None = None  #: value of the parameter at the start; that of the study if omitted
     period: int = Field(1, ge=1)  #: in returns
     chatter: bool = False  #: True: complete chatter at the section is one event of the map
+    value: Number | None = None  #: of the parameter at the start; that of the study if omitted
+    bounds: Ends
     direction: Literal["up", "down", "both"] = "both"
-    doublings: int = Field(0, ge=0, le=12)
     step: Number = Field(0.02, gt=1e-8, le=1)
-    events: tuple[Located, ...] = ("period doubling", "fold", "branch point", "Neimark-Sacker")
-    _in_order = model_validator(mode="after")(in_order)
+    kinds: tuple[Located, ...] = ("period doubling", "fold", "branch point", "Neimark-Sacker")
+    n_doublings: int = Field(0, ge=0, le=12)
 
     @model_validator(mode="after")
     def _located(self) -> Self:
-        if self.doublings and "period doubling" not in self.events:
-            raise ValueError("'doublings' requires the event 'period doubling'; expected: 'period doubling' among 'events'")
+        if self.n_doublings and "period doubling" not in self.kinds:
+            raise ValueError("'n_doublings' requires the event 'period doubling'; expected: 'period doubling' among 'kinds'")
         return self
 
-    def value(self, parameters: Mapping[str, float]) -> float:
+    def value_in(self, parameters: Mapping[str, float]) -> float:
         """Start value of the parameter `parameter` in a system with the given parameters."""
-        return parameters[self.parameter] if self.at is None else self.at
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """The range of the parameter."""
-        return self.low, self.high
+        return parameters[self.parameter] if self.value is None else self.value
 
     @property
     def ways(self) -> tuple[Way, ...]:
@@ -129,14 +122,14 @@ class Branches(Entries[BranchSection]):
         return {"branches": found}
 
     def describe(self, study: "Study") -> str:
-        return ", ".join(f"{entry.name} ({entry.parameter} from {entry.low:g} to {entry.high:g})" for entry in self)
+        return ", ".join(f"{entry.name} ({entry.parameter} from {entry.bounds[0]:g} to {entry.bounds[1]:g})" for entry in self)
 
     def size(self, study: "Study", system: "System") -> Size:
         """Points per branch by its longest step; the cycles of a doubled one have twice the period."""
         found = Size()
         for section in self:
             points = len(section.ways) * 2 / section.step
-            for doubled in range(section.doublings + 1):
+            for doubled in range(section.n_doublings + 1):
                 period = float(section.period) * 2**doubled
                 found += Size(POINT + 20 * DERIVED * period, COPIES * STORED * period).times(points)
         return found
@@ -156,7 +149,7 @@ class Branches(Entries[BranchSection]):
             text = f"{yes(holds)}: {ends if len(first[0].values) else first[0].ended}"
             name = f"branch {section.name}"
             yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
-            if section.doublings:
+            if section.n_doublings:
                 yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
@@ -204,11 +197,12 @@ def _start(number: int, section: BranchSection, binding: "Binding") -> Floats:
     """The start of a branch; raises StudyError unless the parameter is in its range and valid."""
     source, loc, name = binding.study.source, ("branches", number), section.parameter
     source.known((*loc, "parameter"), name, binding.system.parameters, "parameter")
-    value = section.value(binding.system.parameters)
-    if not section.low <= value <= section.high:
-        text = f"{name} = {value:g} is not from {section.low:g} to {section.high:g}; expected: 'at' within the range"
-        raise source.error(loc if section.at is None else (*loc, "at"), text)
-    binding.check_value(loc, name, value, "at")
+    value = section.value_in(binding.system.parameters)
+    low, high = section.bounds
+    if not low <= value <= high:
+        text = f"{name} = {value:g} is not from {low:g} to {high:g}; expected: 'value' within 'bounds'"
+        raise source.error(loc if section.value is None else (*loc, "value"), text)
+    binding.check_value(loc, name, value, "value")
     if section.chatter:
         with source.located((*loc, "chatter")):
             FlowSystem.require(binding.system, "complete chatter")
@@ -220,7 +214,7 @@ def cycle_of(plan: "Plan", number: int) -> "PeriodicOrbit":
     from nsmaps.dynamics.periodic import periodic_orbit
 
     section = plan.study.branches[number]
-    there = map_of_branch(section, plan.system.at(**{section.parameter: section.value(plan.system.parameters)}))
+    there = map_of_branch(section, plan.system.at(**{section.parameter: section.value_in(plan.system.parameters)}))
     return periodic_orbit(there, plan.bound["branches"][number], section.period)
 
 
@@ -237,8 +231,8 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
     from nsmaps.dynamics.periodic import least_period
 
-    value, model = section.value(plan.system.parameters), map_of_branch(section, plan.system)
-    about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.events}
+    value, model = section.value_in(plan.system.parameters), map_of_branch(section, plan.system)
+    about: Any = {"bounds": section.bounds, "step": section.step, "kinds": section.kinds}
     branches: list[Branch] = []
     for way in section.ways:
         branches.append(continue_branch(model, section.parameter, orbit, value, direction=way, **about))
@@ -251,7 +245,7 @@ def _followed(plan: "Plan", section: BranchSection, orbit: "PeriodicOrbit") -> "
     if least < section.period:
         reason = f"no orbit of period {section.period} at {value:.9g}: Newton's method converges to one of period {least}"
         return (Branch.empty(orbit, section.parameter, reason),)
-    doubled = [doublings_of(model, branch, max_doublings=section.doublings - 1, **about) for branch in branches]
+    doubled = [doublings_of(model, branch, max_doublings=section.n_doublings - 1, **about) for branch in branches]
     return tuple(branch for some in (branches, *doubled) for branch in some)
 
 
@@ -286,7 +280,7 @@ def _about(event: "BifurcationPoint") -> str:
 def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
     """Whether all requested successive doublings were found: confirmed, not required, text."""
     found = {branch: branch.doubling for branch in branches if branch.doubling is not None}
-    asked = section.doublings * max(sum(branch.period == section.period for branch in found), 1)
+    asked = section.n_doublings * max(sum(branch.period == section.period for branch in found), 1)
     at = ", ".join(f"{event.value:.8g}" for event in found.values())
     if len(found) == asked:
         return True, False, f"yes: at {at}"

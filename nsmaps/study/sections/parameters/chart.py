@@ -1,4 +1,4 @@
-"""The section `chart`: the attractors at every pixel of the plane of two parameters."""
+"""The section `parameter_plane`: the attractors at every pixel of the plane of two parameters."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
@@ -14,13 +14,11 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import computed_text, percent, range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Finding, Quantified, Table, Verdict
+from nsmaps.study.reading.values import Starts
+from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import (
-    CurveSection,
-    check_curves,
-    curves_of,
+    OverPlane,
     missing_curves,
     plain_curves,
     plane_finding,
@@ -34,14 +32,14 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of motions in a table
 
 
-class ChartSection(Quantified):
+class ChartSection(OverPlane, Quantified):
     """Attractors at every pixel of two parameters, which orbits of some starts reach."""
 
-    key: ClassVar[str] = "chart"
+    key: ClassVar[str] = "parameter_plane"
     quantified: ClassVar[str] = "nsmaps.dynamics.charts.chart:ParameterPlane"
     results: ClassVar[Mapping[str, Any]] = {
-        "chart": None,
-        "chart_curves": {},  #: by event and branch
+        "parameter_plane": None,
+        "plane_curves": {},  #: by event and branch
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
@@ -50,84 +48,67 @@ class ChartSection(Quantified):
             "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was "
             "found, and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed "
             "those whose parameters the system refuses.",
-            (FigurePart("a chart of two parameters", ("chart",)), optional("chart_curves"), optional("optimum")),
+            (FigurePart("a chart of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
         ),
     )
 
-    model_config = SPEC
-    sweep: Range
-    across: Range
-    starts: tuple[dict[str, Number], ...]
-    returns: int = Field(1000, ge=2)
-    discard: int = Field(1000, ge=0)
+    starts: Starts
+    n_returns: int = Field(1000, ge=2)
+    transient: int = Field(1000, ge=0)
     max_period: int = Field(32, ge=1)
     direction: Literal["up", "down", "both"] | None = None
+    tolerance: Number = Field(1e-6, gt=0)
     refine: Literal[2, 4, 8, 16, 32, 64, 128] | None = None
     observables: tuple[str | Observable, ...] = ()
-    curves: tuple[CurveSection, ...] = ()
+    quantifiers: Quantifiers = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if self.sweep.parameter == self.across.parameter:
-            raise ValueError(f"'sweep' and 'across' have the same parameter {self.sweep.parameter!r}; expected: two parameters")
-        if not self.starts:
-            raise ValueError("'starts' has no start; expected: one or more")
-        if self.returns < 2 * self.max_period:
-            raise ValueError(f"{self.returns} 'returns' hold no period up to {self.max_period} twice; expected: 2 'max_period'")
+        if self.n_returns < 2 * self.max_period:
+            text = f"{self.n_returns} 'n_returns' hold no period up to {self.max_period} twice"
+            raise ValueError(f"{text}; expected: 2 'max_period'")
         if self.refine and self.direction:
             raise ValueError("orbits that are followed need every pixel; expected: no 'direction', or no 'refine'")
         return self
-
-    @property
-    def pixels(self) -> int:
-        """Their number."""
-        return self.sweep.points * self.across.points
 
     @property
     def orbits(self) -> int:
         """The number of orbits of a pixel."""
         return len(self.starts) * (2 if self.direction == "both" else 1)
 
-    def check(self, study: "Study") -> None:
-        check_curves("chart", self.sweep, self.curves, study)
-
     def bind(self, binding: "Binding") -> Floats:
         self.functions(binding.study)
-        binding.some_values(("chart", "sweep"), self.sweep)
-        binding.some_values(("chart", "across"), self.across)
+        self.check_plane(binding)
         if self.observables:
             from nsmaps.exact.observables.formulas import resolve_observables
 
-            with binding.study.source.located(("chart", "observables")):
+            with binding.study.source.located(("parameter_plane", "observables")):
                 resolve_observables(binding.system, self.observables)
-        return np.array([binding.start(("chart", "starts", number), start) for number, start in enumerate(self.starts)])
+        return binding.starts(("parameter_plane", "starts"), self.starts)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The chart, and the curves of bifurcations."""
         from nsmaps.dynamics.charts.parameter_plane import parameter_plane
 
-        spans = self.sweep, self.across
-        plane = {span.parameter: np.linspace(span.low, span.high, span.points) for span in spans}
-        how: Any = self.model_dump(include={"max_period", "direction", "refine"})
-        how |= {"n_returns": self.returns, "transient": self.discard, "observables": self.observables}
-        how["quantifiers"] = self.functions(plan.study)
-        parallel = plan.portion(0, 1 + len(self.curves))
-        with plan.study.source.located(("chart",)):
-            diagram = parameter_plane(plan.system, plane, plan.bound["chart"], **how, parallel=parallel)
-            curves = curves_of(plan, result, self.curves, self.across)
-        return {"chart": diagram, "chart_curves": curves}
+        how = self.model_dump(include={"n_returns", "transient", "max_period", "direction", "tolerance", "refine"})
+        how |= {"observables": self.observables, "quantifiers": self.functions(plan.study)}
+        with plan.study.source.located(("parameter_plane",)):
+            parallel = plan.portion(0, 1 + len(self.bifurcation_curves))
+            diagram = parameter_plane(plan.system, self.values, plan.bound["parameter_plane"], **how, parallel=parallel)
+            curves = self.curves(plan, result)
+        return {"parameter_plane": diagram, "plane_curves": curves}
 
     def describe(self, study: "Study") -> str:
-        values = " x ".join(f"{span.points} values of {span.parameter}" for span in (self.sweep, self.across))
+        values = " x ".join(f"{axis.points} values of {axis.parameter}" for axis in self.axes)
         some = ", at most" if self.refine else ""
-        return f"{values}{some}; {returns_text(self.pixels * self.orbits * (self.discard + self.returns))}"
+        return f"{values}{some}; {returns_text(self.pixels * self.orbits * (self.transient + self.n_returns))}"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return Size(RETURN * (self.discard + self.returns), COPIES * STATE).times(float(self.pixels) * self.orbits)
+        return Size(RETURN * (self.transient + self.n_returns), COPIES * STATE).times(float(self.pixels) * self.orbits)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The fraction of the pixels with each motion, with several attractors and without a map, and the curves."""
-        found = result.chart
+        found = result.parameter_plane
         if found is None:
             return {}
         shares = {name or NONE: share for name, share in found.shares().items()}
@@ -138,25 +119,33 @@ class ChartSection(Quantified):
         about |= (
             {"quantifiers": {name: _range(values) for name, values in found.quantifiers.items()}} if found.quantifiers else {}
         )
-        return {"chart": {"shares": shares, "observables": ranges, **about, **work, "curves": plain_curves(result.chart_curves)}}
+        return {
+            "parameter_plane": {
+                "shares": shares,
+                "observables": ranges,
+                **about,
+                **work,
+                "curves": plain_curves(result.plane_curves),
+            }
+        }
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The share of each motion, where several coexist, and the bifurcation curves."""
-        if (found := result.chart) is not None:
+        if (found := result.parameter_plane) is not None:
             several = float((found.counts > 1).mean())
             more = ((percent(several), "of the pixels have several attractors"),) if several else ()
-            spans = self.sweep, self.across
-            yield plane_finding(result.system.map_name, spans, found.shares(), result.chart_curves, more)
+            yield plane_finding(result.system.map_name, self.axes, found.shares(), result.plane_curves, more)
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        found = result.chart
+        found = result.parameter_plane
         if found is not None and found.refused.any():
-            yield missing("chart", result.system.map_name, int(found.refused.sum()), f"{found.refused.size} pixels", found.reason)
-        yield from missing_curves("chart", result.system.map_name, result.chart_curves)
+            of, none = result.system.map_name, int(found.refused.sum())
+            yield missing("parameter_plane", of, none, f"{found.refused.size} pixels", found.reason)
+        yield from missing_curves("parameter_plane", result.system.map_name, result.plane_curves)
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions and the share of the pixels in which each attracts."""
-        found = result.chart
+        found = result.parameter_plane
         if found is None:
             return
         shares = found.shares()
@@ -170,21 +159,21 @@ class ChartSection(Quantified):
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The ranges of both parameters, the share of each motion, and of what coexists or is refused."""
-        found = result.chart
+        found = result.parameter_plane
         if found is None:
             return ""
         refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
         filled = "" if found.computed.all() else f" {computed_text(found)}"
-        over = f"{range_text(self.sweep)}, {range_text(self.across)}"
+        over = ", ".join(map(range_text, self.axes))
         motions = {label or "none": share for label, share in found.shares().items()}
         text = (
             f"{over}; motions {shares_text(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
         )
-        return f"{at(result, (self.sweep.parameter, self.across.parameter))}{text}{filled}{self._star(result.optimum)}"
+        return f"{at(result, tuple(self.plane))}{text}{filled}{self._star(result.optimize)}"
 
     def _star(self, found: "Optimum | None") -> str:
         """A sentence on the optimum that the figure shows."""
-        if found is None or not {self.sweep.parameter, self.across.parameter} <= set(found.parameters):
+        if found is None or not set(self.plane) <= set(found.parameters):
             return ""
         where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
         value = " ".join(filter(None, (f"{found.value:.5g}", found.observable.unit, f"per {found.per}")))

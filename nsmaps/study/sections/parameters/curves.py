@@ -1,22 +1,25 @@
-"""Bifurcation curves over the plane of the sections `stability` and `chart`: events of branches followed in two parameters."""
+"""Bifurcation curves over the plane of the sections `stability_diagram` and `parameter_plane`, by events of branches."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
+import numpy as np
+from pydantic import BaseModel, Field
 
+from nsmaps.arrays import Floats
 from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.progress import beat
 from nsmaps.study.conclusions.texts import percent, plain, shares_text
-from nsmaps.study.reading.values import SPEC, Range
-from nsmaps.study.sections.base import Finding, Verdict
+from nsmaps.study.reading.values import SPEC, Range, Span
+from nsmaps.study.sections.base import Analysis, Finding, Verdict
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.study.sections.base import Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult
 
 
 class CurveSection(BaseModel):
@@ -27,31 +30,60 @@ class CurveSection(BaseModel):
     event: Kind
 
 
-def check_curves(key: str, sweep: Range, curves: tuple[CurveSection, ...], study: "Study") -> None:
-    """Raise StudyError at the first curve of a section without its branch or event there, or given twice."""
-    name = sweep.parameter
+class OverPlane(Analysis):
+    """An analysis over the plane of two parameters, along the first for each value of the second, with bifurcation curves."""
+
+    model_config = SPEC
+    plane: dict[str, Span] = Field(min_length=2, max_length=2)  #: values of two parameters, by name
+    bifurcation_curves: tuple[CurveSection, ...] = ()
+
+    @property
+    def axes(self) -> list[Range]:
+        """The values of both parameters with their names."""
+        return [Range(parameter=name, **span.model_dump()) for name, span in self.plane.items()]
+
+    @property
+    def values(self) -> dict[str, Floats]:
+        """The values of both parameters, shapes (V,) and (W,)."""
+        return {name: np.linspace(span.low, span.high, span.points) for name, span in self.plane.items()}
+
+    @property
+    def pixels(self) -> int:
+        """The number of points of the plane."""
+        return math.prod(span.points for span in self.plane.values())
+
+    def check(self, study: "Study") -> None:
+        check_curves(self.key, next(iter(self.plane)), self.bifurcation_curves, study)
+
+    def check_plane(self, binding: "Binding") -> None:
+        """Raise StudyError unless both are parameters, each with a valid value."""
+        for axis in self.axes:
+            loc = (self.key, "plane", axis.parameter)
+            binding.study.source.known(loc, axis.parameter, binding.system.parameters, "parameter", key=True)
+            binding.some_values(loc, axis)
+
+    def curves(self, plan: "Plan", result: "StudyResult") -> dict[str, "BifurcationCurve"]:
+        """The curves by event and branch, as the part of a section's work after its diagram."""
+        found = {}
+        for number, each in enumerate(self.bifurcation_curves, 1):
+            found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, self.axes[1])
+            beat((number + 1) / (len(self.bifurcation_curves) + 1))
+        return found
+
+
+def check_curves(key: str, name: str, curves: tuple[CurveSection, ...], study: "Study") -> None:
+    """Raise StudyError at the first curve of a section without its event on a branch in a parameter, or given twice."""
     branches = {branch.name: branch for branch in study.branches if branch.parameter == name}
     for number, curve in enumerate(curves):
-        loc = (key, "curves", number)
+        loc = (key, "bifurcation_curves", number)
         study.source.known((*loc, "branch"), curve.branch, list(branches), f"branch in {name!r}")
-        located = (*branches[curve.branch].events, "grazing", "border collision", "detachment")
+        located = (*branches[curve.branch].kinds, "grazing", "border collision", "detachment")
         if curve.event not in located:
-            text = f"the branch {curve.branch!r} locates no {curve.event}; expected: one of its 'events', {', '.join(located)}"
+            text = f"the branch {curve.branch!r} locates no {curve.event}; expected: one of its 'kinds', {', '.join(located)}"
             raise study.source.error((*loc, "event"), text)
         if curve in curves[:number]:
             text = f"the curve of {curve.branch!r} and {curve.event!r} is given twice; expected: each once"
             raise study.source.error(loc, text)
-
-
-def curves_of(
-    plan: "Plan", result: "StudyResult", curves: Sequence[CurveSection], across: Range
-) -> dict[str, "BifurcationCurve"]:
-    """The curves by event and branch, as the part of a section's work after its diagram."""
-    found = {}
-    for number, each in enumerate(curves, 1):
-        found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, across)
-        beat((number + 1) / (len(curves) + 1))
-    return found
 
 
 def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, across: Range) -> "BifurcationCurve":
@@ -90,7 +122,7 @@ def plain_curves(curves: "Mapping[str, BifurcationCurve]") -> dict[str, Any]:
 
 def plane_finding(
     of: str,
-    spans: tuple[Range, Range],
+    spans: Sequence[Range],
     shares: Mapping[str, float],
     curves: "Mapping[str, BifurcationCurve]",
     more: tuple[tuple[str, str], ...] = (),

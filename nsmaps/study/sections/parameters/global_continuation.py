@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.texts import count_of, percent, plain, range_text,
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, Range
-from nsmaps.study.sections.base import Finding, Quantified, Table, Verdict
+from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
@@ -47,46 +47,39 @@ class GlobalContinuationSection(Range, Quantified):
         ),
     )
 
-    region: Bounds
-    samples: int = Field(1000, ge=1)
-    returns: int = Field(1000, ge=1)
+    box: Bounds
+    n_samples: int = Field(1000, ge=1)
+    max_returns: int = Field(1000, ge=1)
     tolerance: Number = Field(1e-6, gt=0)
     max_period: int = Field(32, ge=1)
     step: Number = Field(0.1, gt=0)
     kick: Number = Field(0.01, gt=0)
-    kicks: int = Field(100, ge=1)
-    directions: int = Field(16, ge=1)
-    states: int = Field(8, ge=1)
-    seed: int = Field(0, ge=0)
+    n_kicks: int = Field(100, ge=1)
+    n_directions: int = Field(16, ge=1)
+    n_states: int = Field(8, ge=1)
+    rng: int = Field(0, ge=0)
+    quantifiers: Quantifiers = Field(default_factory=dict)
 
     def bind(self, binding: "Binding") -> Box:
         self.functions(binding.study)
         binding.some_values(("global_continuation",), self)
-        return binding.box(("global_continuation", "region"), self.region)
+        return binding.box(("global_continuation", "box"), self.box)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         from nsmaps.dynamics.attractors.global_continuation import global_continuation
 
         values = np.linspace(self.low, self.high, self.points)
-        how: Any = self.model_dump(include={"tolerance", "max_period", "step", "kick", "seed"})
-        counts: Any = {f"n_{name}": getattr(self, name) for name in ("samples", "kicks", "directions", "states")}
+        how = self.model_dump(exclude={*Range.model_fields, "box"}) | {"quantifiers": self.functions(plan.study)}
         with plan.study.source.located(("global_continuation",)):
-            region = plan.bound["global_continuation"]
-            more = {
-                "max_returns": self.returns,
-                "quantifiers": self.functions(plan.study),
-                "parallel": plan.parallel,
-                **how,
-                **counts,
-            }
-            return {"global_continuation": global_continuation(plan.system, self.parameter, values, region, **more)}
+            where = plan.system, self.parameter, values, plan.bound["global_continuation"]
+            return {"global_continuation": global_continuation(*where, **how, parallel=plan.parallel)}
 
     def describe(self, study: "Study") -> str:
-        return f"{range_text(self)}, {self.samples} starts each, up to {self.returns} returns"
+        return f"{range_text(self)}, {self.n_samples} starts each, up to {self.max_returns} returns"
 
     def size(self, study: "Study", system: "System") -> Size:
         """At most all starts and 100 more for all returns."""
-        return Size(VALUE + RETURN * self.returns * (self.samples + 100), COPIES * STATE).times(self.points)
+        return Size(VALUE + RETURN * self.max_returns * (self.n_samples + 100), COPIES * STATE).times(self.points)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Every quantity of each attractor at each value, and the births and deaths."""

@@ -8,12 +8,11 @@ import numpy as np
 from pydantic import Field
 
 from nsmaps.arrays import Floats
-from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, percent, plain, range_text, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import Range
+from nsmaps.study.reading.values import Range, Starts
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 from nsmaps.study.sections.parameters.motions import Row
@@ -44,30 +43,31 @@ class LyapunovSection(Range, Analysis):
         ),
     )
 
-    start: dict[str, Number]
-    returns: int = Field(10_000, ge=32)  #: averaged over, after those discarded
-    discard: int = Field(1000, ge=0)
+    starts: Starts
+    n_returns: int = Field(10_000, ge=32)  #: averaged over, after the transient
+    transient: int = Field(1000, ge=0)
     direction: Literal["up", "down"] | None = None
 
     def bind(self, binding: "Binding") -> Floats:
         binding.some_values(("lyapunov",), self)
-        return binding.start(("lyapunov", "start"), self.start)
+        return binding.starts(("lyapunov", "starts"), self.starts)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         from nsmaps.dynamics.lyapunov import lyapunov
 
         values = np.linspace(self.low, self.high, self.points)
-        how: dict[str, Any] = {"n_returns": self.returns, "transient": self.discard, "direction": self.direction}
+        how = self.model_dump(include={"n_returns", "transient", "direction"})
         with plan.study.source.located(("lyapunov",)):
             return {
                 "lyapunov": lyapunov(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel)
             }
 
     def describe(self, study: "Study") -> str:
-        return f"{each_text(self)}; {returns_text(self.points * (self.discard + self.returns))} with derivatives"
+        returns = len(self.starts) * self.points * (self.transient + self.n_returns)
+        return f"{each_text(self)}; {returns_text(returns)} with derivatives"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return Size(VALUE + DERIVED * (self.discard + self.returns), COPIES * STATE).times(self.points)
+        return Size(VALUE + DERIVED * (self.transient + self.n_returns), COPIES * STATE).times(self.points * len(self.starts))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Exponents and their errors at each value, per return and per unit of time."""
@@ -123,7 +123,8 @@ class LyapunovSection(Range, Analysis):
         if found is None:
             return ""
         with np.errstate(invalid="ignore"):
-            positive = int((found.exponents[:, 0] > 2 * found.error[:, 0]).sum())
+            above = found.exponents[..., 0] > 2 * found.error[..., 0]
+            positive = int(above.reshape(len(above), -1).any(axis=1).sum())
         text = f"the largest exponent exceeds two standard errors at {positive} of them"
         return f"{at(result, (self.parameter,))}{range_text(self)}; {text}."
 
@@ -131,10 +132,12 @@ class LyapunovSection(Range, Analysis):
 def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
     """The intervals over which the largest exponent has one sign, ascending: `sign`, `from`, `to`, `values`, `exponent`.
 
-    A sign is that of more than two standard errors; `exponent` is the range of the largest one, per return.
+    A sign is that of more than two standard errors; `exponent` is the range of the largest one of all starts, per return.
     """
     order = np.argsort(sweep.values, kind="stable")
-    values, largest, error = sweep.values[order], sweep.exponents[order, ..., 0].ravel(), sweep.error[order, ..., 0].ravel()
+    values, exponents = sweep.values[order], sweep.exponents[order, ..., 0].reshape(len(order), -1)
+    of = np.arange(len(order)), np.where(np.isnan(exponents), -np.inf, exponents).argmax(axis=1)
+    largest, error = exponents[of], sweep.error[order, ..., 0].reshape(exponents.shape)[of]
     signs = [_sign(value, wide) for value, wide in zip(largest.tolist(), error.tolist(), strict=True)]
     rows = list[Row]()
     for sign, run in groupby(range(len(signs)), key=signs.__getitem__):

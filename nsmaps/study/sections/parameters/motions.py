@@ -124,7 +124,7 @@ def _held(window: "Window", name: str) -> str:
 def coexisting(result: "StudyResult") -> str:
     """A sentence for each map on its coexisting motions and their intervals; empty if there are none."""
     sentences = []
-    for of, diagram in result.bifurcation.items():
+    for of, diagram in result.bifurcation_diagram.items():
         rows = sorted(attractors(diagram)[1], key=itemgetter("motion", "beside"))
         pairs = [list(alike) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
         widest = sorted(pairs, key=lambda alike: -sum(row["values"] for row in alike))[:PAIRS]
@@ -148,7 +148,7 @@ def _places(result: "StudyResult", diagram: "BifurcationDiagram", rows: list[Row
 
 def interval(result: "StudyResult", diagram: "BifurcationDiagram", row: Row) -> str:
     """The ends of an interval, to the digits by which neighbouring values differ: `for d from 0.225 to 0.2275`."""
-    name = result.study.bifurcation.parameter if result.study.bifurcation else ""
+    name = result.study.bifurcation_diagram.parameter if result.study.bifurcation_diagram else ""
     low, high = digits([row["from"], row["to"]], diagram)
     return f"for {name} from {low} to {high}" if low != high else f"at {name} = {low}"
 

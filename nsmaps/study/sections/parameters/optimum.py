@@ -1,4 +1,4 @@
-"""The section `optimum`: the parameters at which a periodic motion of the exact map delivers most of an observable."""
+"""The section `optimize`: the parameters at which a periodic motion of the exact map delivers most of an observable."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
@@ -30,23 +30,23 @@ SAME = 1e-6  #: share of the value within which starts lead to one optimum
 class OptimumNoiseSection(NoiseSizes):
     """Noise at an optimum."""
 
-    returns: int = Field(500, ge=1)
-    realisations: int = Field(16, ge=2)
-    seed: int = Field(0, ge=0)
+    n_returns: int = Field(500, ge=1)
+    n_realisations: int = Field(16, ge=2)
+    rng: int = Field(0, ge=0)
 
 
 class OptimumSection(Analysis):
     """The largest or least mean of an observable of a periodic motion over parameters, under conditions."""
 
-    key: ClassVar[str] = "optimum"
+    key: ClassVar[str] = "optimize"
     results: ClassVar[Mapping[str, Any]] = {
-        "optimum": None,
+        "optimize": None,
         "noisy_optimum": None,
     }
 
     model_config = SPEC
     observable: str | Observable
-    parameters: Bounds = Field(min_length=1)
+    bounds: Bounds = Field(min_length=1)
     start: dict[str, Number]
     period: int = Field(1, ge=1)
     sense: Literal["max", "min"] = "max"
@@ -54,11 +54,11 @@ class OptimumSection(Analysis):
     motion: str = ""
     multiplier: Number | None = Field(0.95, gt=0, le=1)
     graze: Number = Field(0.01, ge=0, lt=1)
-    grid: dict[str, Side] | None = None  #: of states whose basins are computed
+    states: dict[str, Side] | None = None  #: a grid, whose basins are computed
     share: Number = Field(0.0, ge=0, le=1)
     tolerances: dict[str, Number] = Field(default_factory=dict)
-    returns: int = Field(1000, ge=1)
-    starts: int = Field(5, ge=1)
+    max_returns: int = Field(1000, ge=1)
+    n_starts: int = Field(5, ge=1)
     noisy: OptimumNoiseSection | None = None
 
     def bind(self, binding: "Binding") -> dict[str, Any]:
@@ -66,27 +66,27 @@ class OptimumSection(Analysis):
         from nsmaps.dynamics.noise.orbits import check_noise
 
         source, known = binding.study.source, binding.system.parameters
-        for name in self.parameters:
-            source.known(("optimum", "parameters", name), name, known, "parameter", key=True)
-        x0 = {name: known[name] for name in self.parameters}
-        with source.located(("optimum", "parameters")):
-            box(self.parameters, x0)
-        with source.located(("optimum",)):
-            check_limits(self.sense, self.multiplier, self.graze, self.share, {"starts": self.starts}, self.grid is not None)
-        with source.located(("optimum", "observable")):
+        for name in self.bounds:
+            source.known(("optimize", "bounds", name), name, known, "parameter", key=True)
+        x0 = {name: known[name] for name in self.bounds}
+        with source.located(("optimize", "bounds")):
+            box(self.bounds, x0)
+        with source.located(("optimize",)):
+            check_limits(self.sense, self.multiplier, self.graze, self.share, {"starts": self.n_starts}, self.states is not None)
+        with source.located(("optimize", "observable")):
             what, _ = observed(binding.system, self.observable, self.per)
             if self.noisy and what.of == "flights":
-                raise source.error(("optimum", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
+                raise source.error(("optimize", "noisy"), f"{what.name!r} is of flights, which noise moves; expected: of impacts")
         if self.noisy:
-            with source.located(("optimum", "noisy")):
+            with source.located(("optimize", "noisy")):
                 check_noise(binding.system, self.noisy.noise(self.noisy.sigma[0]))
         if "graze" in self.model_fields_set and not isinstance(binding.system, FlowSystem):
-            with source.located(("optimum", "graze")):
+            with source.located(("optimize", "graze")):
                 FlowSystem.require(binding.system, "a margin from a graze")
-        with source.located(("optimum", "tolerances")):
-            offsets_of(self.tolerances, self.parameters)
-        grid = None if self.grid is None else binding.grid(("optimum", "grid"), self.grid)
-        return {"x0": x0, "start": binding.start(("optimum", "start"), self.start), "states": grid}
+        with source.located(("optimize", "tolerances")):
+            offsets_of(self.tolerances, self.bounds)
+        grid = None if self.states is None else binding.grid(("optimize", "states"), self.states)
+        return {"x0": x0, "start": binding.start(("optimize", "start"), self.start), "states": grid}
 
     def calls(self) -> "tuple[Call, ...]":
         return (call_noise,) if self.noisy else ()
@@ -95,33 +95,31 @@ class OptimumSection(Analysis):
         """The optimum, and the observable there under noise."""
         from nsmaps.dynamics.design.optimum import optimize
 
-        names = "period", "sense", "per", "motion", "multiplier", "graze", "share", "tolerances"
-        how: Any = {name: getattr(self, name) for name in names}
-        how |= {"max_returns": self.returns, "n_starts": self.starts}
+        how = self.model_dump(exclude={"observable", "bounds", "start", "states", "noisy"})
         parallel = plan.portion(0, 2 if self.noisy else 1)
-        with plan.study.source.located(("optimum",)):
+        with plan.study.source.located(("optimize",)):
             found = optimize(
-                plan.system, self.observable, self.parameters, **plan.bound["optimum"], **how, progress=parallel.progress
+                plan.system, self.observable, self.bounds, **plan.bound["optimize"], **how, progress=parallel.progress
             )
             noisy = _noisy(self.noisy, plan, found) if self.noisy else None
-        return {"optimum": found, "noisy_optimum": noisy}
+        return {"optimize": found, "noisy_optimum": noisy}
 
     def describe(self, study: "Study") -> str:
         name = self.observable if isinstance(self.observable, str) else self.observable.name
-        sample = f"; basins of {grid_text(self.grid)}" if self.grid else ""
+        sample = f"; basins of {grid_text(self.states)}" if self.states else ""
         noise = self.noisy
-        under = f"; {returns_text(noise.returns * noise.realisations * len(noise.sigma))} under noise" if noise else ""
-        return f"{self.sense} of {name} over {', '.join(self.parameters)}, {self.starts} starts{sample}{under}"
+        under = f"; {returns_text(noise.n_returns * noise.n_realisations * len(noise.sigma))} under noise" if noise else ""
+        return f"{self.sense} of {name} over {', '.join(self.bounds)}, {self.n_starts} starts{sample}{under}"
 
     def size(self, study: "Study", system: "System") -> Size:
-        search = Size(POINT * POINTS * self.starts)
-        basin = Size(RETURN * self.returns).times(states(self.grid) * (60 if self.share else 1) if self.grid else 0.0)
+        search = Size(POINT * POINTS * self.n_starts)
+        basin = Size(RETURN * self.max_returns).times(states(self.states) * (60 if self.share else 1) if self.states else 0.0)
         noise = self.noisy
-        return search + basin + Size(NOISY * noise.returns * noise.realisations * len(noise.sigma) if noise else 0.0)
+        return search + basin + Size(NOISY * noise.n_returns * noise.n_realisations * len(noise.sigma) if noise else 0.0)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The optimum with its conditions, what coexists, every start, and means under noise."""
-        found, noisy = result.optimum, result.noisy_optimum
+        found, noisy = result.optimize, result.noisy_optimum
         if found is None:
             return {}
         of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
@@ -138,18 +136,18 @@ class OptimumSection(Analysis):
         attempts = [asdict(one) for one in found.attempts]
         rows = of | at | motion | {"conditions": conditions, "attempts": attempts, "coexisting": list(_coexisting(found))}
         under = {} if noisy is None else {"sigma": list(noisy.sigma), "value": plain(noisy.value), "error": plain(noisy.error)}
-        return {"optimum": rows | ({"noise": under} if under else {})}
+        return {"optimize": rows | ({"noise": under} if under else {})}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        found = result.optimum
+        found = result.optimize
         if found is not None:
             count, total = same(found), len(found.attempts)
             text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
-            yield Verdict("optimum: the same from every start", result.system.map_name, count == total, False, text)
+            yield Verdict("optimize: the same from every start", result.system.map_name, count == total, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The optimum, the parameters at which it lies, and the motion that has it."""
-        if (found := result.optimum) is None:
+        if (found := result.optimize) is None:
             return
         unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
         where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
@@ -163,7 +161,7 @@ class OptimumSection(Analysis):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The optimum, its conditions, what attracts there, and the means under noise."""
-        found, noisy = result.optimum, result.noisy_optimum
+        found, noisy = result.optimize, result.noisy_optimum
         if found is None:
             return
         unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
@@ -192,9 +190,9 @@ def _noisy(spec: OptimumNoiseSection, plan: "Plan", found: "Optimum") -> "NoisyO
 
     system, rows = plan.system.at(**found.parameters), []
     for number, sigma in enumerate(spec.sigma):
-        how = {"n_returns": spec.returns, "n_realisations": spec.realisations, "rng": spec.seed}
+        how = {"n_returns": spec.n_returns, "n_realisations": spec.n_realisations, "rng": spec.rng}
         parallel = plan.portion(len(spec.sigma) + number, 2 * len(spec.sigma), f"sigma-{number}")
-        room = IMPACTS * spec.returns if isinstance(system, FlowSystem) else 0
+        room = IMPACTS * spec.n_returns if isinstance(system, FlowSystem) else 0
         orbits = noisy_orbits(system, found.orbit.states[0], spec.noise(sigma), **how, max_impacts=room, parallel=parallel)
         mean = getattr(observe(system, orbits, [found.observable]), f"per_{found.per}")
         rows.append((mean.value[0], mean.error[0]))

@@ -48,9 +48,9 @@ class AuxiliaryMapSection(Analysis):
     pieces: dict[str, Bounds] = Field(default_factory=dict)  #: with a box that holds the region of each
     box: Bounds  #: the window of the exit times
     depth: int = Field(3, ge=0, le=12)
-    cells: int = Field(32, ge=1)
+    n_cells: int = Field(32, ge=1)
     start: dict[str, Number]
-    returns: int = Field(400, ge=1)
+    n_returns: int = Field(400, ge=1)
 
     def needs(self) -> Iterator[Need]:
         yield ("auxiliary_map",), "'auxiliary_map'", "composite"
@@ -88,23 +88,21 @@ class AuxiliaryMapSection(Analysis):
             pieces = [(return_map.piece(name), box) for name, box in bound["pieces"].items()]
             regions = [(piece, AuxiliaryRegion.of_piece(piece, box, return_map.coordinates)) for piece, box in pieces]
             orbit = auxiliary_orbit(
-                return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.returns
+                return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.n_returns
             )
             full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
-            target = forward_invariant_box(full, step.box, n_cells=self.cells)
+            target = forward_invariant_box(full, step.box, n_cells=self.n_cells)
             goal = target if target.forward_invariant else None
-            window, progress = bound["window"], plan.parallel.progress
-            times = exit_times(
-                full, return_map, window, depth=self.depth, n_cells=self.cells, target=goal, of=OF, progress=progress
-            )
+            how: Any = {"depth": self.depth, "n_cells": self.n_cells, "of": OF, "progress": plan.parallel.progress}
+            times = exit_times(full, return_map, bound["window"], **how, target=goal)
         return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
     def describe(self, study: "Study") -> str:
         where = ", ".join([f"A_1^({self.update}) of the domain {self.domain}", *self.pieces])
-        return f"in {where}; {self.cells} cells an axis, halved {self.depth} times"
+        return f"in {where}; {self.n_cells} cells an axis, halved {self.depth} times"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return cover_size(self.cells, len(system.coordinates), self.depth)
+        return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         if result.auxiliary_map is None or result.auxiliary_exits is None:

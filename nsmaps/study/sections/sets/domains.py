@@ -42,7 +42,7 @@ class DomainSection(BaseModel):
     map: str
     box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
     bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
-    updates: int = Field(11, ge=1)
+    max_updates: int = Field(11, ge=1)
     grow: bool = False  #: start from the smallest box around this one that the map maps into itself
     require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
@@ -141,13 +141,13 @@ class Domains(Entries[DomainSection]):
         return {"domains": domains}
 
     def describe(self, study: "Study") -> str:
-        return ", ".join(f"{each.name} (map {each.map}, {each.updates} updates)" for each in self)
+        return ", ".join(f"{each.name} (map {each.map}, {each.max_updates} updates)" for each in self)
 
     def size(self, study: "Study", system: "System") -> Size:
         """The size of all updates; most domains converge earlier."""
         of_pieces = {piece.name for piece in study.composite}
-        each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.updates for d in self]
-        return Size(sum(each), 1e5 * float(sum(d.updates for d in self)))
+        each = [(UPDATE / 10 if d.map in of_pieces else UPDATE) * (3 if d.grow else 1) * d.max_updates for d in self]
+        return Size(sum(each), 1e5 * float(sum(d.max_updates for d in self)))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
@@ -239,7 +239,7 @@ def _bounded(
     how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
     if section.bounds == "inflated" and isinstance(return_map, PolyMap):
         how |= {"error": held_out_error(return_map, plan.system, box), "of": f"exact map, by {of}"}
-    return attracting_domain(return_map, box, max_updates=section.updates, **how)
+    return attracting_domain(return_map, box, max_updates=section.max_updates, **how)
 
 
 def _domain(domain: "AttractingDomain") -> dict[str, Any]:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class ExitTimesSection(Analysis):
-    """For each piece the share of its region that leaves it, and that reaches the closed set of `morse`, by number of returns."""
+    """For each piece the share of its region that leaves it, and that reaches the closed set of `morse_sets`, by returns."""
 
     key: ClassVar[str] = "exit_times"
     results: ClassVar[Mapping[str, Any]] = {
@@ -43,8 +43,8 @@ class ExitTimesSection(Analysis):
     model_config = SPEC
     box: Bounds
     depth: int = Field(3, ge=0, le=12)
-    cells: int = Field(32, ge=1)
-    period: int | None = Field(None, ge=1, le=12)  #: longest period of the cycles that are sought in the window
+    n_cells: int = Field(32, ge=1)
+    max_period: int | None = Field(None, ge=1, le=12)  #: of the cycles that are sought in the window
 
     def needs(self) -> Iterator[Need]:
         yield ("exit_times",), "'exit_times'", "composite"
@@ -65,22 +65,25 @@ class ExitTimesSection(Analysis):
         from nsmaps.cells.times import exit_times
 
         window = plan.bound["exit_times"].array
-        target = result.trap if result.trap is not None and result.trap.forward_invariant else None
-        how: Any = {"depth": self.depth, "n_cells": self.cells}
+        closed = result.forward_invariant_set
+        target = closed if closed is not None and closed.forward_invariant else None
+        how: Any = {"depth": self.depth, "n_cells": self.n_cells}
         with plan.study.source.located(("exit_times",)):
             if result.composite is None:
                 raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
             first, then = (plan.portion(half, 2).progress for half in (0, 1))
-            found = find_cycles(plan.system, window, max_period=self.period, **how, progress=first) if self.period else None
+            found = None
+            if self.max_period:
+                found = find_cycles(plan.system, window, max_period=self.max_period, **how, progress=first)
             cycles = found.cycles if found else ()
             times = exit_times(plan.system, result.composite, window, **how, target=target, cycles=cycles, progress=then)
         return {"cycles": found, "exit_times": times}
 
     def describe(self, study: "Study") -> str:
-        return f"{self.cells} cells an axis, halved {self.depth} times"
+        return f"{self.n_cells} cells an axis, halved {self.depth} times"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return cover_size(self.cells, len(system.coordinates), self.depth)
+        return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         sections: dict[str, Any] = {}

@@ -20,14 +20,14 @@ class HorseshoeSection(Analysis):
 
     model_config = SPEC
     box: Bounds
-    period: int = Field(5, ge=1)  #: longest of the cycles, in returns
-    returns: int = Field(1, ge=1)  #: after which a set covers others
+    max_period: int = Field(5, ge=1)  #: of the cycles, in returns
+    n_returns: int = Field(1, ge=1)  #: after which a set covers others
     depth: int = Field(3, ge=0, le=12)
-    cells: int = Field(16, ge=1)  #: per axis, on the first level
+    n_cells: int = Field(16, ge=1)  #: per axis, on the first level
 
     def bind(self, binding: "Binding") -> Box:
         check_proof(binding, "horseshoe")
         return binding.box(("horseshoe", "box"), self.box)
 
     def describe(self, study: "Study") -> str:
-        return f"by nsmaps prove: around the cycles of up to {self.period} returns"
+        return f"by nsmaps prove: around the cycles of up to {self.max_period} returns"

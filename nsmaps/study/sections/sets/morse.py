@@ -1,4 +1,4 @@
-"""The section `morse`: a cover of the invariant sets of the exact map in a window, by enclosure."""
+"""The section `morse_sets`: a cover of the invariant sets of the exact map in a window, by enclosure."""
 
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -30,10 +30,10 @@ EXACT_ORBITS: "FigurePart[Sequence[Orbit]]" = FigurePart(
 class MorseSection(Analysis):
     """A cover of the invariant sets of the exact map in a window by cells, which are halved `depth` times."""
 
-    key: ClassVar[str] = "morse"
+    key: ClassVar[str] = "morse_sets"
     results: ClassVar[Mapping[str, Any]] = {
-        "morse": None,  #: of the invariant sets in the window, by enclosure of the exact map
-        "trap": None,  #: the closed set around its first minimal component
+        "morse_sets": None,  #: of the invariant sets in the window, by enclosure of the exact map
+        "forward_invariant_set": None,  #: the closed set around its first minimal component
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
@@ -41,21 +41,21 @@ class MorseSection(Analysis):
             "The cells of the window coloured by recurrent component, with states of orbits.",
             "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of "
             "orbits. From a minimal component no other component can be reached.",
-            (FigurePart("a cover by Morse sets", ("morse",), planar=True), EXACT_ORBITS),
+            (FigurePart("a cover by Morse sets", ("morse_sets",), planar=True), EXACT_ORBITS),
         ),
     )
     model_config = SPEC
     box: Bounds
     depth: int = Field(4, ge=0, le=12)
-    cells: int = Field(8, ge=1)  #: per axis, on the first level
+    n_cells: int = Field(8, ge=1)  #: per axis, on the first level
     require: tuple[Literal["forward_invariant"], ...] = ()
 
     def bind(self, binding: "Binding") -> Box:
         from nsmaps.enclosures.box_images import box_map
 
-        with binding.study.source.located(("morse",)):
+        with binding.study.source.located(("morse_sets",)):
             box_map(binding.system)
-        return binding.box(("morse", "box"), self.box)
+        return binding.box(("morse_sets", "box"), self.box)
 
     def calls(self) -> "tuple[Call, ...]":
         return (call_boxes,)
@@ -64,29 +64,30 @@ class MorseSection(Analysis):
         """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
         from nsmaps.cells.morse import forward_invariant_set, morse_sets
 
-        with plan.study.source.located(("morse",)):
-            window = plan.bound["morse"].array
-            cover = morse_sets(plan.system, window, depth=self.depth, n_cells=self.cells, progress=plan.parallel.progress)
-        return {"morse": cover, "trap": forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None}
+        how: Any = {"depth": self.depth, "n_cells": self.n_cells, "progress": plan.parallel.progress}
+        with plan.study.source.located(("morse_sets",)):
+            cover = morse_sets(plan.system, plan.bound["morse_sets"].array, **how)
+        closed = forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None
+        return {"morse_sets": cover, "forward_invariant_set": closed}
 
     def describe(self, study: "Study") -> str:
-        return f"{self.cells} cells an axis, halved {self.depth} times"
+        return f"{self.n_cells} cells an axis, halved {self.depth} times"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return cover_size(self.cells, len(system.coordinates), self.depth)
+        return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The hulls of the components, the graph of transitions between them, and the minimal components."""
-        cover = result.morse
+        cover = result.morse_sets
         if cover is None:
             return {}
         cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
         edges, minimal = cover.edges.tolist(), list(cover.minimal)
-        return {"morse": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
+        return {"morse_sets": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The recurrent components, and the cells in which every orbit stays."""
-        cover, held = result.morse, result.trap
+        cover, held = result.morse_sets, result.forward_invariant_set
         if cover is None:
             return
         count, total = len(cover.hulls), int(np.prod(cover.cells.shape))
@@ -100,7 +101,7 @@ class MorseSection(Analysis):
         yield Finding(cover.of, text, tuple(numbers))
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        section, cover, held = result.study.morse, result.morse, result.trap
+        section, cover, held = result.study.morse_sets, result.morse_sets, result.forward_invariant_set
         if section is None or cover is None:
             return
         text = "no orbit stays in the window"
@@ -108,15 +109,15 @@ class MorseSection(Analysis):
             hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
             text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
         holds = held is not None and held.forward_invariant
-        yield claimed(section, "forward_invariant", "morse: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
+        yield claimed(section, "forward_invariant", "morse_sets: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The number of cells, and of recurrent components."""
-        cover = result.morse
+        cover, closed = result.morse_sets, result.forward_invariant_set
         if cover is None:
             return ""
-        shape, trap = " x ".join(map(str, cover.cells.shape)), result.trap
+        shape = " x ".join(map(str, cover.cells.shape))
         text = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
-        held = trap is not None and trap.forward_invariant
-        stays = f"; every orbit of the {trap.of} from {len(trap.numbers):,} of the cells stays in them" if trap and held else ""
+        held = closed is not None and closed.forward_invariant
+        stays = f"; every orbit of the {closed.of} from {len(closed.numbers):,} of the cells stays in them" if held else ""
         return f"{text}{stays}."
