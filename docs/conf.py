@@ -56,7 +56,7 @@ def write_thumbnails(app: object) -> None:
     from ruamel.yaml import YAML
 
     listed = YAML(typ="safe").load((HERE / "gallery" / "figures.yaml").read_text(encoding="utf-8"))
-    pictures = {f"../gallery/{one['file']}.png": ("../gallery/index", one["study"]) for one in listed["figures"]}
+    pictures = {f"../gallery/{one['file']}.png": ("../gallery/index", one["figure"]) for one in listed["figures"]}
     pages = [page for page in HERE.rglob("*.md") if page.parent.name[0] != "_"]
     for one in (*listed["pages"], *listed["saved"], *listed["tables"]):
         file = HERE.parent / one["file"]
@@ -64,7 +64,7 @@ def write_thumbnails(app: object) -> None:
             if f"/{file.name})" in page.read_text(encoding="utf-8") and file.is_relative_to(HERE):
                 pictures[f"../{file.relative_to(HERE)}"] = (
                     f"../{page.relative_to(HERE).with_suffix('')}",
-                    one.get("study", page.stem),
+                    one.get("figure", page.stem),
                 )
     lines = ["# Thumbnails", "", "Every picture of these pages; a click leads to the page that shows it.", ""]
     lines += ["::::{grid} 2 3 4 5", ":gutter: 2", ""]

@@ -115,3 +115,15 @@ def test_the_front_page_is_short() -> None:
     assert len([block for block in blocks(page) if block.language == "sh"]) == 2
     (python,) = [block for block in blocks(page) if block.language == "python"]
     assert len(python.text.strip().splitlines()) <= 10
+
+
+def test_every_formula_of_the_site_is_mathml() -> None:
+    convert = pytest.importorskip("latex2mathml.converter").convert
+    pages = [FENCE.sub("", page.read_text(encoding="utf-8")) for page in PAGES]
+    found = [
+        match[0].strip("$")
+        for page in pages
+        for match in re.finditer(r"\$\$.+?\$\$|\$[^$\n]+\$", re.sub(r"`[^`\n]*`", "", page), re.DOTALL)
+    ]
+    assert len(found) > 100
+    assert [formula for formula in found if "\\" in convert(formula)] == []
