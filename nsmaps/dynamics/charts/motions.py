@@ -1,6 +1,6 @@
 """The motions of many orbits, each named once, and the attractors among those of one pixel."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,17 +31,6 @@ def motion_of(one: Limit) -> Motion:
         return Motion(one.label, one.words, 0, 0)
     events = condensed(one.words)
     return Motion(one.label, tuple(min([*events[k:], *events[:k]] for k in range(len(events)))), len(events), one.turns)
-
-
-@dataclass(slots=True)
-class Motions:
-    """The motions of orbits by their number, in the order in which they are met."""
-
-    known: dict[Motion, int] = field(default_factory=dict)
-
-    def number(self, motion: Motion) -> int:
-        """The number of a motion, a new one if it is not known."""
-        return self.known.setdefault(motion, len(self.known))
 
 
 def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int64], scale: Floats) -> NDArray[np.int8]:

@@ -11,7 +11,7 @@ from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, check_shapes, quantifiers_of
 from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
 from nsmaps.dynamics.charts.chart import ParameterPlane
-from nsmaps.dynamics.charts.motions import Motions
+from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.charts.pixels import QUANTIFIER, WAYS, Way, motions_of, pixels
 from nsmaps.dynamics.charts.quadtree import Refinement, refined
 from nsmaps.dynamics.charts.tails import Length
@@ -114,7 +114,7 @@ class _Work:
     how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...], tuple[Quantifier, ...]]
     known: Bools  #: of all pixels, by their numbers: which are computed
     tables: Arrays = field(default_factory=dict)
-    motions: Motions = field(default_factory=Motions)
+    motions: dict[Motion, int] = field(default_factory=dict)  #: the number of each, in the order in which they are met
     reason: str = ""
     returns: int = 0
 
@@ -166,7 +166,7 @@ class _Work:
 
     def _write(self, part: Arrays, numbers: Ints) -> None:
         """Write the result of a part."""
-        own = np.array([*map(self.motions.number, motions_of(part)), -1], np.int32)
+        own = np.array([*(self.motions.setdefault(each, len(self.motions)) for each in motions_of(part)), -1], np.int32)
         found = {name: part[name] for name in TABLES} | {"motion": own[part["motion"]]}
         found |= {name: rows for name, rows in part.items() if name.startswith(QUANTIFIER)}
         for name, rows in found.items():
@@ -181,7 +181,7 @@ class _Work:
         filled: dict[str, Any] = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in self.tables.items()}
         own = {each.name: f"{QUANTIFIER}{each.name}" for each in self.how[-1]}
         names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[4])
-        about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions.known)
+        about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions)
         filled |= {"n_returns": self.returns, "observables": observables, "reason": self.reason}
         filled["computed"] = self.known.reshape(self.shape)
         if refinement is not None:
@@ -221,7 +221,7 @@ class _Levels:
 
     def _known(self, numbers: Ints) -> Ints:
         """The kinds of pixels that have numbers."""
-        motions = [(motion.label, motion.period) for motion in self.work.motions.known]
+        motions = [(motion.label, motion.period) for motion in self.work.motions]
         columns = (self.work.tables[name][numbers].tolist() for name in ("motion", "outcome", "refused"))
         rows = zip(numbers.tolist(), *columns, strict=True)
         return np.array([self._kind(motions, *row) for row in rows], np.int64)

@@ -8,7 +8,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.quantifiers import Place, Quantifier, quantified
-from nsmaps.dynamics.charts.motions import Motion, Motions, attractors, motion_of
+from nsmaps.dynamics.charts.motions import Motion, attractors, motion_of
 from nsmaps.dynamics.charts.tails import Length, Tail, tail
 from nsmaps.dynamics.motion import ESCAPE
 from nsmaps.dynamics.observables.orbits import orbit_means
@@ -84,12 +84,12 @@ def _beside(tails: list[tuple[Tail | None, ...]], count: int, dim: int, length: 
 
 def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
     """Motions, attractors, exponents, outcomes and last states of the pixels, of `orbits` each, and the motions' names."""
-    count, names, exponent = len(found.limits), Motions(), found.growth
+    count, known, exponent = len(found.limits), dict[Motion, int](), found.growth
     motion, span = np.full(count, -1, np.int32), np.zeros(count, np.int64)
     on = found.final.copy()  # not all of the last returns with it
     for k, one in enumerate(found.limits):
         if one is not None and one.held:
-            motion[k], span[k] = names.number(motion_of(one)), one.length
+            motion[k], span[k] = known.setdefault(motion_of(one), len(known)), one.length
             exponent[k] = one.rate if one.length else exponent[k]
             on[k] = on[k] if one.cycle is None else one.cycle.states[0]
         elif one is not None and one.kind == ESCAPE:
@@ -106,7 +106,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
         "on": on,  # the attractor
     }
     shaped = {name: rows.reshape(-1, orbits, *rows.shape[1:]) for name, rows in table.items()}
-    return {**shaped, **as_arrays(tuple(names.known)), "computed": np.array(found.computed)}
+    return {**shaped, **as_arrays(tuple(known)), "computed": np.array(found.computed)}
 
 
 def _along_orbits(
