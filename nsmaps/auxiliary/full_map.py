@@ -189,7 +189,7 @@ def auxiliary_orbit(
     box: AuxiliaryRegion,
     pieces: Sequence[tuple[Piece, AuxiliaryRegion]],
     start: StateLike,
-    returns: int = 400,
+    n_returns: int = 400,
 ) -> AuxiliaryOrbit:
     """Iterate the full auxiliary map: in a box A_1 and in the regions of some pieces by auxiliary maps, elsewhere by the map.
 
@@ -200,13 +200,13 @@ def auxiliary_orbit(
         start: a state, shape (n,) or a mapping.
 
     Raises:
-        NsmapsError: `returns` is not positive, or the state is not one of the map's coordinates.
+        NsmapsError: `n_returns` is not positive, or the state is not one of the map's coordinates.
     """
-    if returns < 1:
-        raise NsmapsError(f"returns is {returns}; expected: at least 1")
+    if n_returns < 1:
+        raise NsmapsError(f"n_returns is {n_returns}; expected: at least 1")
     coordinates, numbers = return_map.coordinates, [list(return_map.pieces).index(piece) for piece, _ in pieces]
     states, region, regions = [as_starts(start, coordinates)], [], (box, *(each for _, each in pieces))
-    for step in range(returns):
+    for step in range(n_returns):
         own = int(return_map.piece_of(states[-1][None])[0])
         near = coordinates.lift(states[-1], box.box.mean(axis=1))
         if ((box.box[:, 0] <= near) & (near <= box.box[:, 1])).all():

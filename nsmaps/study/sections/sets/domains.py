@@ -41,9 +41,9 @@ class DomainSection(BaseModel):
     name: Name
     map: str
     box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
-    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
     max_updates: int = Field(11, ge=1)
     grow: bool = False  #: start from the smallest box around this one that the map maps into itself
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
     require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
 
