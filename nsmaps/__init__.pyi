@@ -39,6 +39,7 @@ from nsmaps.dynamics.rotation.staircase import staircase as staircase
 from nsmaps.dynamics.search import periodic_orbits as periodic_orbits
 from nsmaps.errors import NsmapsError as NsmapsError
 from nsmaps.estimation.estimate import estimate as estimate
+from nsmaps.estimation.uncertainty import uncertainty as uncertainty
 from nsmaps.exact.observables.spec import Observable as Observable
 from nsmaps.exact.outcome import Outcome as Outcome
 from nsmaps.exact.returns import Returns as Returns

@@ -17,6 +17,7 @@ from nsmaps.estimation.shooting.problem import Problem, check_model
 from nsmaps.estimation.space import Space, space_of
 from nsmaps.estimation.summary import Found, estimate_of
 from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat, shows
 
 RETURNS = 8.0  #: returns of a segment
@@ -26,7 +27,7 @@ LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 
 @shows
 def estimate(
-    system: FlowSystem,
+    system: System,
     data: Any,
     *,
     free: Sequence[str] | Mapping[str, tuple[float, float]],
@@ -63,7 +64,7 @@ def estimate(
         ParameterError: a parameter is unknown, or a guess out of bounds.
         NsmapsError: the system has no events, or an argument is out of range.
     """
-    FlowSystem.require(system, "an estimate from impacts and samples")
+    flow = FlowSystem.require(system, "an estimate from impacts and samples")
     if n_starts < 1 or n_returns <= 0 or loss not in LOSSES:
         raise NsmapsError(
             f"n_starts {n_starts}, n_returns {n_returns}, loss {loss!r}; expected: above zero, and one of {', '.join(LOSSES)}"
@@ -71,7 +72,7 @@ def estimate(
     random = np.random.default_rng(rng)
     records = tuple(after_transient(record, transient) for record in records_of(data))
     space = space_of(system, free, dict(start or {}))
-    model = EventModel(system, space.names)
+    model = EventModel(flow, space.names)
     check_model(model)
     length = return_time(model, records)
     library = library_of(model, model.at(space.first), random, space.near(model), length)

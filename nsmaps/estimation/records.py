@@ -38,11 +38,12 @@ class Record(Result):
     length_unit: float = 1.0
     name: str = ""
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         span = np.concatenate([self.times, self.sample_times])
         samples = f", {len(self.sample_times)} samples of {', '.join(self.samples)}" if self.samples else ""
         name = f"{self.name}: " if self.name else ""
-        return f"Record({name}{len(self.times)} impacts{samples}, time {span.min():.6g} to {span.max():.6g})"
+        return f"{name}{len(self.times)} impacts{samples}, time {span.min():.6g} to {span.max():.6g}"
 
     @classmethod
     def of(

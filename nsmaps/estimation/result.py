@@ -55,7 +55,7 @@ class Estimate(Result):
     misleads. All are as wide as the noise of the records says, or, where this is unknown, as the residuals say (`noise`).
     """
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.estimate"
+    picture: ClassVar[str] = "nsmaps.figures.estimation.estimate"
 
     names: tuple[str, ...]
     values: Floats = field(metadata=array("parameter", "estimates", NONE))
@@ -148,7 +148,8 @@ class Estimate(Result):
             found = np.concatenate([found, drawn[inside]])
         return found[:n]
 
-    def __str__(self) -> str:
+    def summary(self) -> str:
+        """The numbers that matter."""
         lines = [
             f"{name} = {shown(value, error)}" for name, value, error in zip(self.names, self.values, self.errors, strict=True)
         ]
@@ -159,9 +160,6 @@ class Estimate(Result):
         fit += f"; unpaired {self.minima.unpaired[0]}" if self.minima.unpaired[0] else ""
         fit += f"; not determined: {', '.join(self.undetermined)}" if self.undetermined else ""
         return "; ".join([*lines, fit])
-
-    def __repr__(self) -> str:
-        return f"Estimate({self})"
 
 
 def shown(value: float, error: float) -> str:

@@ -9,7 +9,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import ParameterError, near_match
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.problem import Shooting
-from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.exact.systems.parameters import System
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Space:
         return limits, np.concatenate([high - low, *scales])
 
 
-def space_of(system: FlowSystem, free: Sequence[str] | Mapping[str, tuple[float, float]], start: dict[str, float]) -> Space:
+def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, float]], start: dict[str, float]) -> Space:
     """The free parameters of a system. ParameterError for unknown names and guesses out of bounds."""
     names = (free,) if isinstance(free, str) else tuple(free)
     system.direction(dict.fromkeys(names, 1.0))
@@ -86,7 +86,7 @@ def space_of(system: FlowSystem, free: Sequence[str] | Mapping[str, tuple[float,
     return Space(names, np.array(low), np.array(high), np.array(first), {key: start[key] for key in start if key not in names})
 
 
-def declared_bounds(system: FlowSystem, name: str) -> tuple[float, float]:
+def declared_bounds(system: System, name: str) -> tuple[float, float]:
     """The bounds that the class of a system declares for a parameter."""
     low, high = -np.inf, np.inf
     for each in type(system).model_fields[name].metadata:

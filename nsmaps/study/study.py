@@ -27,6 +27,7 @@ from nsmaps.study.sections.maps.surfaces import Families, Spans
 from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 from nsmaps.study.sections.parameters.branches import Branches
 from nsmaps.study.sections.parameters.chart import ChartSection
+from nsmaps.study.sections.parameters.estimate import EstimateSection
 from nsmaps.study.sections.parameters.global_continuation import GlobalContinuationSection
 from nsmaps.study.sections.parameters.lyapunov import LyapunovSection
 from nsmaps.study.sections.parameters.optimum import OptimumSection
@@ -61,6 +62,7 @@ class Analyses(Head):
     manifolds: Manifolds = Manifolds()
     observe: ObservablesSection | None = None
     optimize: OptimumSection | None = None
+    estimate: EstimateSection | None = None
     noise: NoiseSection | None = None
     domains: Domains = Domains()
     second_iterate: SecondIterateSection | None = None

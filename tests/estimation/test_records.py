@@ -49,7 +49,7 @@ def test_a_csv_file_a_mapping_and_a_dataset_give_the_same_record(tmp_path: Path)
     for record in (other, third):
         for name in ("times", "walls", "speeds", "noise", "speed_noise"):
             np.testing.assert_array_equal(getattr(one, name), getattr(record, name))
-    assert str(one) == "Record(a: 2 impacts, time 0.5 to 1.5)"
+    assert str(one) == "a: 2 impacts, time 0.5 to 1.5"
     assert one.to_xarray().times.values.tolist() == [0.5, 1.5]
 
 

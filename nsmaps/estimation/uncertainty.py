@@ -1,0 +1,125 @@
+"""What is uncertain of parameters, through any quantity of a system: diagrams, observables, optima."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nsmaps.arrays import Floats
+from nsmaps.errors import NsmapsError, ParameterError
+from nsmaps.estimation.result import Estimate
+from nsmaps.exact.systems.parameters import System
+from nsmaps.progress import beat, shows
+from nsmaps.results import NONE, Result, array
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class Uncertainty(Result):
+    """N draws of P parameters and Q quantities at each; all statements are sampled."""
+
+    picture: ClassVar[str] = "nsmaps.figures.estimation.uncertainty"
+
+    names: tuple[str, ...]
+    quantities: tuple[str, ...]
+    draws: Floats = field(metadata=array("draw parameter", "parameters", NONE))
+    values: Floats = field(metadata=array("draw quantity", "quantities; NaN where there is none", NONE))
+    means: Floats = field(metadata=array("quantity", "means", NONE))
+    deviations: Floats = field(metadata=array("quantity", "standard deviations", NONE))
+    quantiles: Floats = field(metadata=array("level quantity", "at 5, 25, 50, 75 and 95 %", NONE))
+    first_order: Floats | None = field(
+        default=None, metadata=array("quantity parameter", "first-order Sobol indices, of independent parameters", NONE)
+    )
+    total_order: Floats | None = field(default=None, metadata=array("quantity parameter", "total Sobol indices, likewise", NONE))
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        failed = int(np.isnan(self.values).any(axis=1).sum())
+        rows = zip(self.quantities, self.means, self.deviations, strict=True)
+        parts = [f"{name} = {mean:.6g} +- {deviation:.2g}" for name, mean, deviation in rows]
+        return f"{'; '.join(parts)} (sampled, {len(self.draws)} draws, {failed} without a value)"
+
+
+@shows
+def uncertainty(
+    system: System,
+    parameters: Estimate | Mapping[str, Any],
+    quantities: Callable[[Any], float] | Mapping[str, Callable[[Any], float]],
+    *,
+    n_draws: int = 256,
+    sobol: bool = False,
+    rng: int | np.random.Generator = 0,
+) -> Uncertainty:
+    """The distribution of quantities of a system whose parameters are uncertain.
+
+    Args:
+        system: with values for all parameters.
+        parameters: an `Estimate`, with its covariance, or distributions by name: bounds (low, high) of a uniform one, or a
+            distribution of `scipy.stats` with its parameters.
+        quantities: functions of the system, as `lambda system: nsmaps.observe(system, ...).per_period.value[0]`, by name. Where
+            one raises an NsmapsError its value is NaN.
+        n_draws: number of draws.
+        sobol: also compute Sobol indices, by `scipy.stats.sobol_indices`, which takes (P + 2) times as many further calls, with
+            `n_draws` as a power of 2; correlations of an estimate are left out in these.
+        rng: random numbers.
+
+    Raises:
+        ParameterError: a parameter is unknown, or its distribution is not one.
+    """
+    random = np.random.default_rng(rng)
+    functions = (
+        quantities
+        if isinstance(quantities, Mapping)
+        else {getattr(quantities, "__name__", "").replace("<lambda>", "") or "quantity": quantities}
+    )
+    names = parameters.names if isinstance(parameters, Estimate) else tuple(parameters)
+    system.direction(dict.fromkeys(names, 1.0))
+    laws = [law_of(parameters, name) for name in names]
+    if isinstance(parameters, Estimate):
+        draws = parameters.draws(n_draws, random)
+    else:
+        draws = np.column_stack([law.ppf(random.random(n_draws)) for law in laws])
+    values = values_at(system, names, functions, draws)
+    first = total = None
+    if sobol:
+        from scipy.stats import sobol_indices
+
+        found = sobol_indices(func=lambda x: values_at(system, names, functions, x.T).T, n=n_draws, dists=laws, rng=random)
+        first, total = np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)
+    statistics = np.nanmean(values, axis=0), np.nanstd(values, axis=0), np.nanquantile(values, QUANTILES, axis=0)
+    return Uncertainty(names, tuple(functions), draws, values, *statistics, first, total)
+
+
+def law_of(parameters: Estimate | Mapping[str, Any], name: str) -> Any:
+    """The distribution of one parameter, a frozen one of scipy. ParameterError if it is not one."""
+    from scipy.stats import truncnorm, uniform
+
+    if isinstance(parameters, Estimate):
+        k = parameters.names.index(name)
+        center, error = parameters.values[k], min(parameters.errors[k], parameters.scale[k])
+        return truncnorm(*((parameters.limits[k] - center) / error), center, error)
+    given = parameters[name]
+    if hasattr(given, "ppf"):
+        return given
+    try:
+        low, high = map(float, given)
+    except (TypeError, ValueError):
+        low = high = np.nan
+    if not low < high:
+        raise ParameterError(f"the distribution of {name} is {given!r}; expected: bounds (low, high), or one of scipy.stats")
+    return uniform(low, high - low)
+
+
+def values_at(system: System, names: tuple[str, ...], functions: Mapping[str, Callable[[Any], float]], draws: Floats) -> Floats:
+    """The quantities at draws of the parameters, shape (N, Q)."""
+    found = np.full((len(draws), len(functions)), np.nan)
+    for k, row in enumerate(draws):
+        try:
+            one = system.at(**dict(zip(names, row.tolist(), strict=True)))
+            found[k] = [float(function(one)) for function in functions.values()]
+        except NsmapsError:
+            continue
+        beat((k + 1) / len(draws))
+    return found

@@ -1,0 +1,1 @@
+"""Figures of estimates from measured data, and of what is uncertain."""

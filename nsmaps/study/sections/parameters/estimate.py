@@ -1,0 +1,143 @@
+"""The section `estimate`: parameters of the system from measured records, in the study or in CSV files beside it."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
+
+from pydantic import BaseModel, Field
+
+from nsmaps.reduced.conditions.condition import Number
+from nsmaps.study.estimates import POINT, Size
+from nsmaps.study.pictures.figure import FigurePart, StudyFigure
+from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.estimation.records import Record
+    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
+
+POINTS = 400  #: of a start, for an estimate of the time
+FOUND: FigurePart[Any] = FigurePart("an estimate from measured data", ("estimate",))
+
+
+class RecordSection(BaseModel):
+    """One record: a CSV file beside the study, or times of impacts."""
+
+    model_config = SPEC
+    file: str = ""
+    times: tuple[Number, ...] = ()
+    walls: tuple[str, ...] | None = None
+    noise: Number | None = Field(None, gt=0)
+    speed_noise: Number | None = Field(None, gt=0)
+    sample_noise: Number | None = Field(None, gt=0)
+    phase: Number | None = None
+    time_unit: Number = Field(1.0, gt=0)
+    length_unit: Number = Field(1.0, gt=0)
+
+    def record(self, folder: Path) -> "Record":
+        """The record, a file in the folder of the study or else in the current one. DataError if it cannot be used."""
+        from nsmaps.estimation.records import Record
+
+        given = {
+            name: getattr(self, name)
+            for name in ("noise", "speed_noise", "sample_noise", "phase")
+            if name in self.model_fields_set
+        }
+        units: dict[str, Any] = {"time_unit": self.time_unit, "length_unit": self.length_unit, "name": self.file}
+        if self.file:
+            beside = folder / self.file
+            return Record.read(beside if beside.is_file() else self.file, **given, **units)
+        return Record.of(self.times, self.walls, **given, **units)
+
+
+class EstimateSection(Analysis):
+    """Estimates of parameters from measured records."""
+
+    key: ClassVar[str] = "estimate"
+    results: ClassVar[Mapping[str, Any]] = {"estimate": None}
+    figures: ClassVar[tuple[StudyFigure, ...]] = (
+        StudyFigure(
+            "estimation.estimate",
+            "Residuals of impact times within bands of one and two standard deviations, and the region of the parameters.",
+            "Residuals of impact times in standard deviations, with missed and spurious impacts, and the parameters with their "
+            "regions of 68 and 95 %.",
+            (FOUND,),
+        ),
+    )
+
+    model_config = SPEC
+    data: tuple[RecordSection, ...] = Field(min_length=1)
+    free: Bounds = Field(min_length=1)
+    start: dict[str, Number] = Field(default_factory=dict)
+    n_starts: int = Field(33, ge=1)
+    loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = "linear"
+    transient: Number = Field(0.0, ge=0)
+    n_returns: Number = Field(8.0, gt=0)
+    rng: int = Field(0, ge=0)
+
+    def bind(self, binding: "Binding") -> "tuple[Record, ...]":
+        from nsmaps.estimation.space import space_of
+
+        source, records = binding.study.source, []
+        for name in self.free:
+            source.known(("estimate", "free", name), name, binding.system.parameters, "parameter", key=True)
+        with source.located(("estimate", "start")):
+            space_of(binding.system, self.free, dict(self.start))
+        for number, spec in enumerate(self.data):
+            with source.located(("estimate", "data", number)):
+                records.append(spec.record(Path(source.name).parent))
+        return tuple(records)
+
+    def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
+        """The estimate."""
+        from nsmaps.estimation.estimate import estimate
+
+        how: Any = {name: getattr(self, name) for name in ("free", "start", "n_starts", "loss", "transient", "n_returns", "rng")}
+        with plan.study.source.located(("estimate",)):
+            return {"estimate": estimate(plan.system, plan.bound["estimate"], **how)}
+
+    def describe(self, study: "Study") -> str:
+        return f"{', '.join(self.free)} from {len(self.data)} records, {self.n_starts} starts"
+
+    def size(self, study: "Study", system: "System") -> Size:
+        return Size(POINT * POINTS * self.n_starts)
+
+    def numbers(self, result: "StudyResult") -> dict[str, Any]:
+        found = result.estimate
+        if found is None:
+            return {}
+        rows = {"values": found.parameters, "errors": dict(zip(found.names, found.errors.tolist(), strict=True))}
+        fit = {"chi2": found.chi2, "dof": found.dof, "describes": found.describes, "undetermined": list(found.undetermined)}
+        return {"estimate": rows | fit | {"unpaired": int(found.minima.unpaired[0])}}
+
+    def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
+        found = result.estimate
+        if found is not None:
+            text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom"
+            yield Verdict("estimate: the model describes the data", result.system.map_name, found.describes, False, text)
+
+    def findings(self, result: "StudyResult") -> Iterator[Finding]:
+        from nsmaps.estimation.result import shown
+
+        if (found := result.estimate) is not None:
+            each = [f"{name} = {shown(a, b)}" for name, a, b in zip(found.names, found.values, found.errors, strict=True)]
+            yield Finding(result.system.map_name, f"the data give {', '.join(each)}", tuple((one, "estimate") for one in each))
+
+    def tables(self, result: "StudyResult") -> Iterator[Table]:
+        """The parameters with their intervals, and the minima."""
+        if (found := result.estimate) is None:
+            return
+        rows = [
+            (name, f"{value:.6g}", f"{error:.2g}", f"{low:.6g} to {high:.6g}")
+            for name, value, error, (low, high) in zip(
+                found.names, found.values, found.errors, found.intervals[:, 1].tolist(), strict=True
+            )
+        ]
+        yield Table("Estimates", ("parameter", "value", "standard error", "95 %"), tuple(rows))
+        minima = found.minima
+        each = zip(minima.values.tolist(), minima.chi2, minima.unpaired, minima.weights, strict=True)
+        texts = tuple(
+            (", ".join(f"{x:.5g}" for x in values), f"{chi2:.5g}", str(alone), f"{weight:.2g}")
+            for values, chi2, alone, weight in each
+        )
+        yield Table("Minima", (", ".join(found.names), "chi2", "unpaired impacts", "weight"), texts)

@@ -1,0 +1,42 @@
+"""The section `estimate` of a study: its result, verdict, figure and errors."""
+
+from pathlib import Path
+
+import pytest
+from rig import Rig
+
+import nsmaps
+from nsmaps.errors import StudyError
+
+TIMES, WALLS, _ = Rig().impacts(11, 0.8, 0.4, 10.0)
+HEAD = "system: vi_pair\nparameters: {d: 0.35, r: 0.45, g_bar: 0.2113}\n"
+
+
+def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = [f"{25 * (time + 0.4 / 3.141592653589793):.4f},{wall}" for time, wall in zip(TIMES, WALLS, strict=True)]
+    (tmp_path / "rig.csv").write_text("time,wall\n" + "\n".join(rows))
+    study = tmp_path / "rig.yaml"
+    data = "estimate:\n  data: [{file: rig.csv, noise: 0.05, time_unit: 25, phase: 0}]\n  free: {r: [0.2, 0.9]}\n  n_starts: 1\n"
+    study.write_text(f"{HEAD}{data}figures: [estimate]\n")
+    monkeypatch.chdir(Path(__file__).parent)
+    result = nsmaps.run_study(nsmaps.load_study(study))
+    found = result.parts["estimate"]
+    assert abs(found.values[0] - 0.5) < 3 * found.errors[0]
+    (verdict,) = [one for one in result.verdicts if one.name.startswith("estimate")]
+    assert verdict.holds
+    assert [panel.name for panel in nsmaps.study.study.CATALOGUE["estimate"].sheets(result)] == ["estimate"]
+
+
+@pytest.mark.parametrize(
+    ("section", "message"),
+    [
+        ("data: [{file: none.csv}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: none\.csv cannot be read"),
+        ("data: [{times: [1, 0]}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: the record: times decrease"),
+        ("data: [{times: [0, 1]}]\n  free: {q: [0, 1]}", "unknown parameter 'q'"),
+    ],
+)
+def test_wrong_data_are_refused_at_their_place(tmp_path: Path, section: str, message: str) -> None:
+    study = tmp_path / "rig.yaml"
+    study.write_text(f"{HEAD}estimate:\n  {section}\n")
+    with pytest.raises(StudyError, match=message):
+        nsmaps.run_study(nsmaps.load_study(study))
