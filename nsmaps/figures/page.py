@@ -191,7 +191,8 @@ def _measured_once(figure: Figure) -> Iterator[None]:
 
     Outside of a panel only the marks of ticks pass its frame, and they end before the names of the ticks.
     """
-    free = [ax for ax in figure.axes if ax.name == "rectilinear" and ax.get_aspect() == "auto" and not ax.child_axes]
+    plain = [ax for ax in figure.axes if ax.name == "rectilinear" and ax.get_aspect() == "auto" and not ax.child_axes]
+    free = [ax for ax in plain if ax.get_box_aspect() is None]  # as bars of colours have, narrower than their place
     for ax in free:
         for spine in ax.spines.values():
             spine.set_in_layout(False)

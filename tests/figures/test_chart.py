@@ -14,6 +14,7 @@ from nsmaps.dynamics.charts.chart import ParameterPlane
 from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
+from nsmaps.figures.page import lay_out
 from nsmaps.figures.parameters.chart import COLOURS, MINUS_INFINITY, UNKNOWN, chart, exponents, mean, sheets
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import CATALOGUE
@@ -136,7 +137,7 @@ def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
     assert colours(ax)[-1] == to_hex(COLOURS[11])
     assert [each.hatches for each in ax.collections if not isinstance(each, QuadMesh)] == [[UNKNOWN], ["////"]]
     assert "not computed" in [each.get_text() for each in ax.get_legend().get_texts()]
-    assert ax.get_title() == "period in returns (83 % computed)"
+    assert ax.get_title() == "period, 83 % computed"
 
 
 def wide(exponent):
@@ -182,6 +183,15 @@ def test_the_legend_of_three_panels_stands_in_the_place_of_the_fourth():
     assert box.x0 >= 0.5 - 1e-6
     assert box.y1 <= 0.5 + 1e-6
     assert figure.get_size_inches()[1] == pytest.approx(2 * 0.85 * 5.1 / 2)
+
+
+def test_labels_of_colours_keep_their_distance_from_the_edge_of_the_page():
+    (sheet,) = sheets(wide(np.linspace(-1.4, 0.3, 200).reshape(10, 20)))
+    figure = sheet.figure(100)
+    lay_out(figure)
+    ends = [ax.yaxis.label.get_window_extent().x1 for ax in figure.axes if ax.get_label() == "<colorbar>"]
+    assert len(ends) == 2
+    assert max(ends) <= figure.bbox.width - 3
 
 
 def test_means_are_shown_by_name(ax):

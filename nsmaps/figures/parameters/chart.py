@@ -89,9 +89,9 @@ def chart(
     patches += _hatched(ax, result)
     _numerals(ax, result, kinds)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
-    title = "period in returns" if by == "period" else "period in periods of the forcing"
-    share = "" if result.computed.all() else f" ({100 * result.computed.mean():.2g} % computed)"
-    ax.set_title(title + share)
+    unit = "returns" if by == "period" else "periods of the forcing"
+    every, share = result.computed.all(), f"period, {100 * result.computed.mean():.2g} % computed"
+    ax.set_title(f"period in {unit}" if every else share)
     return _dressed(result, ax)
 
 

@@ -45,9 +45,9 @@ class ChartSection(OverPlane, Quantified):
         StudyFigure(
             "parameters.chart",
             "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
-            "The attractor of the first start at each pixel of two parameters: its period in returns, black where none was "
-            "found, and its largest Lyapunov exponent per return. Hatched are pixels with several attractors, and crossed "
-            "those whose parameters the system refuses.",
+            "The attractor of the first start at each pixel of two parameters: its period in returns, black where it is "
+            "chaotic, and its largest Lyapunov exponent per return, of which 2 % lie beyond each end of the colours. Hatched are "
+            "pixels with several attractors, crossed those whose parameters the system refuses, dotted what was not computed.",
             (FigurePart("a chart of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
         ),
     )
