@@ -260,20 +260,6 @@ def lyapunov(
         )
     if parameter is None:
         return exponents_of(system, starts, n_returns, transient)
-    return _sweep(system, parameter, values, starts, n_returns, transient, direction, parallel)
-
-
-def _sweep(
-    system: Model,
-    parameter: str,
-    values: Any,
-    starts: StateLike,
-    n_returns: int,
-    transient: int,
-    direction: Literal["up", "down"] | None,
-    parallel: Parallel,
-) -> LyapunovSweep:
-    """The exponents over the values of a parameter."""
     map_of, along = map_along(system, parameter), np.atleast_1d(np.asarray(values, float))
     if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
         raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")

@@ -6,7 +6,7 @@ from typing import Any
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.plain_data import Document, coordinates_of, domain_of, name_of, names_of, number_of, powers_of
-from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate, Values, second_of
+from nsmaps.symbolic.curve_iterates import HeldIterate, Values
 from nsmaps.symbolic.map_iterates import ClosedMap
 
 FRACTION = re.compile(r"-?\d{1,4300}(/0*[1-9]\d{0,4299})?")  #: not 1e999999999, whose digits would fill the memory
@@ -35,7 +35,7 @@ def _expr(data: Document, names: Sequence[str]) -> Any:
     return sp.Add(*(sp.Rational(c) * sp.Mul(*(g**e for g, e in zip(x, key, strict=True))) for key, c in pairs))
 
 
-def held_document(iterate: SecondIterate | HeldIterate) -> Document:
+def held_document(iterate: HeldIterate) -> Document:
     """An iterate of curves as plain data."""
     free = {s for curve in iterate.curves for s in curve.free_symbols} - {iterate.variable}
     names = [str(iterate.variable), *sorted(map(str, free))]
@@ -69,12 +69,6 @@ def held_parts(data: Document) -> tuple[Any, list[Any], Mapping[str, tuple[float
         for values in data.get("held", [])
     ]
     return symbol(name_of(data["variable"])), curves, domain_of(data), held
-
-
-def second_of_document(data: Document) -> SecondIterate:
-    """The second iterate of plain data."""
-    variable, (first, second), domain, held = held_parts(data)
-    return second_of(variable, first, second, data["order"], domain, held)
 
 
 def closed_document(closed: ClosedMap) -> Document:

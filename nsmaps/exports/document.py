@@ -19,7 +19,6 @@ from nsmaps.exports.closed_forms import (
     closed_of_document,
     held_document,
     held_parts,
-    second_of_document,
 )
 from nsmaps.exports.plain_data import (
     Document,
@@ -200,12 +199,16 @@ def _parametric_of(data: Document) -> ParametricMap:
     return ParametricMap(name_of(data["parameter"]), *ends, names, walls, pieces, nodes, number_of(data["condition"]), report)
 
 
+def _second_of(data: Document) -> SecondIterate:
+    return SecondIterate.of(held_of(*held_parts(data)), data["order"])
+
+
 Kind = tuple[type, Callable[[Any], Document], Callable[[Document], Exportable]]
 KINDS: dict[str, Kind] = {
     "polynomial map": (PolyMap, _polymap, _polymap_of),
     "composite map": (CompositeMap, _composite, _composite_of),
     "parametric map": (ParametricMap, _parametric, _parametric_of),
-    "second iterate": (SecondIterate, lambda it: held_document(it) | {"order": it.order}, second_of_document),
+    "second iterate": (SecondIterate, lambda it: held_document(it) | {"order": it.order}, _second_of),
     "held iterate": (HeldIterate, held_document, lambda data: held_of(*held_parts(data))),
     "closed map": (ClosedMap, closed_document, closed_of_document),
 }

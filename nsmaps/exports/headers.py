@@ -13,7 +13,7 @@ ORDERS = {
 }
 
 
-def curve_titles(result: SecondIterate | HeldIterate) -> list[str]:
+def curve_titles(result: HeldIterate) -> list[str]:
     """What each curve is called, such as "Curve 1, at phi_max = 0.5"."""
     titles = [f"Curve {k}" for k in range(1, len(result.curves) + 1)]
     ends = [f"_{side}" for side in SIDES[result.order]] if isinstance(result, SecondIterate) else [""] * len(titles)
@@ -29,7 +29,7 @@ def order_of(result: Any) -> list[str]:
 
 def described(result: Any) -> list[str]:
     """What a closed form of one coordinate is: the order of its curves, and what each is held at."""
-    titles = curve_titles(result) if isinstance(result, SecondIterate | HeldIterate) else []
+    titles = curve_titles(result) if isinstance(result, HeldIterate) else []
     return [*order_of(result), *(f"{title}." for title in titles)]
 
 

@@ -18,13 +18,13 @@ from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.composite.parametric import ParametricMap
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polymap import PolyMap
-from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate
+from nsmaps.symbolic.curve_iterates import HeldIterate
 from nsmaps.symbolic.map_iterates import ClosedMap
 
 if TYPE_CHECKING:
     from nsmaps.symbolic.formula import Domain
 
-Exportable = PolyMap | CompositeMap | ParametricMap | SecondIterate | HeldIterate | ClosedMap
+Exportable = PolyMap | CompositeMap | ParametricMap | HeldIterate | ClosedMap
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +161,7 @@ def _title(piece: Piece) -> str:
     return piece.title.replace("*/", "* /")  # it stands in comments
 
 
-def _chain(result: SecondIterate | HeldIterate, name: str) -> Program:
+def _chain(result: HeldIterate, name: str) -> Program:
     """Curves one after the other, each in Chebyshev products of where the map was fitted: stabler than their expanded product."""
     variable = str(result.variable)
     parameters = sorted({str(s) for curve in result.curves for s in curve.free_symbols} - {variable})

@@ -5,8 +5,8 @@ term of alpha_1, where it also stands; and p_1^3 in alpha_3 means phi_max^3.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, overload, runtime_checkable
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, overload, runtime_checkable
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, near_match
@@ -33,68 +33,50 @@ class ClosedEnvelope(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
-class SecondIterate(Result):
-    """The second iterate of one coordinate as a polynomial in it, the others held at their extremes alternately."""
+class HeldIterate(Result):
+    """The n-th iterate of one coordinate as a polynomial in it, the others held at a sequence of values."""
 
     from_files: ClassVar[bool] = False
-    picture: ClassVar[str] = "nsmaps.figures.domains.second_iterate"
 
     variable: Any  #: sympy symbol of the coordinate
     expr: Any  #: sympy polynomial in the variable
     alpha: tuple[Any, ...]  #: its coefficients, lowest power first
-    first: Any  #: sympy polynomial of the curve applied first, a first-iterate map of eq. auxv
-    second: Any  #: sympy polynomial of the curve applied second
-    order: Order
+    curves: tuple[Any, ...]  #: sympy polynomials in the order in which they are applied, one a value held
     domain: "Domain" = field(default_factory=dict)  #: where the map was fitted, of the coordinate and of parameters
     held: tuple[Values, ...] = ()  #: what the others are held at on each curve, in the order of `curves`
 
     def summary(self) -> str:
         """The numbers that matter."""
         numbers = ", ".join(f"{float(value):.6g}" if value.is_number else str(value) for value in self.alpha)
-        return f"order {len(self.alpha) - 1} in {self.variable}, {self.order}, alpha = {numbers}"
+        return f"order {len(self.alpha) - 1} in {self.variable}, alpha = {numbers}"
 
     def __call__(self, value: float) -> float:
-        """The second iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""
+        """The iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""
         return _value(self.curves, self.variable, value)
 
     def fixed_points(self) -> list[float]:
         """The real fixed points, ascending; for numerical coefficients."""
         return _fixed_points(self.expr, self.variable)
 
-    @property
-    def curves(self) -> tuple[Any, ...]:
-        """The curves in the order in which they are applied."""
-        return self.first, self.second
-
-    def at(self, **values: Any) -> "SecondIterate":
+    def at(self, **values: Any) -> Self:
         """The same at numbers for some of its symbols, such as d, phi_min or b_0. NsmapsError for an unknown name."""
-        first, second = _substituted(self.curves, self.variable, values)
-        return second_of(self.variable, first, second, self.order, self.domain, _held_at(self.held, values))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HeldIterate:
-    """The n-th iterate of one coordinate as a polynomial in it, the others held at a sequence of values."""
-
-    variable: Any  #: sympy symbol of the coordinate
-    expr: Any  #: sympy polynomial in the variable
-    alpha: tuple[Any, ...]  #: its coefficients, lowest power first
-    curves: tuple[Any, ...]  #: sympy polynomials in the order in which they are applied, one a value held
-    domain: "Domain"  #: where the map was fitted, of the coordinate and of parameters
-    held: tuple[Values, ...] = ()  #: what the others are held at on each curve, in the order of `curves`
-
-    def __call__(self, value: float) -> float:
-        """The n-th iterate of one value; for numerical coefficients. Evaluated exactly, curve after curve, rounded once."""
-        return _value(self.curves, self.variable, value)
-
-    def fixed_points(self) -> list[float]:
-        """The real fixed points, ascending; for numerical coefficients."""
-        return _fixed_points(self.expr, self.variable)
-
-    def at(self, **values: Any) -> "HeldIterate":
-        """The same at numbers for some of its symbols. NsmapsError for an unknown name."""
         curves = _substituted(self.curves, self.variable, values)
-        return held_of(self.variable, curves, self.domain, _held_at(self.held, values))
+        found = held_of(self.variable, curves, self.domain, _held_at(self.held, values))
+        return replace(self, expr=found.expr, alpha=found.alpha, curves=found.curves, held=found.held)
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class SecondIterate(HeldIterate):
+    """The second iterate of one coordinate as a polynomial in it, the others held at their extremes alternately."""
+
+    picture: ClassVar[str] = "nsmaps.figures.domains.second_iterate"
+
+    order: Order = "max_first"  #: of the extremes on the two curves, first-iterate maps of eq. auxv
+
+    @classmethod
+    def of(cls, iterate: HeldIterate, order: Order) -> "SecondIterate":
+        """An iterate of two curves with the order of their extremes."""
+        return cls(**{each.name: getattr(iterate, each.name) for each in fields(iterate)}, order=order)
 
 
 @overload
@@ -164,9 +146,7 @@ def second_iterate(
     if held is not None:
         return _held_iterate(f, name, [_held(f, name, each, f"_{k}") for k, each in enumerate(held, 1)])
     low, high = _held(f, name, phi_min, "_min"), _held(f, name, phi_max, "_max")
-    composed = _held_iterate(f, name, [high, low] if order == "max_first" else [low, high])
-    first, second = composed.curves
-    return SecondIterate(composed.variable, composed.expr, composed.alpha, first, second, order, composed.domain, composed.held)
+    return SecondIterate.of(_held_iterate(f, name, [high, low] if order == "max_first" else [low, high]), order)
 
 
 def envelope_curves(
@@ -185,14 +165,6 @@ def envelope_curves(
     sides = [{name: float(envelope.held[k, side]) for k, name in others} for side in (0, 1)]
     lower, upper = (second_iterate(polynomial, held=[side], variable=envelope.coordinate, piece=piece) for side in sides)
     return lower, upper
-
-
-def second_of(
-    variable: Any, first: Any, second: Any, order: Order, domain: "Domain", held: Sequence[Values] = ()
-) -> SecondIterate:
-    """The second iterate of two curves, sympy polynomials in the variable."""
-    composed = held_of(variable, (first, second), domain, held)
-    return SecondIterate(variable, composed.expr, composed.alpha, first, second, order, domain, composed.held)
 
 
 def held_of(variable: Any, curves: Sequence[Any], domain: "Domain", held: Sequence[Values] = ()) -> HeldIterate:

@@ -55,7 +55,7 @@ def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     x = iterate.variable
     fixed = iterate.fixed_points()
     slope = iterate.expr.diff(x)
-    rows = [(p, float(iterate.first.subs(x, exact(p)))) for p in fixed]
+    rows = [(p, float(iterate.curves[0].subs(x, exact(p)))) for p in fixed]
     slopes = [float(slope.subs(x, exact(p))) for p in fixed]
     return CurveCycles(iterate.expr - x, np.array(rows).reshape(-1, 2), np.array(slopes))
 

@@ -319,7 +319,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
             "manifolds": stored["manifolds"].manifolds,
             "noise": _noisy(),
             "domains": domains,
-            "second_iterate": SecondIterate("v", None, (0.7, 0.04), None, None, "min_first"),
+            "second_iterate": SecondIterate("v", None, (0.7, 0.04), (), order="min_first"),
             "auxiliary_map": auxiliary_orbit(composite, box, (), starts[0], 40),
             **_stability(),
             **covers(),

@@ -66,7 +66,7 @@ def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orb
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
 def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
-    envelopes(result.domains["fitted"], ax, n_samples=coordinate, update=1)
+    envelopes(result.domains["fitted"], ax, coordinate=coordinate, update=1)
     step = result.domains["fitted"].updates[1]
     lines = by_label(ax)
     assert np.array_equal(lines["upper map"].get_ydata(), step.envelopes[index].upper)
@@ -78,7 +78,7 @@ def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
 
 
 def test_worst_case_steps_reach_every_bound(result, ax):
-    envelopes(result.domains["fitted"], ax, n_samples="v", update=0)
+    envelopes(result.domains["fitted"], ax, coordinate="v", update=0)
     reached = by_label(ax)["worst case"].get_ydata()
     assert result.domains["fitted"].updates[0].worst[1:, 0].size
     for bound in result.domains["fitted"].updates[0].worst[1:, 0].ravel():
@@ -129,7 +129,7 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     step = result.domains["fitted"].updates[0]
     wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
     domain = replace(result.domains["fitted"], updates=(wild,))
-    envelopes(domain, ax, n_samples="v")
+    envelopes(domain, ax, coordinate="v")
     assert "generic" not in by_label(ax)
     assert "its last tenth" not in by_label(ax)
 
@@ -146,7 +146,7 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
 
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
-    envelopes(result.domains["loose"], ax, n_samples="v")
+    envelopes(result.domains["loose"], ax, coordinate="v")
     assert ax.get_title() == "update 1: leads out"
     assert not ax.patches
     assert "generic" not in by_label(ax)
@@ -222,7 +222,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
 
 def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
     exact = replace(result.domains["fitted"], status="enclosed")
-    envelopes(exact, ax, n_samples="v", update=0)
+    envelopes(exact, ax, coordinate="v", update=0)
     lines, envelope = by_label(ax), exact.updates[0].envelopes[0]
     assert np.array_equal(lines["lower map, samples"].get_ydata(), envelope.lower)
     assert np.array_equal(lines["upper map, samples"].get_ydata(), envelope.upper)
@@ -237,7 +237,7 @@ def test_the_picture_is_as_wide_as_the_box(result, ax, draw):
 
 
 def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_curves_be_seen(result, ax):
-    envelopes(result.domains["fitted"], ax, n_samples="v", update=1)
+    envelopes(result.domains["fitted"], ax, coordinate="v", update=1)
     (span,) = ax.patches
     width = np.ptp(result.domains["fitted"].updates[1].worst[-1, 0])
     assert ax.get_title() == f"update 2: to {width:.3g}"

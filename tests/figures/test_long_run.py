@@ -11,7 +11,7 @@ from nsmaps.figures.parameters.lyapunov import lyapunov
 
 
 def test_exponents_run_along_the_parameter(result, ax):
-    lyapunov(result.lyapunov, starts=ax)
+    lyapunov(result.lyapunov, ax)
     drawn = [line.get_ydata() for line in ax.lines if len(line.get_xdata()) == 3]
     assert np.array_equal(ax.lines[0].get_xdata(), [0.1, 0.2, 0.3])
     assert np.array_equal(drawn[0], [np.nan, -1, -1], equal_nan=True)

@@ -1,24 +1,18 @@
 """A system as a function of one or two of its parameters, which can be sent to other processes."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, Self, TypeVar
 
 
-class Parametrised(Protocol):
-    """A map with parameters, such as a `System` or the `CompleteChatter` of one."""
-
-    @property
-    def parameters(self) -> Mapping[str, float]:
-        """The values of the parameters by name."""
-        ...
+class Adjustable(Protocol):
+    """A map whose parameters can be changed, such as a `System` or the `CompleteChatter` of one."""
 
     def at(self, **changes: Any) -> Self:
         """The map with some parameters changed."""
         ...
 
 
-AnySystem = TypeVar("AnySystem", bound=Parametrised, covariant=True)
+AnySystem = TypeVar("AnySystem", bound=Adjustable, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)

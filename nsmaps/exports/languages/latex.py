@@ -10,7 +10,7 @@ from sympy.printing.latex import LatexPrinter
 from nsmaps.exports.headers import described
 from nsmaps.exports.program import Exportable, Part, Program, own_version, program_of
 from nsmaps.reduced.fit.variables import expression
-from nsmaps.symbolic.curve_iterates import HeldIterate, SecondIterate
+from nsmaps.symbolic.curve_iterates import HeldIterate
 from nsmaps.symbolic.formula import symbol
 from nsmaps.symbolic.map_iterates import ClosedMap
 
@@ -32,7 +32,7 @@ SPECIAL = {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasc
 
 def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]:
     """The document, by file name, with lines about where the result is from."""
-    if isinstance(result, SecondIterate | HeldIterate):
+    if isinstance(result, HeldIterate):
         title, body = f"Iterate {len(result.curves)} of ${math(result.variable)}$", _iterate(result)
     elif isinstance(result, ClosedMap):
         title, body = f"Closed form of degree {result.degree}", _closed(result)
@@ -174,7 +174,7 @@ def _condition(expr: Any) -> str:
     return rf"\begin{{array}}[t]{{@{{}}l}} {sign.join(parts)} \end{{array}}"
 
 
-def _iterate(result: SecondIterate | HeldIterate) -> list[str]:
+def _iterate(result: HeldIterate) -> list[str]:
     """The polynomial in its alpha coefficients, these, and the curves."""
     x, n = math(result.variable), len(result.curves)
     powers = ["" if k == 0 else f" {x}_k" if k == 1 else f" {x}_k^{{{k}}}" for k in range(len(result.alpha))]
