@@ -29,7 +29,8 @@ def explore(
 ) -> None:
     """Write explore.html beside the report of a run, a page to be explored by hand without a network; or serve a live one.
 
-    The page follows its parameter by the composite map of the study, in JavaScript, beside exact flights and return surfaces.
+    The page shows diagrams, branches, planes and basins of the run. Of a composite map it follows the parameter, in JavaScript,
+    beside exact flights and return surfaces.
     The live page computes the exact map: rectangles that are dragged, points that are clicked, sliders of all parameters.
     """
     with reported_errors(), progress_line(quiet):
@@ -44,7 +45,7 @@ def explore(
         if set_:
             raise NsmapsError(f"--set {set_[0]} is of --live; expected: the run of a study with it, or --live")
         if not is_run:
-            raise NsmapsError(f"{what} is not a folder that `nsmaps run` wrote; expected: one, or --live for a study")
+            raise NsmapsError(f"{what} is not a folder that `nsmaps run` wrote; expected: one, or --live for a study or a system")
         from nsmaps.explore.page.write import write_page
         from nsmaps.report.page import write_report
         from nsmaps.study.store.archive import read_result

@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.page.data import data_of
+from nsmaps.explore.page.plots import plots_of
+from nsmaps.explore.page.write import write_page
 
 pytest.importorskip("plotly", reason="the package plotly is not installed")
 DOUBLINGS = ["0.26833282", "0.27649856", "0.32418854"]
@@ -299,14 +302,47 @@ def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
     assert page.problems == []
 
 
-def test_a_run_without_a_map_is_refused(tmp_path):
-    (tmp_path / "bare.yaml").write_text(
-        "system: bouncing_ball\nparameters: {Gamma: 1.2}\norbits: [{start: {v: 4, phi: 0.5}, n_returns: 20}]\n"
-    )
-    with pytest.raises(
-        NsmapsError, match="the page shows a composite map of two coordinates; expected: a study with 'composite'"
-    ):
-        data_of(nsmaps.run_study(tmp_path / "bare.yaml"))
+def test_a_run_without_anything_to_draw_is_refused(tmp_path):
+    (tmp_path / "bare.yaml").write_text("system: bouncing_ball\nparameters: {Gamma: 1.2}\n")
+    with pytest.raises(NsmapsError, match="nothing to explore; expected: a study with bifurcation, branches, basins"):
+        write_page(nsmaps.run_study(tmp_path / "bare.yaml"), tmp_path)
+
+
+STORED = Path(__file__).parents[1] / "data" / "run-format-4"
+
+
+def test_the_pictures_of_a_run_have_its_numbers():
+    diagram = nsmaps.read_result(STORED / "windows")
+    (points,) = plots_of(diagram)[0]["data"]
+    exact = diagram.bifurcation["exact"]
+    assert points["x"] == pytest.approx(np.repeat(exact.values, exact.states.shape[2]), rel=1e-6)
+    assert points["y"] == pytest.approx(exact.states[:, 0, :, 0].ravel(), rel=1e-6)
+    assert points["text"] == np.repeat(exact.labels[:, 0], exact.states.shape[2]).tolist()
+    chart = nsmaps.read_result(STORED / "chart")
+    named = {plot["title"]: plot["data"] for plot in plots_of(chart)}
+    areas = named["Attractors of the first start over two parameters"][0]
+    seen = [[chart.chart.motions[k].label if k >= 0 else "no attractor" for k in row] for row in chart.chart.motion[..., 0]]
+    assert areas["text"] == seen
+    assert [areas["colorbar"]["ticktext"][k] for row in areas["z"] for k in row] == [name for row in seen for name in row]
+    marks = named["Branch 1:1"][-1]
+    assert marks["x"] == [event.value for part in chart.branches["1:1"] for event in part.events]
+
+
+@pytest.mark.parametrize("run", ["chart", "manifolds"])
+def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
+    result = nsmaps.read_result(STORED / run)
+    page = new_page()
+    page.goto(write_page(result, tmp_path).as_uri())
+    page.wait_for_function("() => boxes.every(box => box.querySelector('.main-svg'))")
+    titles = [plot["title"] for plot in plots_of(result)]
+    assert titles
+    assert page.locator("h2").all_text_contents() == titles
+    page.locator(".plot").first.hover()
+    assert page.locator(".modebar-btn").count() > 0
+    assert page.locator(".modebar-btn[data-title*='Share']").count() == 0
+    assert page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
+    assert page.problems == []
+    page.context.close()
 
 
 MAP = """

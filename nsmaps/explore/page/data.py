@@ -17,12 +17,12 @@ from nsmaps.exports.write import export
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.style import family_colours, piece_colours
 from nsmaps.reduced.composite.formulas import composite_of
+from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.maps.surfaces import GRID
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.exact.systems.parameters import System
-    from nsmaps.study.sections.maps.surfaces import GRID
-from nsmaps.study.result import StudyResult
 
 POINTS = 40_000  #: of a diagram, at most
 FLIGHTS = 61  #: values of the parameter at which the exact motion is computed
@@ -31,6 +31,12 @@ _FIRST = 4  #: impacts or events of these
 _SETTLED = 400  #: returns before that motion begins, so that it is on an attractor
 _EVENTS, _SAMPLES = 13, 24  #: impacts or events of a motion, and instants between two of them
 _DIGITS = 7  #: of numbers that are drawn only
+
+
+def has_map(result: "StudyResult") -> bool:
+    """Whether a page can move the map of a result: a composite one of two coordinates, or a map by formulas, over a grid."""
+    reduced = result.composite is not None or isinstance(result.system, PiecewiseMap)
+    return reduced and bool(result.study.grid) and len(result.system.coordinates) == 2
 
 
 def data_of(result: "StudyResult") -> dict[str, Any]:
@@ -73,11 +79,6 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     }
 
 
-def _colours(result: StudyResult) -> list[str]:
-    """The colours of the pieces of the composite map, as in the figures."""
-    return colours_over(result.composite, GRID.of(result, "explore"), result.orbits)
-
-
 def _script(reduced: Any) -> str:
     """The map as JavaScript, called `map`."""
     text = export(reduced, "javascript", name="nsmaps_map")
@@ -102,7 +103,7 @@ def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:
     step = max(1, -(-states.shape[0] * states.shape[1] // POINTS))
     values = np.repeat(diagram.values[:, None], states.shape[1], axis=1)
     own = np.isfinite(states).all(axis=2)
-    return {"values": _short(values[own][::step]), "states": _short(states[own][::step].T)}
+    return {"values": shortened(values[own][::step]), "states": shortened(states[own][::step].T)}
 
 
 def _events(result: "StudyResult") -> list[dict[str, Any]]:
@@ -143,9 +144,9 @@ def _bodies(system: "System", start: Floats, count: int) -> dict[str, Any]:
     if not isinstance(system, FlowSystem):
         path = orbit(system, start, count)
         ends = np.repeat(np.arange(count + 1.0), 2)[1:]
-        lines = {name: _short(np.repeat(line, 2)[:-1]) for name, line in zip(system.coordinates, path.states.T, strict=True)}
+        lines = {name: shortened(np.repeat(line, 2)[:-1]) for name, line in zip(system.coordinates, path.states.T, strict=True)}
         letters, at = path.words.tolist(), list(range(1, count + 1))
-        return {"time": _short(ends), "bodies": lines, "walls": [], "letters": letters, "at": at}
+        return {"time": shortened(ends), "bodies": lines, "walls": [], "letters": letters, "at": at}
     found = track(system, start, count, _SAMPLES)
     if isinstance(found, ModeTrack):
         bodies = dict(zip(found.names, np.moveaxis(found.states, -1, 0), strict=True))
@@ -154,13 +155,13 @@ def _bodies(system: "System", start: Floats, count: int) -> dict[str, Any]:
         walls = list(found.impacts.walls)
         bodies = {"ball": found.ball, **dict(zip(walls, found.walls, strict=True))}
         letters, times = [found.impacts.walls[k] for k in found.impacts.wall], found.impacts.time
-    lines = {name: _short(line.ravel()) for name, line in bodies.items()}
+    lines = {name: shortened(line.ravel()) for name, line in bodies.items()}
     return {
-        "time": _short(found.time.ravel()),
+        "time": shortened(found.time.ravel()),
         "bodies": lines,
         "walls": walls,
         "letters": letters,
-        "at": _short(np.asarray(times)),
+        "at": shortened(np.asarray(times)),
     }
 
 
@@ -175,8 +176,8 @@ def _surfaces(result: "StudyResult") -> list[dict[str, Any]]:
                 {
                     "name": name,
                     "colour": colours[name],
-                    "states": _short(sheets.returns.start.T),
-                    "images": _short(sheets.returns.image.T),
+                    "states": shortened(sheets.returns.start.T),
+                    "images": shortened(sheets.returns.image.T),
                     "words": sheets.returns.words.tolist(),
                     "triangles": sheets.triangles.T.tolist(),
                 }
@@ -184,9 +185,9 @@ def _surfaces(result: "StudyResult") -> list[dict[str, Any]]:
     return found
 
 
-def _short(values: NDArray[Any]) -> list[Any]:
+def shortened(values: NDArray[Any]) -> list[Any]:
     """Numbers with the digits that a picture needs; null for those that are not finite."""
     if values.ndim > 1:
-        return [_short(row) for row in values]
+        return [shortened(row) for row in values]
     printed = (f"%.{_DIGITS}g " * values.size % tuple(values.tolist())).split()
     return [value if isfinite(value) else None for value in map(float, printed)]
