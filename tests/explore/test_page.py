@@ -314,14 +314,17 @@ STORED = Path(__file__).parents[1] / "data" / "run-format-4"
 def test_the_pictures_of_a_run_have_its_numbers():
     diagram = nsmaps.read_result(STORED / "windows")
     (points,) = plots_of(diagram)[0]["data"]
-    exact = diagram.bifurcation["exact"]
+    exact = diagram.bifurcation_diagram["exact"]
     assert points["x"] == pytest.approx(np.repeat(exact.values, exact.states.shape[2]), rel=1e-6)
     assert points["y"] == pytest.approx(exact.states[:, 0, :, 0].ravel(), rel=1e-6)
     assert points["text"] == np.repeat(exact.labels[:, 0], exact.states.shape[2]).tolist()
     chart = nsmaps.read_result(STORED / "chart")
     named = {plot["title"]: plot["data"] for plot in plots_of(chart)}
     areas = named["Attractors of the first start over two parameters"][0]
-    seen = [[chart.chart.motions[k].label if k >= 0 else "no attractor" for k in row] for row in chart.chart.motion[..., 0]]
+    seen = [
+        [chart.parameter_plane.motions[k].label if k >= 0 else "no attractor" for k in row]
+        for row in chart.parameter_plane.motion[..., 0]
+    ]
     assert areas["text"] == seen
     assert [areas["colorbar"]["ticktext"][k] for row in areas["z"] for k in row] == [name for row in seen for name in row]
     marks = named["Branch 1:1"][-1]

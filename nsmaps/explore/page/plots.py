@@ -33,9 +33,11 @@ def _plot(title: str, x: str, y: str, traces: Sequence[Plot]) -> Plot:
 def _diagrams(result: "StudyResult") -> Iterator[Plot]:
     """A picture a coordinate, with the diagrams of all maps."""
     for k, name in enumerate(result.system.coordinates):
-        traces = [_diagram(result, of, diagram, k, number) for number, (of, diagram) in enumerate(result.bifurcation.items())]
+        traces = [
+            _diagram(result, of, diagram, k, number) for number, (of, diagram) in enumerate(result.bifurcation_diagram.items())
+        ]
         if traces:
-            parameter = next(iter(result.bifurcation.values())).parameter
+            parameter = next(iter(result.bifurcation_diagram.values())).parameter
             yield _plot(f"Bifurcation diagram: {name}", parameter, name, traces)
 
 
@@ -93,10 +95,10 @@ def _lines(part: "Branch", colour: str) -> Iterator[Plot]:
 
 def _planes(result: "StudyResult") -> Iterator[Plot]:
     """The motions over two parameters, and the exponents of those of a chart."""
-    if (found := result.stability) is not None:
+    if (found := result.stability_diagram) is not None:
         first, second = found.parameters
         yield _plot("Attractors over two parameters", first, second, [_areas(found.along, found.across, found.labels)])
-    if (chart := result.chart) is not None:
+    if (chart := result.parameter_plane) is not None:
         first, second = chart.parameters
         names = np.array([*(motion.label for motion in chart.motions), ""])[chart.motion[..., 0]]
         areas = _areas(chart.along, chart.across, names)
@@ -137,16 +139,16 @@ def _areas(x: Floats, y: Floats, names: NDArray[np.str_]) -> Plot:
     """Names over a plane, rows by the second axis, as coloured areas: the most frequent have colours, all others are grey."""
     kinds, number, count = np.unique(names, return_inverse=True, return_counts=True)
     rank = np.argsort(np.argsort(-count, kind="stable"))
-    most = min(len(kinds), len(PIECES) + 1)
-    shown = [str(kinds[k]) or NOTHING[0] for k in np.argsort(rank)[:most]]
-    shown = [*shown[:-1], "others"] if len(kinds) > most else shown
+    n_colours = min(len(kinds), len(PIECES) + 1)
+    shown = [str(kinds[k]) or NOTHING[0] for k in np.argsort(rank)[:n_colours]]
+    shown = [*shown[:-1], "others"] if len(kinds) > n_colours else shown
     colours = [
         "#FFFFFF" if name in NOTHING else colour for name, colour in zip(shown, [*PIECES[1:], PIECES[0], GREY], strict=False)
     ]
-    scale = [[(k + side) / most, colour] for k, colour in enumerate(colours) for side in (0, 1)]
-    areas = np.minimum(rank[number.reshape(names.shape)], most - 1)
-    bar = {"tickvals": list(range(most)), "ticktext": shown, "len": 1}
-    look = {"colorscale": scale, "zmin": -0.5, "zmax": most - 0.5, "colorbar": bar, "name": ""}
+    scale = [[(k + side) / n_colours, colour] for k, colour in enumerate(colours) for side in (0, 1)]
+    areas = np.minimum(rank[number.reshape(names.shape)], n_colours - 1)
+    bar = {"tickvals": list(range(n_colours)), "ticktext": shown, "len": 1}
+    look = {"colorscale": scale, "zmin": -0.5, "zmax": n_colours - 0.5, "colorbar": bar, "name": ""}
     text = np.where(names == "", NOTHING[0], names).tolist()
     return {"type": "heatmap", "x": shortened(x), "y": shortened(y), "z": areas.tolist(), "text": text, **look}
 
