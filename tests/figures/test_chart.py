@@ -16,6 +16,7 @@ from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import lay_out
 from nsmaps.figures.parameters.chart import COLOURS, MINUS_INFINITY, UNKNOWN, chart, exponents, mean, sheets
+from nsmaps.figures.style import drawing
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import CATALOGUE
 
@@ -187,8 +188,10 @@ def test_the_legend_of_three_panels_stands_in_the_place_of_the_fourth():
 
 def test_labels_of_colours_keep_their_distance_from_the_edge_of_the_page():
     (sheet,) = sheets(wide(np.linspace(-1.4, 0.3, 200).reshape(10, 20)))
-    figure = sheet.figure(100)
-    lay_out(figure)
+    with drawing({}):
+        figure = sheet.figure(100)
+        lay_out(figure)
+        figure.canvas.draw()
     ends = [ax.yaxis.label.get_window_extent().x1 for ax in figure.axes if ax.get_label() == "<colorbar>"]
     assert len(ends) == 2
     assert max(ends) <= figure.bbox.width - 3
