@@ -65,7 +65,7 @@ PANELS = {
     "highorderiterate": AGAIN,
 }  #: by figure of the paper that has lettered panels, what each shows: names of its axes and in it
 BELOW = {
-    "regions": ("BB", "BTB", "near diagonals"),
+    "regions": ("BB", "BTB", "near both diagonals"),
     "2d-1phi": ("BB", "BTB"),
     "R1compared": ("37 values of $d$ in [0.26, 0.35]", "one value of $d$"),
     "glosmallic-fp": tuple(rf"$\mathcal{{R}}_{{{k}}}$" for k in (2, 3, 4, 5)),

@@ -7,9 +7,10 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import NsmapsError
+from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import WordFamily
-from nsmaps.exact.surfaces.mesh import mesh
-from nsmaps.exact.surfaces.surface import Axis, Grid
+from nsmaps.exact.surfaces.mesh import grid_mesh, mesh
+from nsmaps.exact.surfaces.surface import Axis, Grid, Surface
 
 PAIR = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113)
 OSCILLATOR = nsmaps.load_system("impact_oscillator", zeta=0.05, w=2, A=2, wall=0.3, r=0.7)
@@ -167,3 +168,19 @@ def test_a_cut_has_the_states_at_a_value_and_their_images(k, value):
     states = np.column_stack([along, np.full(1000, value)][:: 1 if k else -1])
     inside = along[PAIR.first_return(states).has_word("BTB")]
     assert (line.min(), line.max()) == pytest.approx((inside.min(), inside.max()), abs=5e-3)
+
+
+def test_a_sampled_surface_ends_at_the_diagonals_of_cells():
+    """Members are x + y <= 1 on a grid that has this line through corners: the triangles fill that half of the square."""
+    axis = Axis(low=0.0, high=1.0, points=11)
+    grid = Grid(axes={"v": axis, "phi": axis})
+    member = grid.states().sum(axis=1) <= 1 + 1e-12
+    start = grid.states()[member]
+    blank = np.zeros(len(start))
+    codes, outcome = np.ones(len(start), np.int64), np.zeros(len(start), np.int8)
+    returns = Returns(PAIR.coordinates, ("B", "T"), start, start, np.zeros(start.shape, np.int32), codes, outcome, blank)
+    facets = grid_mesh(Surface("BB", grid, member, returns))
+    a, b, c = np.moveaxis(facets.returns.start[facets.triangles], 1, 0)
+    twice = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    assert (twice > 0).all(), "all turn the same way"
+    assert twice.sum() / 2 == pytest.approx(0.5)

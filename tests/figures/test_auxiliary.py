@@ -66,19 +66,19 @@ def test_separable_pieces_have_their_colour_wherever_the_orbit_goes_and_each_orb
 
 @pytest.mark.parametrize(("coordinate", "index"), [("v", 0), ("phi", 1)])
 def test_envelopes_are_those_of_the_update(result, ax, coordinate, index):
-    envelopes(result.domains["fitted"], ax, coordinate=coordinate, update=1)
+    envelopes(result.domains["fitted"], ax, coordinate, update=1)
     step = result.domains["fitted"].updates[1]
     lines = by_label(ax)
     assert np.array_equal(lines["upper map"].get_ydata(), step.envelopes[index].upper)
     assert np.array_equal(lines["lower map"].get_ydata(), step.envelopes[index].lower)
     (span,) = ax.patches
     assert np.allclose([span.get_x(), span.get_x() + span.get_width()], step.worst[-1, index])
-    assert ax.get_title() == f"update 2: to {np.ptp(step.worst[-1, index]):.3g}"
+    assert ax.get_title() == f"update 2: width {np.ptp(step.worst[-1, index]):.3g}"
     assert ("rad" in ax.get_xlabel(), "rad" in ax.get_ylabel()) == (index == 1, index == 1)
 
 
 def test_worst_case_steps_reach_every_bound(result, ax):
-    envelopes(result.domains["fitted"], ax, coordinate="v", update=0)
+    envelopes(result.domains["fitted"], ax, "v", update=0)
     reached = by_label(ax)["worst case"].get_ydata()
     assert result.domains["fitted"].updates[0].worst[1:, 0].size
     for bound in result.domains["fitted"].updates[0].worst[1:, 0].ravel():
@@ -100,7 +100,7 @@ def test_families_lie_between_the_maps_that_bound_them(result, ax):
 
 def test_the_worst_case_of_a_family_begins_with_its_first_interval(result, ax):
     first_interval(result.domains["fitted"], ax, "phi")
-    assert ax.get_title().startswith("update 1: to 0.")
+    assert ax.get_title().startswith("update 1: width 0.")
     (span,) = ax.patches
     assert np.allclose([span.get_x(), span.get_x() + span.get_width()], result.domains["fitted"].updates[0].worst[1, 1])
     assert "lower map" in by_label(ax)
@@ -129,8 +129,8 @@ def test_a_generic_cobweb_without_a_cycle_is_not_drawn(result, ax):
     step = result.domains["fitted"].updates[0]
     wild = replace(step, generic=np.random.default_rng(0).uniform(0.6, 0.9, (400, 2)))
     domain = replace(result.domains["fitted"], updates=(wild,))
-    envelopes(domain, ax, coordinate="v")
-    assert "generic" not in by_label(ax)
+    envelopes(domain, ax, "v")
+    assert "orbit, both maps in turn" not in by_label(ax)
     assert "its last tenth" not in by_label(ax)
 
 
@@ -142,14 +142,14 @@ def test_the_second_iterate_of_part_2_is_the_worst_case(result, ax):
     p, q = domain.updates[-1].worst[-1, 0]
     for name, fixed in (("$N = 2$", p), ("_upper of lower map 2", q)):
         assert np.interp(fixed, *by_label(ax)[name].get_data()) == pytest.approx(fixed, abs=1e-3)
-    assert "worst case (part 2)" in by_label(ax)
+    assert "worst case" in by_label(ax)
 
 
 def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
-    envelopes(result.domains["loose"], ax, coordinate="v")
-    assert ax.get_title() == "update 1: leads out"
+    envelopes(result.domains["loose"], ax, "v")
+    assert ax.get_title() == "update 1: not invariant"
     assert not ax.patches
-    assert "generic" not in by_label(ax)
+    assert "orbit, both maps in turn" not in by_label(ax)
 
 
 def test_envelopes_of_an_update_that_was_not_made(result, ax):
@@ -222,7 +222,7 @@ def test_a_run_away_end_of_an_area_does_not_set_the_limits(result, ax):
 
 def test_maps_of_an_enclosed_domain_are_said_to_be_samples(result, ax):
     exact = replace(result.domains["fitted"], status="enclosed")
-    envelopes(exact, ax, coordinate="v", update=0)
+    envelopes(exact, ax, "v", update=0)
     lines, envelope = by_label(ax), exact.updates[0].envelopes[0]
     assert np.array_equal(lines["lower map, samples"].get_ydata(), envelope.lower)
     assert np.array_equal(lines["upper map, samples"].get_ydata(), envelope.upper)
@@ -237,10 +237,10 @@ def test_the_picture_is_as_wide_as_the_box(result, ax, draw):
 
 
 def test_the_interval_of_the_attracting_domain_is_told_with_its_width_and_lets_curves_be_seen(result, ax):
-    envelopes(result.domains["fitted"], ax, coordinate="v", update=1)
+    envelopes(result.domains["fitted"], ax, "v", update=1)
     (span,) = ax.patches
     width = np.ptp(result.domains["fitted"].updates[1].worst[-1, 0])
-    assert ax.get_title() == f"update 2: to {width:.3g}"
+    assert ax.get_title() == f"update 2: width {width:.3g}"
     assert min(span.get_facecolor()[:3]) > 0.7, "pale"
 
 

@@ -19,7 +19,7 @@ def test_components_have_their_colours_and_cells(result, ax):
     assert np.flatnonzero(drawn >= 0).tolist() == cover.numbers.tolist()
     assert (drawn[cover.numbers] == cover.component + 1).all()
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert texts == ["set 0, minimal", "set 1", "between", "exact orbits"]
+    assert texts == ["Morse set 0, no exit", "Morse set 1", "between", "exact orbits"]
     states = np.concatenate([pair.exact.states[20:] for pair in result.orbits])
     assert np.array_equal(np.column_stack(ax.lines[0].get_data()), states)
 
@@ -31,7 +31,7 @@ def test_what_stays_is_apart_from_what_is_left(result, ax):
     left = (made.left > 0) & (made.region >= 0)
     assert (drawn[left] == 1 + made.left[left]).all()
     assert (drawn[made.region < 0] == -1).all()
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["not shown", "periodic points"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["departure not proved", "periodic points"]
     assert np.array_equal(np.column_stack(ax.lines[0].get_data()), made.points)
 
 
@@ -41,7 +41,7 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
     sheet.panels[1](ax)
     drawn = shown(ax)
     assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.exit_times.arrived == 0).tolist()
-    assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not shown", "target"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["arrival not proved", "target"]
 
 
 def test_results_draw_themselves_and_name_their_axes(result):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+from nsmaps.figures.grey import alike_in_grey, lightness
 from nsmaps.figures.style import BLACK, FAMILIES, INK, INKS, LOOKS, MOTIONS, OPEN, OTHERS, PIECES, QUASI, REST, fill_of, tint
 
 #: From linear RGB to what is seen: Machado, Oliveira and Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
@@ -73,3 +74,18 @@ def test_inks_are_told_apart_and_dark_on_white(sight):
 def test_distances_without_missing_cones_are_larger_for_red_and_green():
     pair = "#D55E00", "#8A8000"
     assert least(pair, "deuteranopia") < least(pair, "normal")
+
+
+def test_what_is_alike_in_grey_is_named(ax):
+    """Pure red has L* 53.2 and grey of luminance 0.2126 the same (IEC 61966-2-1)."""
+    grey = 1.055 * 0.2126 ** (1 / 2.4) - 0.055
+    ax.fill_between([0, 1], 1, color="#ff0000", lw=0, label="red")
+    ax.fill_between([0, 1], 2, color=str(grey), lw=0, label="grey")
+    ax.plot([0, 1], color="#ff0000", label="red line")
+    ax.plot([0, 1], color=str(grey), label="grey line")
+    ax.plot([0, 1], "--", color=str(grey), label="dashed")
+    ax.legend()
+    pairs = alike_in_grey(ax.figure)
+    assert [(pair.one, pair.other) for pair in pairs] == [("red", "grey"), ("red line", "grey line")]
+    assert max(pair.difference for pair in pairs) < 1e-3
+    assert lightness("#ff0000") == pytest.approx(53.24, abs=0.01)

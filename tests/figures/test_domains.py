@@ -79,7 +79,7 @@ def test_a_legend_has_what_is_drawn_and_nothing_else(result, name):
 def test_the_cycle_lies_on_top_of_everything(result, ax):
     fitted = result.domains["fitted"]
     for draw in (
-        lambda: envelopes(fitted, ax, coordinate="v"),
+        lambda: envelopes(fitted, ax, "v"),
         lambda: second_iterate(result.second_iterate, ax, Bounded("fitted", fitted), "v"),
     ):
         draw()

@@ -56,7 +56,7 @@ def test_words_are_painted_up_to_their_borders(result, ax):
     assert panel(words, result, ax) is ax
     areas = [artist for artist in ax.collections if isinstance(artist, TriMesh)]
     assert labels(ax) == ("$v_k$".replace("_k", "_{k}"), r"$\phi_{k}$ (rad)")
-    assert legend_texts(ax) == ["BB", "BTB", "near diagonals"]
+    assert legend_texts(ax) == ["BB", "BTB", "near both diagonals"]
     ax.get_legend().remove()
     ax.figure.canvas.draw()
     pixels = np.asarray(ax.figure.canvas.buffer_rgba())[::-1, :, :3] / 255
@@ -339,7 +339,7 @@ def test_regions_are_named_with_their_words_and_shares(result, ax):
 
 def test_states_of_other_words_are_told(result, ax):
     panel(words, result.with_parts({"surfaces": {"BB": result.surfaces["BB"]}}), ax)
-    assert legend_texts(ax) == ["BB", "near diagonals", "other"]
+    assert legend_texts(ax) == ["BB", "near both diagonals", "other"]
 
 
 def test_the_last_tenths_are_in_the_legend_of_the_orbits(result, ax):

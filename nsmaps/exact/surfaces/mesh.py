@@ -64,7 +64,7 @@ class Mesh:
 
 
 def grid_mesh(surface: Surface) -> Mesh:
-    """The surface as triangles between states of its grid alone: the cells whose corners have one word and one number of turns.
+    """The surface as triangles between states of its grid alone: cells, or three corners, of one word and one number of turns.
 
     Raises NsmapsError unless the grid varies along two coordinates.
     """
@@ -72,11 +72,15 @@ def grid_mesh(surface: Surface) -> Mesh:
     returns, number = surface.returns, np.full(surface.grid.size, -1)
     number[surface.member] = np.arange(len(returns))
     cells = _around(number.reshape([axis.points for axis in surface.grid.varying.values()]))
-    cells = cells[(cells >= 0).all(axis=1)]
-    kind = np.column_stack([returns.codes, returns.turns])[cells]
-    cells = cells[(kind == kind[:, :1]).all(axis=(1, 2))]
-    triangles = np.concatenate([cells[:, corners] for corners in HALVES])
-    return Mesh(surface.name, returns, np.zeros(len(returns), np.int64), triangles)
+    kinds = np.unique(np.column_stack([returns.codes, returns.turns]), axis=0, return_inverse=True)[1].reshape(-1)
+    kind = np.where(cells >= 0, np.append(kinds, -1)[cells], -1)
+    whole = (kind == kind[:, :1]).all(axis=1) & (kind[:, 0] >= 0)
+    triangles = [cells[whole][:, corners] for corners in HALVES]
+    for corner in range(4):  # which is beyond an edge
+        others = np.delete(np.arange(4), corner)
+        cut = ~whole & (kind[:, others] == kind[:, others[:1]]).all(axis=1) & (kind[:, others[0]] >= 0)
+        triangles.append(cells[cut][:, others])
+    return Mesh(surface.name, returns, np.zeros(len(returns), np.int64), np.concatenate(triangles))
 
 
 def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:

@@ -46,7 +46,7 @@ def morse(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = None) ->
 
 
 def _label(number: int, minimal: bool) -> str:
-    return f"set {number}{', minimal' if minimal else ''}"
+    return f"Morse set {number}{', no exit' if minimal else ''}"
 
 
 def show(ax: Axes, cells: Cells, number: NDArray[np.integer], colours: Sequence[tuple[float, ...]]) -> None:

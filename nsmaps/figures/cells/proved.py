@@ -53,7 +53,7 @@ def proved(ax: Axes, pixels: "Shares", highest: float, impacts: "list[tuple[floa
     shade[order == 0] = to_rgb(GREEN)
     colour = shade + np.sqrt(pixels.left)[..., None] * (np.array(to_rgb(BLUE)) - shade)
     ax.imshow(colour, origin="lower", extent=(0, pixels.top, 0, TWO_PI), aspect="auto", interpolation="nearest")
-    ax.figure.colorbar(ScalarMappable(norm, SCALE), ax=ax, label="order of the cell")
+    ax.figure.colorbar(ScalarMappable(norm, SCALE), ax=ax, label="order of arrival")
     patches = [Patch(color=BLUE, label="left open"), Patch(color=GREEN, label=zero)]
     looks = {True: ("o", "white", BLACK, "stable cycle"), False: ("X", BLACK, "white", "saddle")}
     for stable in dict.fromkeys(stable for _, _, stable in impacts):

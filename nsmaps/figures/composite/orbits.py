@@ -37,7 +37,7 @@ def sheets(found: Found, system: "System | None" = None, over: Over | None = Non
     if isinstance(found, Orbit):
         plane = (partial(orbits, found, number=number),) if len(found.coordinates) == 2 else ()
         each = (partial(over_returns, found, coordinate=name, number=number) for name in found.coordinates)
-        return (Sheet("orbits", (*plane, *each), 1, 0.6, legend=bool(plane)),)
+        return (Sheet("orbits", (*plane, *each), 1, 0.4, legend=bool(plane)),)
     title, count = system.map_name if system else "exact map", 1 if isinstance(found, OrbitPair) else len(found)
     panels = tuple(partial(orbits, found, number=k, over=over, title=title) for k in range(count))
     return (Sheet("orbits", panels, min(count, 2), 0.8, legend=True),)

@@ -57,7 +57,7 @@ def auxiliary_map(
         for curve, colour, text in ((envelope.upper, BLUE, "upper map"), (envelope.lower, ORANGE, "lower map")):
             ax.plot(envelope.x, curve, color=colour, lw=1.5, zorder=3.5, path_effects=HALO, label="_" if k else text)
     values = orbit.states[np.isfinite(orbit.states).all(axis=1), i]
-    ax.plot(*staircase(values), color="0.2", lw=0.7, zorder=4, label="generic orbit")
-    ax.plot(*staircase(last_tenth(values)), color=MAGENTA, lw=1.3, zorder=5, label="last tenth of it")
+    ax.plot(*staircase(values), color="0.2", lw=0.7, zorder=4, label="orbit, both maps in turn")
+    ax.plot(*staircase(last_tenth(values)), color=MAGENTA, lw=1.3, zorder=5, label="its last tenth")
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
     return look(ax, values, orbit.coordinates[i])

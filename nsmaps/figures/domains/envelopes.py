@@ -57,8 +57,8 @@ def envelopes(domain: AttractingDomain, ax: Axes, coordinate: str = "", update: 
         ax.axvspan(*worst[-1], fc=tint(YELLOW, 0.8), ec=OLIVE, lw=0.6, ls="--", zorder=0, label="next box")
         generic = step.generic[:, i]
         if abs(generic[-1] - generic[-3]) <= 1e-6 * np.ptp(step.box[i]):
-            ax.plot(*staircase(generic), color="0.4", lw=0.4, zorder=4, label="generic")
-            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="last tenth of it")
+            ax.plot(*staircase(generic), color="0.4", lw=0.4, zorder=4, label="orbit, both maps in turn")
+            ax.plot(*staircase(last_tenth(generic)), color=RED, lw=1.1, zorder=6, label="its last tenth")
         cycle(ax, worst[-1])
     lower, upper = envelope.lower, envelope.upper
     ax.fill_between(envelope.x, lower, upper, color=tint(BLUE, 0.85), lw=0, zorder=1)
@@ -74,8 +74,8 @@ def envelopes(domain: AttractingDomain, ax: Axes, coordinate: str = "", update: 
 def headline(step: Update, index: int) -> str:
     """The number of an update, and how wide the box is that it leads to, if its own is forward invariant."""
     if not step.forward_invariant:
-        return f"update {step.number}: leads out"
-    return f"update {step.number}: to {np.ptp(step.worst[-1, index]):.3g}"
+        return f"update {step.number}: not invariant"
+    return f"update {step.number}: width {np.ptp(step.worst[-1, index]):.3g}"
 
 
 def cycle(ax: Axes, ends: Floats) -> None:

@@ -108,9 +108,9 @@ def _draw(
             text = "$p$, $q$" if last else "_"
             ax.plot(ends, ends, "*", color=colour, mec="black", mew=0.4, ms=7, zorder=8 + last, label=text)
     _polynomial(ax, polynomial, domain, i, steps)
-    ax.plot([], [], color="0.4", lw=0.6, label="upper of lower map")
+    ax.plot([], [], color="0.4", lw=0.6, label="upper map after lower map")
     if any_worst:
-        ax.plot([], [], color="0.4", lw=1.5, ls=(0, (5, 1)), label="worst case (part 2)")
+        ax.plot([], [], color="0.4", lw=1.5, ls=(0, (5, 1)), label="worst case")
     if not meets:
         ax.text(0.5, 0.05, "no fixed point in the box", transform=ax.transAxes, ha="center", va="bottom")
     return np.concatenate(drawn)

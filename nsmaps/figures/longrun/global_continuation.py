@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
@@ -12,7 +13,7 @@ from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import label, tint
+from nsmaps.figures.style import BLACK, label, tint
 
 QUANTITIES = ("share", "distance", "return_time")
 AXES = {"share": "share", "distance": "distance to\nboundary", "return_time": "return time\n(returns)"}
@@ -85,6 +86,11 @@ def _dots(found: GlobalContinuation, ax: Axes, quantity: str) -> None:
         ax.plot(found.values[beyond], np.ones(beyond.sum()), "^", color=colour, ms=3.5, mew=0)
     if quantity in found.quantifiers:
         return
+    marks = [Line2D([], [], color=BLACK, marker="^", ms=3.5, mew=0, ls="", label="no smaller kick found")]
+    if quantity == "return_time":
+        marks = [Line2D([], [], color=BLACK, marker="|", ms=8, ls="", label="two standard errors")]
+    if quantity == "return_time" or np.isposinf(values).any():
+        ax.legend(handles=marks)
     shown = np.where(np.isposinf(values), 1.0, values)[values > 0]
     if len(shown) and shown.max() > _DECADE * shown.min():
         ax.set_yscale("log")

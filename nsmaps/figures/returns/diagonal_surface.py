@@ -16,6 +16,7 @@ from nsmaps.figures.style import BLUE, family_colours, tint
 from nsmaps.reduced.fit.filter_errors import NearDiagonals
 
 _ELEVATION = 42.0  #: of the view, degrees
+_CORNER = 0.05  #: of the second axis, at the nearest corner, where its names would meet those of the first
 _ZOOM = 0.95  #: at which the farthest corner is below the title
 
 
@@ -35,13 +36,17 @@ def diagonal_surface(near: NearDiagonals, ax: Axes, surfaces: Mapping[str, Surfa
     family = near.surface.name
     facets, seen = mesh(surfaces[family]), plane(near.surface.grid)
     name = coordinate or facets.coordinates[0]
-    colours = {family: family_colours(list(surfaces))[family], rf"near diagonals, $\delta = {near.delta:g}$": BLUE}
+    colours = {family: family_colours(list(surfaces))[family], rf"near both diagonals, $\delta = {near.delta:g}$": BLUE}
     points, triangles, _ = part_of(facets, seen, name, BLUE)
     number = facets.part[triangles[:, 0]]
     parts = [(points, triangles[number == k], colour) for k, colour in enumerate(colours.values())]
     raised(ax, "diagonal_surface", parts, [facets.coordinates[k] for k in seen], name, _ZOOM)
     ax.legend(handles=[Patch(color=tint(colour, TINT), label=text) for text, colour in colours.items()])
-    cast(Any, ax).view_init(elev=_ELEVATION, azim=_towards(near.surface))
+    space, towards = cast(Any, ax), _towards(near.surface)
+    space.view_init(elev=_ELEVATION, azim=towards)
+    low, high = space.get_ylim()
+    nearest, span = (high if towards > 0 else low), high - low
+    space.set_yticks([tick for tick in space.get_yticks() if low <= tick <= high and abs(tick - nearest) > _CORNER * span])
     return ax
 
 

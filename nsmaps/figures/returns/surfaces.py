@@ -24,6 +24,7 @@ Meshing = Callable[[Surface], Mesh]
 Part = tuple[Floats, Ints, str]  #: places and heights (P, 3), triangles (T, 3), and their colour
 
 _WIDE = 1.5  #: inches of a panel, in which there is room for all ticks
+_STEEP = 0.08  #: of the height of a surface, beyond which a triangle between states of a grid is left out
 _FEWER = 1.3  #: times fewer ticks of an angle along a side of the plane, which is seen shortened
 TINT = 0.2  #: share of white in the colour of a surface
 ELEVATION, AZIMUTH = 24, -128  #: from where they are seen, degrees
@@ -45,7 +46,7 @@ def surfaces(named: Surfaces, ax: Axes, coordinate: str = "", mesh: Meshing = gr
     """One coordinate of the image over the states, coloured by family and shaded, by the first coordinate or the one named.
 
     `mesh` gives the triangles of a surface, which end at the edges of the map's smooth pieces if it knows the map, and else at
-    the grid's cells beside these. The axes must be three-dimensional (`projection="3d"`).
+    the grid's cells beside these, without those as steep as beside a graze. The axes must have `projection="3d"`.
     """
     named = by_name(named)
     first = next(iter(named.values()))
@@ -53,6 +54,8 @@ def surfaces(named: Surfaces, ax: Axes, coordinate: str = "", mesh: Meshing = gr
     position(first.coordinates, name)
     colours = family_colours(list(named))
     parts = [part_of(mesh(named[family]), plane(first.grid), name, colour) for family, colour in colours.items()]
+    if mesh is grid_mesh:
+        parts = [(points, _gentle(points, triangles), colour) for points, triangles, colour in parts]
     raised(ax, "surfaces", parts, [first.coordinates[k] for k in plane(first.grid)], name)
     handles = [Patch(color=tint(colour, TINT), label=family) for family, colour in colours.items() if colour != GREY]
     if more := len(colours) - len(handles):
@@ -65,6 +68,12 @@ def part_of(mesh: Mesh, seen: Sequence[int], coordinate: str, colour: str) -> Pa
     """One coordinate of the image of a mesh over two coordinates of the states."""
     height = mesh.returns.image[:, position(mesh.coordinates, coordinate)]
     return np.column_stack([mesh.returns.start[:, seen], height]), mesh.triangles, colour
+
+
+def _gentle(points: Floats, triangles: Ints) -> Ints:
+    """Triangles without those that are higher than the states at an edge can say, as beside a square root."""
+    height = points[:, 2][triangles]
+    return triangles[np.ptp(height, axis=1) <= _STEEP * np.ptp(points[:, 2])] if len(triangles) else triangles
 
 
 def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], image: str, zoom: float = 1.05) -> None:

@@ -57,7 +57,7 @@ def words(named: Surfaces, ax: Axes, mesh: Meshing = grid_mesh, diagonal: Diagon
         handles.append(Patch(color=tint(GREY, 0.25), label=f"{more} more words"))
     if diagonal is not None and len(diagonal.start):
         (left, right), (low, high) = diagonal.box
-        outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=1.3, label="near diagonals")
+        outline = Rectangle((left, low), right - left, high - low, fill=False, ec=BLUE, lw=1.3, label="near both diagonals")
         ax.add_patch(outline)
         handles.append(outline)
     if not np.logical_or.reduce([surface.member for surface in surfaces.values()]).all():

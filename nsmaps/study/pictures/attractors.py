@@ -49,7 +49,7 @@ ATTRACTORS: "FigurePart[Callable[[], PhasePortrait]]" = FigurePart(
     "attractors",
     (),
     _portrait_of,
-    "'basins', 'orbits' or 'bifurcation'",
+    "'basins', 'orbits' or 'bifurcation_diagram'",
     lambda study: bool(study.basins or study.orbits or study.bifurcation_diagram),
 )
 FIGURES = (

@@ -89,7 +89,7 @@ class Domains(Entries[DomainSection]):
             "The upper and lower auxiliary maps with the cobwebs between them.",
             "The lower and upper auxiliary map of each coordinate at the first, the second and the last update, with the "
             "worst-case steps from the box (dotted). If the box is forward invariant, they converge to the yellow interval "
-            "from p to q, the next box. The thin line is a generic cobweb, which is omitted if it converges to no cycle.",
+            "from p to q, the next box. The thin line is an orbit of both maps in turn, omitted if it converges to no cycle.",
             (ENVELOPED,),
             by_domain=True,
         ),
@@ -106,7 +106,7 @@ class Domains(Entries[DomainSection]):
             "The box of each domain that is forward invariant after each update, the darker the later, in the plane of two "
             "coordinates, with the states of exact orbits, over the cells of Morse sets if the study has them. No orbit leaves a "
             "box of an enclosed domain.",
-            (DOMAINS, EXACT_ORBITS, optional("morse")),
+            (DOMAINS, EXACT_ORBITS, optional("morse_sets")),
         ),
     )
 

@@ -40,7 +40,7 @@ class MorseSection(Analysis):
             "cells.morse",
             "The cells of the window coloured by recurrent component, with states of orbits.",
             "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of "
-            "orbits. From a minimal component no other component can be reached.",
+            "orbits. From a component without exit no other one can be reached.",
             (FigurePart("a cover by Morse sets", ("morse_sets",), planar=True), EXACT_ORBITS),
         ),
     )
