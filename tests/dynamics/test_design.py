@@ -140,31 +140,31 @@ def test_physical_parameters_have_the_same_optimum() -> None:
 def double() -> tuple[Any, ...]:
     """The first arguments for the motion with two impacts on B in a period."""
     pair = nsmaps.load_system("vi_pair", d=0.2, r=0.25, M=0.1245, g=9.8, beta=pi / 6, F=5)
-    return pair.at, "loss", {"d": (0.15, 0.3)}, {"d": 0.2}, nsmaps.orbit(pair, [0.5, 0.5], 2000).final, 2
+    return pair, "loss", {"d": (0.15, 0.3)}, nsmaps.orbit(pair, [0.5, 0.5], 2000).final
 
 
 def test_impacts_stay_away_from_a_graze(double: tuple[Any, ...]) -> None:
-    found = nsmaps.optimize(*double, graze=0.15, n_starts=2)
+    found = nsmaps.optimize(*double, period=2, graze=0.15, n_starts=2)
     assert found.active == ("impact speed",)
     assert found.attempts[0].end == pytest.approx(found.attempts[1].end, rel=1e-6)
-    hits = double[0](**found.parameters).impacts(found.orbit.states[0], 4)
+    hits = double[0].at(**found.parameters).impacts(found.orbit.states[0], 4)
     assert hits.speed.min() == pytest.approx(0.15 * hits.speed[hits.wall == 0].max(), rel=1e-6)
     gain = {one.name: one.gain for one in found.conditions}["impact speed"]
-    wider = nsmaps.optimize(*double, graze=0.1499, n_starts=1)
+    wider = nsmaps.optimize(*double, period=2, graze=0.1499, n_starts=1)
     assert (wider.value - found.value) / 1e-4 == pytest.approx(gain, rel=0.01)
     assert found.residual < 1e-6
 
 
 def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[Any, ...]) -> None:
     """The loss falls with d to where a flight first turns back, at once nearer to the wall than the margin."""
-    found = nsmaps.optimize(*double, sense="min", graze=0.02, n_starts=1)
+    found = nsmaps.optimize(*double, period=2, sense="min", graze=0.02, n_starts=1)
     (attempt,) = found.attempts
     assert attempt.feasible
     assert "edge" in attempt.message
 
     def nearest(d: float) -> float:
-        orbit = nsmaps.periodic_orbit(double[0](d=d), found.orbit.states, 2)
-        return float(double[0](d=d).itineraries(orbit.states).clearance.min())
+        orbit = nsmaps.periodic_orbit(double[0].at(d=d), found.orbit.states, 2)
+        return float(double[0].at(d=d).itineraries(orbit.states).clearance.min())
 
     d = found.parameters["d"]
     assert nearest(d) > 20 * nearest(d - 1e-4)
