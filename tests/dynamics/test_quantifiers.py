@@ -106,8 +106,8 @@ def test_what_is_not_a_quantifier_is_refused(quantifiers, text):
 
 
 def test_pixels_that_are_continued_have_those_of_their_own_cycles():
-    values, heights = np.linspace(2.3, 2.7, 33), np.linspace(1.0, 2.0, 33)
-    how = {"n_returns": 16, "transient": 200, "max_period": 4, "refine": 16}
+    values, heights = np.linspace(2.3, 2.7, 19), np.linspace(1.0, 2.0, 19)
+    how = {"n_returns": 16, "transient": 200, "max_period": 4, "refine": 8}
     made = nsmaps.parameter_plane(Tall(), {"r": values, "height": heights}, [0.3], **how, quantifiers={"mean": mean})
     assert 0 < made.computed.mean() < 0.9
     assert made.quantifiers["mean"][..., 0] == pytest.approx(heights[:, None] * (1 - 1 / values), rel=1e-9)
