@@ -41,7 +41,11 @@ def schema() -> dict[str, Any]:
         if key in model["properties"]:
             model["properties"][key]["description"] = meaning
     definitions["Side"] = {"anyOf": [{"type": "number"}, {"type": "string"}, definitions["Side"]]}
-    made["additionalProperties"] = {"type": "object", "required": ["analysis"], "description": "An analysis of a file or module."}
+    made["additionalProperties"] = {
+        "type": "object",
+        "required": ["analysis"],
+        "description": "A further section of a kind, or an analysis of a file or module.",
+    }
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "A study of nsmaps"}
     return head | {key: value for key, value in made.items() if key != "title"}
 

@@ -24,6 +24,7 @@ from nsmaps.study.sections.maps.partition import PartitionSection
 from nsmaps.study.sections.maps.second_iterate import SecondIterateSection
 from nsmaps.study.sections.maps.slices import Slices
 from nsmaps.study.sections.maps.surfaces import Families, Spans
+from nsmaps.study.sections.own_name import OwnName, may_be_renamed, renamed
 from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 from nsmaps.study.sections.parameters.branches import Branches
 from nsmaps.study.sections.parameters.chart import ChartSection
@@ -112,7 +113,8 @@ class Study(Analyses):
     @classmethod
     def others(cls) -> dict[str, type[Steps]]:
         """The analyses of other packages or files among them."""
-        return {key: kind for key, kind in cls.kinds().items() if key not in Analyses.model_fields}
+        found = cls.kinds().items()
+        return {key: kind for key, kind in found if key not in Analyses.model_fields and not issubclass(kind, OwnName)}
 
     @classmethod
     def parts_of_result(cls) -> dict[str, Any]:
@@ -157,8 +159,14 @@ def _named_analysis(key: str, name: str, cls: type[Analysis]) -> type[Analysis]:
     return kind
 
 
+_renamed = cache(renamed)
+
+
 def analysis_of(key: str, name: str) -> type[Analysis]:
-    """The analysis of this name, as `nsmaps.plugins.class_of`, under the key of a section; errors as there."""
+    """The analysis of this name, one of nsmaps or as `nsmaps.plugins.class_of`, under the key of a section; errors as there."""
+    ours: Any = Analyses.kinds().get(name)
+    if ours is not None and may_be_renamed(ours):
+        return _renamed(key, ours)
     cls: Any = class_of(ANALYSIS, name)
     found: type[Analysis] = _named_analysis(key, name, cls)
     return found

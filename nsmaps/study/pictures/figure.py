@@ -1,7 +1,7 @@
 """A figure of a study: what it shows in words, and the parts of the result that it needs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -86,11 +86,13 @@ class StudyFigure:
     draws_itself: bool = False  #: whether the result is drawn by its `plot`, not by a module
     animated: bool = False  #: whether `nsmaps animate` has it, too
     by_domain: bool = False  #: whether it has a sheet for every domain
+    called: str = ""  #: its name, if not that of its module
+    seen: "Callable[[StudyResult], StudyResult]" = lambda result: result  #: the result in which its parts have their usual names
 
     @property
     def name(self) -> str:
-        """The name of the figure, which is that of its module."""
-        return self.module.rpartition(".")[2]
+        """The name of the figure, which is that of its module unless it is called otherwise."""
+        return self.called or self.module.rpartition(".")[2]
 
     @property
     def sections(self) -> tuple[str, ...]:
@@ -99,7 +101,8 @@ class StudyFigure:
 
     def parts(self, result: "StudyResult") -> list[Any]:
         """What it shows of a result, in the order of its needs; NsmapsError if the result lacks something."""
-        return [need.of(result, self.name) for need in self.needs]
+        seen = self.seen(result)
+        return [need.of(seen, self.name) for need in self.needs]
 
     def sheets(self, result: "StudyResult", first: bool = False) -> "tuple[Sheet, ...]":
         """The sheets of the figure, or that of the first domain; NsmapsError if the result lacks what it shows."""
@@ -109,12 +112,16 @@ class StudyFigure:
 
             return (Sheet(self.name, (parts[0].plot,), 1),)
         drawn: tuple[Sheet, ...] = import_module(f"nsmaps.figures.{self.module}").sheets(*parts)
+        if self.called:
+            usual = self.module.rpartition(".")[2]
+            drawn = tuple(replace(sheet, name=sheet.name.replace(usual, self.called, 1)) for sheet in drawn)
         return drawn[:1] if first and self.by_domain else drawn
 
     def has_data(self, result: "StudyResult") -> bool:
         """Whether a result has what the figure shows."""
         try:
-            return all(need.of(result, self.name) is not None or need.optional for need in self.needs)
+            seen = self.seen(result)
+            return all(need.of(seen, self.name) is not None or need.optional for need in self.needs)
         except NsmapsError:
             return False
 

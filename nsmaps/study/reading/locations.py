@@ -21,12 +21,17 @@ class Source:
 
     name: str = field(default="study", compare=False)  #: the given name of the file, or "study" for one created in Python
     root: Any = field(default=None, compare=False, repr=False)  #: the tree of ruamel, with a line and column per key
+    renamed: Mapping[str, str] = field(default_factory=dict, compare=False)  #: keys of sections by those that code names
     changed: Mapping[str, tuple[Any, Any]] = field(default_factory=dict, compare=False)  #: changed parameters: before, now
+
+    def real(self, loc: Loc) -> Loc:
+        """A place with the key that its section has in the file."""
+        return (self.renamed.get(str(loc[0]), loc[0]), *loc[1:]) if loc else loc
 
     def position(self, loc: Loc, key: bool = False) -> tuple[int, int]:
         """Line and column, from one, of the value at `loc` or of its key; of its parent if there is none."""
         node, place = self.root, (0, 0)
-        for depth, step in enumerate(loc, 1):
+        for depth, step in enumerate(self.real(loc), 1):
             if not isinstance(node, CommentedMap | CommentedSeq) or step not in (node.lc.data or {}):
                 break
             line, column, *value = node.lc.data[step]
@@ -37,7 +42,7 @@ class Source:
     def error(self, loc: Loc, text: str, key: bool = False, offset: int = 0) -> StudyError:
         """A StudyError at `loc`, `offset` characters into its text."""
         if self.root is None:
-            return StudyError(f"{self.name}: {'.'.join(map(str, loc))}: {text}")
+            return StudyError(f"{self.name}: {'.'.join(map(str, self.real(loc)))}: {text}")
         line, column = self.position(loc, key)
         return StudyError(f"{self.name}:{line}:{column + offset}: {text}")
 
@@ -82,7 +87,7 @@ class Source:
         column = error.column if isinstance(error, ConditionError) else None
         node = self.root
         with suppress(KeyError, IndexError, TypeError):  # a list has no keys
-            for step in loc:
+            for step in self.real(loc):
                 node = node[step] if isinstance(node, CommentedMap | CommentedSeq) else None
         if column is None or not isinstance(node, str):
             return 0
