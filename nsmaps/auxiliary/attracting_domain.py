@@ -45,7 +45,7 @@ class AttractingDomain(WithCoordinates, Result):
         TwoCycle, ...
     ]  #: p and q of each coordinate as roots of the second iterate; empty if no box is forward invariant
     units: Mapping[str, str] = field(default_factory=dict)
-    picture: ClassVar[str] = "nsmaps.figures.domains.envelopes"
+    picture: ClassVar[str] = "nsmaps.figures.domains.boxes"
 
     def summary(self) -> str:
         """The numbers that matter."""

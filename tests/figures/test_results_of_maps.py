@@ -19,7 +19,7 @@ from nsmaps.symbolic.curve_iterates import second_iterate
 DRAWN = {  #: the part of a study's result, and the number of its panels
     "slice": (lambda result: result.slices[0], 3),
     "track": (lambda result: result.orbits[0].track, 2),
-    "domain": (lambda result: result.domains["fitted"], 6),
+    "domain": (lambda result: result.domains["fitted"], 1),
     "surface": (lambda result: result.surfaces["BTB"], 2),
     "composite": (attrgetter("composite"), 1),
     "partition": (attrgetter("partition"), 1),
