@@ -135,7 +135,8 @@ def limit_set(return_map: ReturnMap, path: Orbit) -> LimitSet | None:
     if found.length and found.cycle is None:
         found = replace(refined(return_map, found, scale, TOLERANCE) or found, more=found.more)
     first = int(np.argmin(found.states[:, 0])) if found.length else 0
-    states, words = np.roll(found.states, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
+    visited = found.states[np.isfinite(found.states).all(axis=1)]  # of an orbit that ends only when it is followed
+    states, words = np.roll(visited, -first, axis=0)[-VISITED:], (*found.words[first:], *found.words[:first])
     factors = np.zeros(0, complex) if found.cycle is None or np.isnan(found.cycle.multipliers).any() else found.cycle.multipliers
     about = path.coordinates, found.period, len(found.path.codes) // 2, found.more, found.label, words, states, factors
     return LimitSet(*about, found.exponent, found.error, units_of(return_map))
