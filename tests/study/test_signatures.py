@@ -42,6 +42,7 @@ CALLS = {
     "manifolds": Call(nsmaps.manifold, "name start period", "orbit inverse", "which"),
     "observe": Call(nsmaps.observe, "", "orbits transient n_batches chatter rates"),
     "optimize": Call(nsmaps.optimize, "noisy", "x0"),
+    "estimate": Call(nsmaps.estimate, "", "profile"),
     "noise": Call(
         nsmaps.noisy_orbits,
         "sigma tau scale modes map min_returns impacts",
