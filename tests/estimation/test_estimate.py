@@ -127,22 +127,22 @@ CAM = Follower(r=0.4, P=40.0, w=150.0, a=0.005)
 BOUNDS = {"r": (0.05, 0.95), "P": (10.0, 100.0)}
 
 
-def cam_record() -> Record:
-    """Forty impact times of the follower with 0.2 ms of noise."""
-    times = CAM.impacts([2.6, 4.8], 40).time + 4.8 / CAM.w
-    return Record.of(times + 2e-4 * np.random.default_rng(0).standard_normal(40), "C" * 40, noise=2e-4, phase=0.0)
+def cam_record(count: int) -> Record:
+    """Impact times of the follower with 0.2 ms of noise."""
+    times = CAM.impacts([2.6, 4.8], count).time + 4.8 / CAM.w
+    return Record.of(times + 2e-4 * np.random.default_rng(0).standard_normal(count), "C" * count, noise=2e-4, phase=0.0)
 
 
 def test_a_false_minimum_is_named_as_such() -> None:
-    alone = nsmaps.estimate(CAM, cam_record(), free=BOUNDS, start={"r": 0.8, "P": 25.0}, n_starts=1)
-    assert alone.chi2 > 1e4
+    alone = nsmaps.estimate(CAM, cam_record(16), free=BOUNDS, start={"r": 0.8, "P": 25.0}, n_starts=1)
+    assert alone.chi2 > 1e3
     assert not alone.describes
     assert "the model does not describe the data" in str(alone)
 
 
 @pytest.mark.thorough
 def test_a_search_finds_the_other_minimum_and_lists_the_false_ones() -> None:
-    found = nsmaps.estimate(CAM, cam_record(), free=BOUNDS, start={"r": 0.8, "P": 25.0})
+    found = nsmaps.estimate(CAM, cam_record(40), free=BOUNDS, start={"r": 0.8, "P": 25.0})
     assert found.describes
     assert found.chi2 < 60
     assert np.all(np.abs(found.values - [0.4, 40.0]) < 3 * found.errors)
@@ -150,6 +150,20 @@ def test_a_search_finds_the_other_minimum_and_lists_the_false_ones() -> None:
     assert false.any()
     assert found.minima.weights[false].sum() < 1e-12
     assert found.minima.weights.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.thorough
+def test_intervals_have_their_nominal_coverage_within_what_sixty_records_say() -> None:
+    rng, inside = np.random.default_rng(8), []
+    for _ in range(60):
+        times = np.array([sum(2 * 0.8 ** (j + 1) * 3.0 / 9.81 for j in range(n)) for n in range(7)])
+        noise = np.diff(times).std() * np.exp(rng.uniform(*np.log([0.001, 0.05])))
+        record = Record.of(np.sort(times + noise * rng.standard_normal(7)), noise=noise)
+        found = nsmaps.estimate(Drop(g=9.81, e=0.79), record, free=["e"], start={"v": -3.0}, n_starts=1)
+        inside.append((found.intervals[0, :, 0] <= 0.8) & (found.intervals[0, :, 1] >= 0.8))
+    shares = np.mean(inside, axis=0)
+    assert len(inside) == 60
+    assert np.all(np.abs(shares - [0.6827, 0.9545]) < [0.18, 0.081])  # three standard deviations of the shares
 
 
 def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:

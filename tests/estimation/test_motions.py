@@ -27,7 +27,7 @@ def found() -> Estimate:
 
 def test_the_motion_and_its_nearest_event_are_those_of_the_closed_form(found: Estimate) -> None:
     """A ball of restitution r is periodic between pi (1 - r)/(1 + r) and the doubling at the root of both squares."""
-    what = motions(BALL, found, n_draws=12)
+    what = motions(BALL, found, n_draws=4)
     assert what.label == "1:0/T"
     assert what.shares == {"1:0/T": 1.0}
     fold, r = np.pi / 3, 0.5
@@ -42,7 +42,7 @@ def test_the_motion_and_its_nearest_event_are_those_of_the_closed_form(found: Es
 
 
 def test_results_draw_themselves_and_are_datasets(found: Estimate) -> None:
-    what = motions(BALL, found, n_draws=6)
+    what = motions(BALL, found, n_draws=2)
     spread = nsmaps.uncertainty(BALL, found, lambda ball: ball.Gamma, n_draws=16)
     for result in (found, what, spread):
         assert isinstance(result.plot(), Figure)
