@@ -74,8 +74,9 @@ def _model(made: dict[str, Any], section: str) -> dict[str, Any]:
     if not section:
         return made
     holders = [made, *made["$defs"].values()]
-    found = next(holder["properties"][section] for holder in holders if section in holder.get("properties", {}))
-    (name,) = {*re.findall(r"#/\$defs/(\w+)", json.dumps(found))} - {"Instance"}
+    holders = [each["properties"][section] for each in holders if section in each.get("properties", {})]
+    refers = [{*re.findall(r"#/\$defs/(\w+)", json.dumps(each))} - {"Instance"} for each in holders]
+    (name,) = next(names for names in refers if names)
     model = made["$defs"][name]
     entries = {*re.findall(r"#/\$defs/(\w+)", json.dumps(model.get("items", {})))} - {"Instance"}
     return made["$defs"][entries.pop()] if entries else model

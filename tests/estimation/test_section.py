@@ -7,6 +7,7 @@ from rig import Rig
 
 import nsmaps
 from nsmaps.errors import StudyError
+from nsmaps.study.pictures.draw import draw
 
 TIMES, WALLS, _ = Rig().impacts(11, 0.8, 0.4, 10.0)
 HEAD = "system: vi_pair\nparameters: {d: 0.35, r: 0.45, g_bar: 0.2113}\n"
@@ -19,7 +20,10 @@ def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: py
     data = "estimate:\n  data: [{file: rig.csv, noise: 0.05, time_unit: 25, phase: 0}]\n  free: {r: [0.2, 0.9]}\n  n_starts: 1\n"
     study.write_text(f"{HEAD}{data}figures: [estimate]\n")
     monkeypatch.chdir(Path(__file__).parent)
-    result = nsmaps.run_study(nsmaps.load_study(study))
+    result = nsmaps.run_study(nsmaps.load_study(study), out=tmp_path / "run")
+    stored = nsmaps.read_result(tmp_path / "run")
+    assert stored["estimate"].values.tolist() == result["estimate"].values.tolist()
+    assert [path.name for path in draw(stored, ["estimate"], tmp_path / "figures", dpi=40)] == ["estimate.png"]
     found = result.parts["estimate"]
     assert abs(found.values[0] - 0.5) < 3 * found.errors[0]
     (verdict,) = [one for one in result.verdicts if one.name.startswith("estimate")]

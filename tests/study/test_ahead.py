@@ -18,7 +18,7 @@ from nsmaps.exact.compiling.compiled import _Kept
 from nsmaps.study import ahead
 from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.reader import load_study
-from nsmaps.study.run import run
+from nsmaps.study.run import run_study
 
 def compiled():
     return {(f.__module__, f.__name__, str(s)) for f in gc.get_objects() if isinstance(f, CPUDispatcher)
@@ -34,7 +34,7 @@ system.first_return([[0.5] * len(system.coordinates)])
 for each in calls:
     getattr(ahead, each)(system)
 before = compiled()
-run(study)
+run_study(study)
 after = {each for each in compiled() if "composite" in each[0] or "enclosure" in each[0] or "noise" in each[0]}
 assert after, "the study calls none of this"
 assert after <= before, after - before

@@ -21,6 +21,7 @@ YOUNGER = {
     "auxiliary_exits",
     "reduced_basins",
     "same_attractor",
+    "estimate",
 }  #: fields of results that no run of this format holds
 
 

@@ -1,8 +1,8 @@
 """sin, cos, exp and log of balls, from sums, products and powers of two alone; no library function is trusted.
 
-Bounds on the errors of `wave` and `growth` are derived in `docs/explanation/numerics.md` and checked by the tests, in rational arithmetic and
-in intervals of many digits; the constants here are those bounds, rounded up. Arguments are numbers without units, angles in
-radians.
+Bounds on the errors of `wave` and `growth` are derived in `docs/explanation/numerics.md` and checked by the tests, in
+rational arithmetic and in intervals of many digits; the constants here are those bounds, rounded up. Arguments are numbers
+without units, angles in radians.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The remainders of cos, sin and exp without their first terms, computed without cancellation.
 
-Only sums, products and scaling by powers of two are used, each rounded separately; `docs/explanation/numerics.md` derives bounds on the
-errors of the results. Arguments are numbers without units, angles in radians.
+Only sums, products and scaling by powers of two are used, each rounded separately; `docs/explanation/numerics.md` derives
+bounds on the errors of the results. Arguments are numbers without units, angles in radians.
 """
 
 import math
