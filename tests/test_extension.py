@@ -76,7 +76,7 @@ def answers(extended: Path) -> list[tuple[int, str, str]]:
     """What three commands of a run end with and print, and checks of the studies that are wrong."""
     for number, text in enumerate(WRONG):
         (extended / f"bad{number}.yaml").write_text(text)
-    commands = ["run", "toy.yaml", "--out", "out", "--quiet"], ["show", "out"], ["export", "out", "--to", "listing"]
+    commands = ["run", "toy.yaml", "--out", "out", "--quiet"], ["show", "out", "--verdicts"], ["export", "out", "--to", "listing"]
     return told(extended, *commands, *(["check", f"bad{number}.yaml"] for number in range(len(WRONG))))
 
 

@@ -247,7 +247,7 @@ def test_a_run_says_its_step(monkeypatch, tmp_path):
     looked_at(monkeypatch)
     monkeypatch.setattr(progress, "_show", note)
     nsmaps.run_study(tmp_path / "small.yaml")
-    assert any("bifurcation (4 of 4), " in line and " of 40 values" in line for line in seen)
+    assert any("bifurcation_diagram (4 of 4), " in line and " of 40 values" in line for line in seen)
     assert all(line.startswith("small:") for line in seen)
     seen.clear()
     told = []

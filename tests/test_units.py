@@ -99,7 +99,7 @@ def test_branches_and_their_events(unit):
     assert one.of_kind("period doubling")
     assert other.ended.split(" at ")[0] == one.ended.split(" at ")[0]
     for a, b in zip(one.events, other.events, strict=True):
-        assert abs(b.parameter / size - a.parameter) < 1e-8
+        assert abs(b.value / size - a.value) < 1e-8
     assert abs(len(one.orbits) - len(other.orbits)) <= 1
     assert np.allclose(other.arclength[-1], one.arclength[-1], rtol=1e-3)
 

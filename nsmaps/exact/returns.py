@@ -244,4 +244,4 @@ class Impacts(Result):
 
     def summary(self) -> str:
         """The numbers that matter."""
-        return f"{len(self.time)} impacts on {', '.join(self.walls)}, until {self.time[-1] if len(self.time) else 0.0:.6g}"
+        return f"{len(self.time)} impacts on {', '.join(self.walls)}, until {np.max(self.time, initial=0.0):.6g}"

@@ -95,7 +95,7 @@ def test_where_nothing_returns_nothing_is_found():
     assert len(found.numbers) == 0
 
 
-@pytest.mark.parametrize("wrong", [{"period": 0}, {"depth": -1}])
+@pytest.mark.parametrize("wrong", [{"max_period": 0}, {"depth": -1}])
 def test_calls_that_are_wrong(wrong):
     with pytest.raises(NsmapsError, match="at least 1 and 0"):
         find_cycles(Henon(), WINDOW, **wrong)

@@ -116,7 +116,7 @@ def a_result():
         study=SimpleNamespace(name="mine", title="A title", domains=sections, second_iterate=chosen),
         system=systems.BouncingBall(a=0.3),
         composite=whole,
-        parametric=exported.parametric(),
+        parametric_map=exported.parametric(),
         second_iterate=second_iterate(whole.piece("R1").map, -0.3, 0.5),
         domains={"first": domain, "exact": domain},
     )
@@ -132,7 +132,7 @@ def test_a_result_is_all_its_maps_and_closed_envelopes():
     exec(nsmaps.export(result, "python")["first_v_upper.py"], namespace)
     expected = whole.piece("R1").map([[0.7, -0.3]])[0, 0]
     assert namespace["first_v_upper"]([[0.7]])[0, 0] == pytest.approx(expected, abs=1e-15)
-    nothing = SimpleNamespace(**{**vars(result), "composite": None, "parametric": None, "second_iterate": None})
+    nothing = SimpleNamespace(**{**vars(result), "composite": None, "parametric_map": None, "second_iterate": None})
     nothing.study = SimpleNamespace(name="nothing", title="", domains=[])
     with pytest.raises(NsmapsError, match="nothing that can be written as 'matlab'"):
         nsmaps.export(nothing, "matlab")

@@ -98,8 +98,9 @@ def result(tmp_path_factory):
     whole = YAML(typ="safe").load(study_files("vi_pair")["augmented"].read_text())
     part = {name: whole[name] for name in SECTIONS}
     part["orbits"] = whole["orbits"][:2]
-    part["basins"] = whole["basins"] | {"grid": {name: side | {"points": 40} for name, side in whole["basins"]["grid"].items()}}
-    part["noise"] = whole["noise"] | {"sigma": [0.005], "returns": 400, "realisations": 16}
+    starts = {name: side | {"points": 40} for name, side in whole["basins"]["starts"].items()}
+    part["basins"] = whole["basins"] | {"starts": starts}
+    part["noise"] = whole["noise"] | {"sigma": [0.005], "n_returns": 400, "n_realisations": 16}
     study = tmp_path_factory.mktemp("augmented") / "part.yaml"
     study.write_text(json.dumps(part))
     return nsmaps.run_study(study)

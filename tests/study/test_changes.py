@@ -17,7 +17,7 @@ from nsmaps.study.sections.longrun.orbits import Orbits
 def test_a_set_parameter_is_in_the_name_the_title_the_folder_and_the_study() -> None:
     answer = CliRunner().invoke(app, ["run", "ball/drop", "--set", "r=0.45"])
     assert answer.exit_code == 0, answer.output
-    assert "written to runs/ball/drop-r=0.45; " in answer.output
+    assert "data    runs/ball/drop-r=0.45/result.json" in answer.output
     assert not Path("runs/ball/drop").exists()
     written = YAML(typ="safe").load(Path("runs/ball/drop-r=0.45/study.yaml").read_text())
     assert written["name"] == "ball/drop-r=0.45"

@@ -383,7 +383,7 @@ def test_ctrl_c_that_a_step_loses_still_stops_the_run(good: str, monkeypatch: py
 
 
 def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    from nsmaps.cells import morse_sets as cover
+    from nsmaps.cells import morse as cover
 
     whole, levels = cover._next, []
 

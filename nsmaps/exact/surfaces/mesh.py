@@ -72,13 +72,13 @@ def grid_mesh(surface: Surface) -> Mesh:
     returns, number = surface.returns, np.full(surface.grid.size, -1)
     number[surface.member] = np.arange(len(returns))
     cells = _around(number.reshape([axis.points for axis in surface.grid.varying.values()]))
-    kinds = np.unique(np.column_stack([returns.codes, returns.turns]), axis=0, return_inverse=True)[1].reshape(-1)
-    kind = np.where(cells >= 0, np.append(kinds, -1)[cells], -1)
-    whole = (kind == kind[:, :1]).all(axis=1) & (kind[:, 0] >= 0)
+    _, kinds = np.unique(np.column_stack([returns.codes, returns.turns]), axis=0, return_inverse=True)
+    kind = np.where(cells >= 0, np.append(kinds.reshape(-1), -1)[cells], -1)
+    whole = (kind == kind[:, :1]).all(axis=1) & (kind >= 0).all(axis=1)
     triangles = [cells[whole][:, corners] for corners in HALVES]
     for corner in range(4):  # which is beyond an edge
         others = np.delete(np.arange(4), corner)
-        cut = ~whole & (kind[:, others] == kind[:, others[:1]]).all(axis=1) & (kind[:, others[0]] >= 0)
+        cut = ~whole & (kind[:, others] == kind[:, others[:1]]).all(axis=1) & (kind[:, others] >= 0).all(axis=1)
         triangles.append(cells[cut][:, others])
     return Mesh(surface.name, returns, np.zeros(len(returns), np.int64), np.concatenate(triangles))
 

@@ -24,7 +24,8 @@ DOUBTS = {ESTIMATED: "estimated by the held-out error of the fit: ", "sampled": 
 
 def orbits_findings(result: StudyResult) -> Iterator[Finding]:
     """What the orbits of the exact map end on; nothing where none completes all returns."""
-    ends, total = [pair.ends for pair in result.orbits if pair.ends is not None], len(result.orbits)
+    found = [pair.ends for pair in result.orbits if pair.ends is not None]
+    ends, total = [end for end in found if end.period or end.label], len(result.orbits)  # not of orbits that end when followed
     kinds = _kinds(result, ends)
     if not kinds:
         return
