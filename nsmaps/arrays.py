@@ -50,9 +50,9 @@ def finite_rows(values: Floats) -> Bools:
 def brief(result: Any) -> str:
     """A dataclass by its class and fields, arrays by their shape and type only: its `__repr__`.
 
-    >>> from nsmaps.exact.returns import Margin
-    >>> Margin(np.zeros(3), np.ones(3))
-    Margin(clearance=<array (3,) float64>, slowest=<array (3,) float64>)
+    >>> from dataclasses import make_dataclass
+    >>> brief(make_dataclass("Pair", ["states", "walls"])(np.zeros((3, 2)), ("B", "T")))
+    "Pair(states=<array (3, 2) float64>, walls=('B', 'T'))"
     """
     listed = ", ".join(f"{field.name}={_brief(getattr(result, field.name))}" for field in fields(result))
     return f"{type(result).__qualname__}({listed})"

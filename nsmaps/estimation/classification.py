@@ -40,7 +40,7 @@ class Motions(Result):
     picture: ClassVar[str] = "nsmaps.figures.estimation.motions"
 
     names: tuple[str, ...]
-    label: str  #: of the motion at the estimate, as `1:1/T`
+    label: str  #: of the motion at the estimate, such as 1:1/T
     period: int  #: in returns, 0 without one
     words: tuple[str, ...]
     exponent: float  #: the largest Lyapunov exponent at the estimate, per return
