@@ -37,8 +37,12 @@ STATES = r"$v_{k}$", r"$\phi_{k}$"
 PLANES = {letter: (V, PHI)[k % 2] for k, letter in enumerate("abcdef")}
 AGAIN = {letter: (axes[0], axes[1].replace("k+1", "k+2")) for letter, axes in PLANES.items()}
 PANELS = {
-    "bifexact": dict.fromkeys("ab", ("exact map",)),
-    "bifapprox": {**dict.fromkeys("ab", ("parametric map",)), **dict.fromkeys("cd", ("exact map",))},
+    "bifexact": {"a": ("exact map", "$v_{k}$"), "b": (r"$\phi_{k}$",)},
+    "bifapprox": {
+        "a": ("parametric map", "$v_{k}$"),
+        "b": ("exact map", "$v_{k}$"),
+        **dict.fromkeys("cd", (r"$\phi_{k}$",)),
+    },
     "model:abc": {"a": (r"$\beta$",), "b": ("time $t$", "absolute displacement"), "c": ("relative displacement $Z$",)},
     "regions": {"a": STATES, "b": STATES},
     "2d-1phi": {"a": V, "b": PHI},
