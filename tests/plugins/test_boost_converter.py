@@ -192,5 +192,5 @@ def test_the_cells_of_the_study_are_proved_to_be_forward_invariant():
 def test_the_horseshoe_of_the_study_has_at_most_the_entropy_of_the_map():
     pytest.importorskip("flint")
     system = BoostConverter(alpha=2.5, I_ref=4)
-    proved = verify(prove_horseshoe(system, [[1.5, 4]], 8, returns=4, depth=5))
+    proved = verify(prove_horseshoe(system, [[1.5, 4]], 8, n_returns=4, depth=5))
     assert 0.2974 < proved.chaos.entropy < topological_entropy(system) < 0.5381

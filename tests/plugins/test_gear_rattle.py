@@ -130,7 +130,7 @@ def test_three_motions_coexist():
 
 @pytest.mark.thorough
 def test_the_diagram_begins_and_doubles_where_the_closed_form_says():
-    made = nsmaps.run_study("gear_rattle/diagram").bifurcation["exact"]
+    made = nsmaps.run_study("gear_rattle/diagram").bifurcation_diagram["exact"]
     _, onset, doubling = one_impact(1, **FORMS)
     labels = made.labels
     single, double = (made.values[(labels == label).any(axis=1)] for label in ("1:0/T", "1:0/2T"))
