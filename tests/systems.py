@@ -124,6 +124,35 @@ class GearRattle(ImpactSystem):
         return hit.z + forced + rate * (1 - sp.exp(-self.delta * s)) / self.delta
 
 
+class Cam(ImpactSystem):
+    """A follower m y'' = -P - k y - c y' above a cam at a cos wt + b cos 2wt; the displacement is the gap."""
+
+    w: float
+    r: float = 0.4
+    k: float = 100.0
+    c: float = 0.5
+    preload: float = 40.0
+    a: float = 0.01
+    b: float = 0.002
+
+    def walls(self) -> Mapping[str, Wall]:
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self) -> Any:
+        return 2 * sp.pi / self.w
+
+    def profile(self, t: Any) -> Any:
+        return self.a * sp.cos(self.w * t) + self.b * sp.cos(2 * self.w * t)
+
+    def displacement(self, t: Any, hit: Any) -> Any:
+        s, x, damping = t - hit.t, sp.Dummy(), self.c / 2
+        rate = sp.sqrt(self.k - damping**2)
+        y = hit.z + self.profile(hit.t) + self.preload / self.k
+        v = hit.w + self.profile(x).diff(x).subs(x, hit.t)
+        free = sp.exp(-damping * s) * (y * sp.cos(rate * s) + (v + damping * y) / rate * sp.sin(rate * s))
+        return free - self.preload / self.k - self.profile(t)
+
+
 class Textbook(ImpactSystem):
     """x'' + 2 zeta x' + x = A cos(w t) above a wall, by hyperbolic functions, by circular ones or by two exponentials."""
 

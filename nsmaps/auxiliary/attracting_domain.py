@@ -128,8 +128,8 @@ def attracting_domain(
         done, boxes, maps = _updates(make, start, max_updates if found is not None else 0, work)
     invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)
     reason = why if found is None else _reason(return_map, done, moved, tolerance, maps.status)
-    if invariant and len(done) < max_updates and moved > REST:
-        reason += f"; stopped after {max_seconds:g} s, with update {len(done)} of {max_updates}"
+    stopped = f"; stopped after {max_seconds:g} s, with update {len(done)} of {max_updates}"
+    reason += stopped if invariant and len(done) < max_updates and moved > REST else ""
     return AttractingDomain(
         of=of or (error.of if error is not None else name_of(return_map)),
         coordinates=Coordinates(return_map.coordinates),

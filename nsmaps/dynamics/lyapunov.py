@@ -1,6 +1,6 @@
 """Lyapunov exponents of return maps, through impacts, per return and per unit of time."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, Literal, overload
@@ -10,16 +10,15 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
+from nsmaps.dynamics.exponents.growth import batch_error, growth_of, last_outcome
 from nsmaps.dynamics.returnmap import Model, followed, map_along, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.returns import Returns
 from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
 from nsmaps.results import NONE, Result, array, array_property, range_text, units_of
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
-BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
 PER_RETURN, PER_TIME = "per return", "per time unit of the system"
 
 
@@ -45,13 +44,17 @@ class Lyapunov(WithCoordinates, Result):
 
     def summary(self) -> str:
         """The numbers that matter."""
-        largest, error = self.exponents[..., 0], self.error[..., 0]
-        if largest.ndim:
-            with np.errstate(invalid="ignore"):
-                positive = int((largest > 2 * error).sum())
-            return f"{largest.size} orbits of {self.n_returns} returns, largest exponent positive in {positive}"
+        above = self.positive
+        if above.ndim:
+            return f"{above.size} orbits of {self.n_returns} returns, largest exponent positive in {int(above.sum())}"
         spectrum = ", ".join(f"{value:.5g}" for value in self.exponents)
-        return f"exponents {spectrum} per return, standard error {error:.1g}, {self.n_returns} returns"
+        return f"exponents {spectrum} per return, standard error {self.error[0]:.1g}, {self.n_returns} returns"
+
+    @property
+    def positive(self) -> NDArray[np.bool_]:
+        """Whether the largest exponent exceeds two standard errors, shape (...)."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.exponents[..., 0] > 2 * self.error[..., 0])
 
     @array_property("...", "difference of the sum of the exponents from log_det, due to rounding", PER_RETURN)
     def defect(self) -> Floats:
@@ -70,59 +73,18 @@ def exponents_of(model: ReturnMap, starts: StateLike, n_returns: int, transient:
     flat = start.reshape(-1, dim)
     frames = np.tile(np.eye(dim), (len(flat), 1, 1))
     outcome = np.full(len(flat), Outcome.invalid, np.int8)
-    for part in _growth(model, flat, frames, transient):
-        flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
+    for part in growth_of(model, flat, frames, transient):
+        flat, frames, outcome = part.states, part.frames, last_outcome(part, flat, outcome)
     sums, counts = [], np.diff(np.arange(BATCHES + 1) * n_returns // BATCHES)
     for count in counts.tolist():
         total = np.zeros((len(flat), dim + 3))
-        for part in _growth(model, flat, frames, count):
-            flat, frames, outcome = part.states, part.frames, _last(part, flat, outcome)
+        for part in growth_of(model, flat, frames, count):
+            flat, frames, outcome = part.states, part.frames, last_outcome(part, flat, outcome)
             part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a singular derivative, up to rounding
             others = np.stack([part.log_det, part.time, part.numbers], axis=-1)
             total += np.concatenate([part.growth, others], axis=-1).sum(axis=0)
         sums.append(total)
     return _summary(model, np.stack(sums), counts, start.shape, outcome, flat)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Growth:
-    """The growth of frames of tangent vectors in n returns of each of M states of dim coordinates."""
-
-    states: Floats  #: shape (M, dim), after the returns; NaN after an orbit's end
-    frames: Floats  #: shape (M, dim, dim), orthonormal columns, in descending order of growth
-    growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where D is singular
-    log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
-    time: Floats  #: shape (n, M), of each return; NaN where unknown
-    numbers: NDArray[np.int32]  #: shape (n, M), successive returns of each image
-    outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
-
-
-def _growth(return_map: ReturnMap, states: Floats, frames: Floats, n: int) -> Iterator[_Growth]:
-    """The growth of frames in n returns of states (M, dim), in parts of many returns if the map computes many in one call."""
-    block = max(BLOCK // len(states), 1) if return_map.has_orbits and len(states) else 1
-    for first in range(0, n, block):
-        part = _carried(return_map.orbits(states, min(block, n - first), derivative=True), frames)
-        states, frames = part.states, part.frames
-        yield part
-
-
-def _carried(returns: Returns, frames: Floats) -> _Growth:
-    """The growth of frames in returns of M states, in the order of `ReturnMap.orbits`, by modified Gram-Schmidt."""
-    from nsmaps.dynamics.frames import carried
-
-    m, dim, frames = len(frames), frames.shape[1], frames.copy()
-    n = len(returns) // m if m else 1
-    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.slopes).reshape(n, m, dim, dim)
-    carried(slopes, frames, growth)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log_det = np.log(np.abs(np.linalg.det(slopes)))
-    time, numbers, outcome = returns.time.reshape(n, m), returns.numbers.reshape(n, m), returns.outcome.reshape(n, m)
-    return _Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, numbers, outcome)
-
-
-def _last(part: _Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:
-    """The outcome of the last return of each orbit, or of the return that ended it."""
-    return np.where(np.isnan(before).any(axis=1) & (outcome != Outcome.invalid), outcome, part.outcome[-1]).astype(np.int8)
 
 
 def _summary(
@@ -163,18 +125,6 @@ def _rate(growth: Floats, clock: Floats, counts: NDArray[np.int64]) -> tuple[Flo
     return rate, batch_error((growth - rate * clock) / counts[:, None, None]) / (clock.sum(axis=0) / counts.sum())
 
 
-def batch_error(differences: Floats) -> Floats:
-    """The standard error of a mean from the differences of its batch means from it, shape (B, ...), for each column.
-
-    The batch means are taken for a first-order process with their correlation at lag one, or with zero if that is negative.
-    """
-    square = (differences**2).sum(axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rho = np.where(square > 0, (differences[1:] * differences[:-1]).sum(axis=0) / square, 0.0)
-    rho = np.clip(rho, 0.0, 1 - 1 / len(differences))
-    return np.asarray(np.sqrt(square / (len(differences) * (len(differences) - 1)) * (1 + rho) / (1 - rho)))
-
-
 TABLES = tuple(each.name for each in fields(Lyapunov) if each.metadata)  #: its arrays
 
 
@@ -195,9 +145,7 @@ class LyapunovSweep(Lyapunov):
 
     def summary(self) -> str:
         """The numbers that matter."""
-        with np.errstate(invalid="ignore"):
-            positive = int((self.exponents[..., 0] > 2 * self.error[..., 0]).sum())
-        return f"{range_text(self.parameter, self.values)}, largest exponent positive at {positive}"
+        return f"{range_text(self.parameter, self.values)}, largest exponent positive at {int(self.positive.sum())}"
 
 
 @overload

@@ -124,15 +124,3 @@ def returns_of(return_map: ReturnMap, states: Floats, n: int, **how: Any) -> Ite
         before = part.select(np.arange(len(part) - len(states), len(part)))
         states = before.image
         yield part
-
-
-def orbit_after(return_map: ReturnMap, states: Floats, discard: int, returns: int) -> Orbit:
-    """The orbits of states (S, n) after a transient; an orbit that ended in the transient keeps its outcome."""
-    part = None
-    for part in returns_of(return_map, states, discard):
-        states = part.image[-len(states) :]
-    kept = orbit(return_map, states, returns)
-    if part is not None:
-        ended = np.isnan(states).any(axis=1)
-        kept.outcome[:, ended] = part.outcome[-len(states) :][ended]
-    return kept

@@ -95,13 +95,7 @@ class Record(Result):
         deviations = _deviations(label, "noise", np.nan if noise is None else noise, np.ones(len(hits), bool), noise is not None)
         of_speeds = _deviations(label, "speed_noise", np.nan if speed_noise is None else speed_noise, np.isfinite(given), True)
         states = {key: _column(label, f"samples of {key}", value, len(at)) for key, value in (samples or {}).items()}
-        errors = sample_noise if isinstance(sample_noise, Mapping) else dict.fromkeys(states, sample_noise)
-        of_samples = {
-            key: _deviations(
-                label, f"sample_noise of {key}", np.nan if errors.get(key) is None else errors[key], np.isfinite(value), True
-            )
-            for key, value in states.items()
-        }
+        of_samples = _sample_deviations(label, states, sample_noise)
         if len(at) and not states:
             raise DataError(f"{label} has sample_times without samples; expected: samples={{'name of a state': values}}")
         return cls(hits, letters, given, deviations, of_speeds, at, states, of_samples, phase, time_unit, length_unit, name)
@@ -191,6 +185,18 @@ def _deviations(label: str, what: str, values: Any, needed: NDArray[np.bool_], r
         raise DataError(
             f"{label}: {what} {k + 1} is {found[k]:g}; expected: a standard deviation above zero, in the record's unit"
         )
+    return found
+
+
+def _sample_deviations(
+    label: str, states: Mapping[str, Floats], noise: Mapping[str, ArrayLike] | float | None
+) -> dict[str, Floats]:
+    """The standard deviations of sampled states by name, from one for all or one for each."""
+    given = noise if isinstance(noise, Mapping) else dict.fromkeys(states, noise)
+    found = {}
+    for key, value in states.items():
+        own = given.get(key)
+        found[key] = _deviations(label, f"sample_noise of {key}", np.nan if own is None else own, np.isfinite(value), True)
     return found
 
 

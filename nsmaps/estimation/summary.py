@@ -174,15 +174,22 @@ def pairs_of(problem: Problem, best: Fit, records: Sequence[Record], scale: floa
                 )
             )
         lines += [(number, record.times[k], np.nan, record.walls[k], "") for k in range(len(record.times)) if k not in used]
+    return {
+        "pairs": _sorted_pairs(lines, shooting, records, scale),
+        "speed_residuals": np.concatenate(speeds) / scale,
+        "sample_residuals": np.concatenate(samples) / scale,
+        "defect": max(defects),
+    }
+
+
+def _sorted_pairs(lines: list[Any], shooting: Shooting, records: Sequence[Record], scale: float) -> Pairs:
+    """Pairs by record and time: number of the record, time and time of the model, wall and wall of the model."""
     lines.sort(key=lambda line: (line[0], np.nanmin(line[1:3])))
     columns = list(zip(*lines, strict=True)) if lines else [()] * 5
     which, time, model_time = np.array(columns[0], int), np.array(columns[1], float), np.array(columns[2], float)
     noise = np.array([_noise_at(shooting, records, number, at) for number, at in zip(which, time, strict=True)])
-    found = Pairs(
-        which, time, model_time, np.array(columns[3], str), np.array(columns[4], str), (model_time - time) / (scale * noise)
-    )
-    residuals = np.concatenate(speeds) / scale, np.concatenate(samples) / scale
-    return {"pairs": found, "speed_residuals": residuals[0], "sample_residuals": residuals[1], "defect": max(defects)}
+    walls, model_walls = np.array(columns[3], str), np.array(columns[4], str)
+    return Pairs(which, time, model_time, walls, model_walls, (model_time - time) / (scale * noise))
 
 
 def _noise_at(shooting: Shooting, records: Sequence[Record], number: int, time: float) -> float:

@@ -10,19 +10,18 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from fractions import Fraction
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
-from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+from matplotlib.ticker import MultipleLocator
 
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError, near_match
+from nsmaps.figures.ticks import angle_ticks, decimal_ticks
 
 BLACK, MAGENTA, BLUE, ORANGE, GREEN = "#000000", "#CC79A7", "#0072B2", "#E69F00", "#009E73"
 SKY, YELLOW, RED, GREY, OLIVE, BROWN = "#56B4E9", "#F0E442", "#D55E00", "#7F7F7F", "#8A8000", "#6B3A0E"
@@ -60,9 +59,6 @@ _STYLE: ContextVar[str] = ContextVar("style", default="")
 _NOTES: ContextVar[list[str]] = ContextVar("notes")
 SIZE = 8.0  #: points, of all type
 _MARKS = (("major", "size", 2.5), ("major", "width", 0.6), ("major", "pad", 2.5), ("minor", "size", 1.5), ("minor", "width", 0.4))
-_DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
-_DIGIT = 0.07  #: inches of an axis that a digit takes
-_PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 
 STYLE: dict[str, Any] = {
     "font.family": "sans-serif",
@@ -252,23 +248,6 @@ def label(coordinate: str, step: str = "") -> str:
     return with_unit(symbol(coordinate, step), coordinate)
 
 
-def _in_pi(value: float, _: object = None) -> str:
-    part = Fraction(value / np.pi).limit_denominator(24)
-    top, bottom = part.numerator, part.denominator
-    if not top:
-        return "0"
-    sign, head = "-" if top < 0 else "", r"\pi" if abs(top) == 1 else rf"{abs(top)}\pi"
-    return f"${sign}{head}$" if bottom == 1 else f"${sign}{head}/{bottom}$"
-
-
-def angle_ticks(axis: Axis, span: float) -> None:
-    """Ticks at fractions of pi where two or more fall on an axis that spans so many radians; plain radians on a shorter one."""
-    step = next((s for s in _PI_STEPS if span / s >= 2.5), None)
-    if step is not None:
-        axis.set_major_locator(MultipleLocator(step))
-        axis.set_major_formatter(FuncFormatter(_in_pi))
-
-
 def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
     """Labels on both axes, each given as (coordinate, step), and ticks in pi on angles; after the data."""
     ax.set_xlabel(label(*x))
@@ -280,24 +259,5 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
         if is_angle(coordinate):
             angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
-            _decimal_ticks(ax, axis)
+            decimal_ticks(ax, axis)
     return ax
-
-
-def _decimal_ticks(ax: Axes, axis: Axis) -> None:
-    """At most six ticks; on a horizontal axis only as many as have room for their digits, which are many of a small domain."""
-    room = ax.bbox.width / ax.figure.dpi / _DIGIT if axis is ax.xaxis else np.inf
-    formatter = axis.get_major_formatter()
-    formatter.set_useOffset(False)  # type: ignore[attr-defined]
-    for count in (6, 5, 4, 3, 2):
-        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
-        low, high = axis.get_view_interval()
-        names = formatter.format_ticks([tick for tick in axis.get_majorticklocs() if low <= tick <= high])
-        if max(map(len, names), default=0) > _DIGITS:
-            formatter.set_useOffset(True)  # type: ignore[attr-defined]
-            names = formatter.format_ticks(list(axis.get_majorticklocs()))
-        if sum(len(name) + 1 for name in names) <= room:
-            break
-    if common := formatter.get_offset():
-        axis.set_label_text(f"{axis.get_label_text()}\nticks: {common}")
-        axis.get_offset_text().set_visible(False)

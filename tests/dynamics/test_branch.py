@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import sympy as sp
 from dynamics_implicit import flight, gaps, multipliers_test, solve
-from systems import BouncingBall
+from systems import BouncingBall, Cam
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, ImpactSystem, PoincareSection, Wall
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics import CompleteChatter
 from nsmaps.dynamics.continuation.follow import continue_branch, period_doubling_cascade, switch_branch
@@ -489,35 +489,6 @@ def test_sensitivity_adds_up_and_knows_its_limits(pair):
     assert np.isnan(system.sensitivity([[np.nan, 0.4]], {"d": 1.0})).all()
 
 
-class Cam(ImpactSystem):
-    """A follower, m y'' = -P - k y - c y', on the cam a cos(w t) + b cos(2 w t)."""
-
-    w: float
-    r: float = 0.3
-    k: float = 80.0
-    c: float = 0.7
-    load: float = 35.0
-    a: float = 0.03
-    b: float = 0.004
-
-    def walls(self):
-        return {"B": Wall(at=0, side=-1)}
-
-    def period(self):
-        return 2 * sp.pi / self.w
-
-    def profile(self, t):
-        return self.a * sp.cos(self.w * t) + self.b * sp.cos(2 * self.w * t)
-
-    def displacement(self, t, hit):
-        s, x, g = t - hit.t, sp.Dummy(), self.c / 2
-        q = sp.sqrt(self.k - g**2)
-        place = hit.z + self.profile(hit.t) + self.load / self.k
-        speed = hit.w + self.profile(x).diff(x).subs(x, hit.t)
-        free = sp.exp(-g * s) * (place * sp.cos(q * s) + (speed + g * place) / q * sp.sin(q * s))
-        return free - self.load / self.k - self.profile(t)
-
-
 def test_a_follower_detaches_from_its_cam():
     """Where the least force of the contact over a turn is zero: F = 0 and F' = 0, in 30 digits."""
 
@@ -533,7 +504,7 @@ def test_a_follower_detaches_from_its_cam():
     with mp.workdps(30):
         _, w = mp.findroot(lambda x, w: [force(w)(x), mp.diff(force(w), x)], [0.0, 29.0])
         assert min(force(w)(2 * mp.pi * j / 500) for j in range(500)) > -1e-6
-    locked = CompleteChatter(Cam(w=1.05 * float(w)))
+    locked = CompleteChatter(Cam(w=1.05 * float(w), r=0.3, k=80, c=0.7, preload=35, a=0.03, b=0.004))
     start = nsmaps.periodic_orbit(locked, nsmaps.orbit(locked, [0.1, 2.0], 100).final)
     assert start.words == ("B~B",)
     branch = continue_branch(

@@ -1,46 +1,15 @@
 """What an orbit ends on has one name in diagrams, planes of parameters, basins and global continuations."""
 
-from collections.abc import Mapping
 from math import sqrt
 from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
-from systems import Lozi
+from systems import Cam, Lozi
 
 import nsmaps
-from nsmaps import ImpactSystem, PiecewiseMap, Wall
+from nsmaps import PiecewiseMap
 from nsmaps.dynamics.chatter.complete import CompleteChatter
-
-
-class Cam(ImpactSystem):
-    """A follower m y'' = -P - k y - c y' above a cam at a cos wt + b cos 2wt; the displacement is the gap."""
-
-    w: float
-    r: float = 0.4
-    k: float = 100.0
-    c: float = 0.5
-    preload: float = 40.0
-    a: float = 0.01
-    b: float = 0.002
-
-    def walls(self) -> Mapping[str, Wall]:
-        return {"B": Wall(at=0, side=-1)}
-
-    def period(self) -> Any:
-        return 2 * sp.pi / self.w
-
-    def profile(self, t: Any) -> Any:
-        return self.a * sp.cos(self.w * t) + self.b * sp.cos(2 * self.w * t)
-
-    def displacement(self, t: Any, hit: Any) -> Any:
-        s, x, damping = t - hit.t, sp.Dummy(), self.c / 2
-        rate = sp.sqrt(self.k - damping**2)
-        y = hit.z + self.profile(hit.t) + self.preload / self.k
-        v = hit.w + self.profile(x).diff(x).subs(x, hit.t)
-        free = sp.exp(-damping * s) * (y * sp.cos(rate * s) + (v + damping * y) / rate * sp.sin(rate * s))
-        return free - self.preload / self.k - self.profile(t)
 
 
 class Quadratic(PiecewiseMap):

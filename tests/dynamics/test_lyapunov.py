@@ -8,7 +8,7 @@ import pytest
 
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates
-from nsmaps.dynamics.frames import carried
+from nsmaps.dynamics.exponents.frames import carried
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome

@@ -13,7 +13,7 @@ from nsmaps_vi_pair import VIPair
 from nsmaps import load_system
 from nsmaps.coordinates import Angle
 from nsmaps.errors import NsmapsError
-from nsmaps.figures import lines, style
+from nsmaps.figures import lines, style, ticks
 from nsmaps.figures.page import Sheet, _letter, lay_out
 from nsmaps.results import units_of
 from nsmaps.study.pictures.draw import draw
@@ -48,7 +48,7 @@ def test_resets_are_white_and_pieces_are_told_apart():
 
 @pytest.mark.parametrize(("value", "text"), [(0, "0"), (np.pi, r"$\pi$"), (-np.pi / 2, r"$-\pi/2$"), (0.75 * np.pi, r"$3\pi/4$")])
 def test_ticks_in_pi(value, text):
-    assert style._in_pi(value) == text
+    assert ticks._in_pi(value) == text
 
 
 def test_a_line_is_cut_where_it_jumps():

@@ -13,7 +13,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.conclusions.diagnostics import no_image
 from nsmaps.study.conclusions.texts import intervals
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.sets.domains import DomainSection, trapped_text
+from nsmaps.study.sections.sets.domain import DomainSection, trapped_text
 
 SECTION = {"name": "half", "map": "half", "box": "diagonal"}
 HEAD = """\

@@ -85,21 +85,15 @@ def _follow(
     streak, since = np.zeros((2, len(attractors), n), np.int32)  # successive states near each, and the returns before the first
     going, states = np.arange(n), Coordinates(return_map.coordinates).wrap(start)
     scale = Coordinates(return_map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
-    length = 0 if in_time else returns // SHARE
-    off = np.zeros((PARTS, len(attractors), n if length else 0))  # largest distances from each cycle in the last parts
+    approach = _Approach(attractors, 0 if in_time else returns // SHARE, n)
     for k in range(returns + 1):
-        open_, part = np.isfinite(states).all(axis=1), PARTS - 1 - (returns - k) // max(length, 1)
+        open_ = np.isfinite(states).all(axis=1)
         if not open_.all():
             ended = going[~open_]
             label[ended] = ENDED
             outcome[ended[outcome[ended] == Outcome.returned]] = Outcome.invalid
         for number, attractor in enumerate(attractors):
-            if length and part >= 0 and 0 < attractor.period <= length:
-                distance = attractor.distances(states)
-                off[part, number, going] = np.maximum(off[part, number, going], distance)
-                near = distance <= attractor.reach
-            else:
-                near = attractor.near(states)
+            near = approach.near(number, states, going, returns - k)
             since[number, going] = np.where(streak[number, going] == 0, arrival[going], since[number, going])
             streak[number, going] = np.where(near, streak[number, going] + 1, 0)
             near = open_ & (streak[number, going] >= attractor.stay)
@@ -119,6 +113,23 @@ def _follow(
         if gone.any():
             outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
         stuck[going] |= next_returns.outcome == Outcome.stuck
-    for number, attractor in enumerate(attractors if length else ()):
-        if 0 < attractor.period <= length:
-            label[going[comes_nearer(off[:, number, going])]] = number
+    for number in approach.cycles:
+        label[going[comes_nearer(approach.distances[:, number, going])]] = number
+
+
+class _Approach:
+    """The largest distances of orbits from each cycle in their last parts, of `length` returns; none if that is 0."""
+
+    def __init__(self, attractors: Sequence[Attractor], length: int, n: int) -> None:
+        self.attractors, self.length = attractors, length
+        self.cycles = [number for number, attractor in enumerate(attractors) if 0 < attractor.period <= length]
+        self.distances = np.zeros((PARTS, len(attractors), n if length else 0))
+
+    def near(self, number: int, states: Floats, going: Ints, left: int) -> NDArray[np.bool_]:
+        """Which states, of orbits by number, are near an attractor, so many returns before the last; distances are kept."""
+        attractor, part = self.attractors[number], PARTS - 1 - left // max(self.length, 1)
+        if part < 0 or number not in self.cycles:
+            return attractor.near(states)
+        distance = attractor.distances(states)
+        self.distances[part, number, going] = np.maximum(self.distances[part, number, going], distance)
+        return np.asarray(distance <= attractor.reach)

@@ -74,7 +74,7 @@ def tail(return_map: ReturnMap, starts: Floats, length: Length, tolerance: float
 
 def _growth(slopes: Floats) -> Floats:
     """The mean logarithm of the growth of a tangent vector by derivatives (n, M, dim, dim), shape (M,), once it has turned."""
-    from nsmaps.dynamics.frames import carried
+    from nsmaps.dynamics.exponents.frames import carried
 
     n, m, dim, _ = slopes.shape
     growth = np.empty((n, m, dim))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.lyapunov import batch_error
+from nsmaps.dynamics.exponents.growth import batch_error
 from nsmaps.dynamics.motion import repetition
 from nsmaps.dynamics.orbit import Orbit, returns_of
 from nsmaps.dynamics.scale import scale_of
@@ -129,7 +129,7 @@ def diverges(path: Path) -> bool:
 
 def growth_on(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """The logarithms of the growth of a tangent vector on each return of one path, once it has turned, shape (N,)."""
-    from nsmaps.dynamics.frames import carried
+    from nsmaps.dynamics.exponents.frames import carried
 
     slopes = None if path.slopes is None else path.slopes[:, 0]
     if slopes is None or not np.isfinite(slopes).all():

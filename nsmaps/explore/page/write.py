@@ -59,6 +59,7 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
         "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
         "scripts": "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in scripts),
     }
-    text = Template(room.joinpath(template).read_text(encoding="utf-8")).substitute(parts)
+    whole = "".join(room.joinpath(name).read_text(encoding="utf-8") for name in ("head.html", template))
+    text = Template(whole).substitute(parts)
     replace_file(folder / EXPLORE, text.encode())
     return folder / EXPLORE

@@ -11,7 +11,8 @@ from matplotlib.patches import Patch
 
 from nsmaps.coordinates import TWO_PI
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLACK, BLUE, GREEN, angle_ticks
+from nsmaps.figures.style import BLACK, BLUE, GREEN
+from nsmaps.figures.ticks import angle_ticks
 
 if TYPE_CHECKING:
     from nsmaps.cells.certified import Orders, Shares

@@ -22,7 +22,8 @@ from nsmaps.figures.lines import diagonal as identity
 from nsmaps.figures.page import Sheet, file_of
 from nsmaps.figures.parts import position
 from nsmaps.figures.returns.surfaces import Meshing, Surfaces, by_name
-from nsmaps.figures.style import BLACK, BROWN, RED, angle_ticks, dress, label
+from nsmaps.figures.style import BLACK, BROWN, RED, dress, label
+from nsmaps.figures.ticks import angle_ticks
 from nsmaps.reduced.fit.filter import DiagonalRegion, near_diagonal, own_slopes
 
 Part = tuple[float, float]  #: of the last coordinate, from and to

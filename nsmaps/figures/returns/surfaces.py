@@ -17,7 +17,8 @@ from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parts import plane, position
 from nsmaps.figures.returns.facets import Facets, shaded
-from nsmaps.figures.style import GREY, angle_ticks, dress, family_colours, symbol, tint
+from nsmaps.figures.style import GREY, dress, family_colours, symbol, tint
+from nsmaps.figures.ticks import angle_ticks
 
 Surfaces = Surface | Mapping[str, Surface]  #: one, or several by name
 Meshing = Callable[[Surface], Mesh]

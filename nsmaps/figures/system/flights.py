@@ -10,7 +10,8 @@ from matplotlib.lines import Line2D
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.events import ModeTrack
-from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, angle_ticks, label, with_unit
+from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, GREY, MAGENTA, OLIVE, ORANGE, RED, SKY, label, with_unit
+from nsmaps.figures.ticks import angle_ticks
 
 MODES = (RED, SKY, OLIVE, MAGENTA, BROWN, GREY)  #: colours of flights, by mode
 EVENTS = ((GREEN, "*", 7.5), (BLUE, "o", 4.0), (ORANGE, "s", 3.8), (BLACK, "^", 4.2), (GREY, "D", 3.6))  #: by letter

@@ -8,9 +8,10 @@ from matplotlib.axes import Axes
 
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import angle_ticks, with_unit
+from nsmaps.figures.style import with_unit
 from nsmaps.figures.system.flights import at_events, legend, ring
 from nsmaps.figures.system.motion import mark_impacts, marks_of, several
+from nsmaps.figures.ticks import angle_ticks
 
 
 def sheets(tracks: Track | ModeTrack | Sequence[Track | ModeTrack]) -> tuple[Sheet, ...]:

@@ -122,9 +122,7 @@ class LyapunovSection(Range, Analysis):
         found = result.lyapunov
         if found is None:
             return ""
-        with np.errstate(invalid="ignore"):
-            above = found.exponents[..., 0] > 2 * found.error[..., 0]
-            positive = int(above.reshape(len(above), -1).any(axis=1).sum())
+        positive = int(found.positive.reshape(len(found.values), -1).any(axis=1).sum())
         text = f"the largest exponent exceeds two standard errors at {positive} of them"
         return f"{at(result, (self.parameter,))}{range_text(self)}; {text}."
 

@@ -1,10 +1,9 @@
 """The section `domains`: attracting domains, each of one map from one start box."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
@@ -15,16 +14,17 @@ from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.attraction import domains_findings
-from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain, share_carried_out
+from nsmaps.study.conclusions.diagnostics import share_carried_out
 from nsmaps.study.conclusions.phrases import at, part_of
 from nsmaps.study.conclusions.texts import finite, intervals
 from nsmaps.study.conclusions.titles import map_title, pieces_with_a_map
 from nsmaps.study.estimates import UPDATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import ATTRACTING, DIAGONAL, SPEC, Bounds, Name
+from nsmaps.study.reading.values import ATTRACTING, DIAGONAL
 from nsmaps.study.sections.base import Entries, Finding, Need, Verdict, claimed
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
+from nsmaps.study.sections.sets.domain import DomainSection, composite_verdict, settled_text, trapped_text
 from nsmaps.study.sections.sets.morse import EXACT_ORBITS
 
 if TYPE_CHECKING:
@@ -32,19 +32,6 @@ if TYPE_CHECKING:
     from nsmaps.auxiliary.worst_case_limits import TwoCycle
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
-
-
-class DomainSection(BaseModel):
-    """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
-
-    model_config = SPEC
-    name: Name
-    map: str
-    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
-    max_updates: int = Field(11, ge=1)
-    grow: bool = False  #: start from the smallest box around this one that the map maps into itself
-    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
-    require: tuple[Literal["forward_invariant", "converged"], ...] = ()
 
 
 def _with_values(result: "StudyResult") -> "Mapping[str, AttractingDomain]":
@@ -162,9 +149,9 @@ class Domains(Entries[DomainSection]):
                 yield _verdict(
                     section, domain, "forward_invariant", domain.forward_invariant, trapped_text(result, section, domain)
                 )
-                yield _verdict(section, domain, "converged", domain.converged, _settled(domain))
+                yield _verdict(section, domain, "converged", domain.converged, settled_text(domain))
                 if (share := share_carried_out(result, section.map, domain)) is not None:
-                    yield _of_composite(section, share)
+                    yield composite_verdict(section, share)
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The start box and the last box of a domain and whether they bound, or the sides of every domain."""
@@ -267,42 +254,3 @@ def _cycle(cycle: "TwoCycle") -> dict[str, Any]:
 
 def _verdict(section: DomainSection, domain: "AttractingDomain", claim: str, holds: bool, text: str) -> Verdict:
     return claimed(section, claim, f"domain {section.name}: {claim.replace('_', ' ')}", domain.of, holds, text)
-
-
-def _of_composite(section: DomainSection, share: float) -> Verdict:
-    """Whether the composite map keeps the box of one of its pieces; required where the box is."""
-    text = f"{SAMPLED:,} states of the box of {section.map}, sampled"
-    if share:
-        text = f"no: the composite map carries {100 * share:.3g} % of {text}, out of it: other pieces decide over a part of it"
-    else:
-        text = f"yes: the composite map carries none of {text}, out of it"
-    name = f"domain {section.name}: holds for the composite map"
-    return Verdict(name, "composite map", not share, "forward_invariant" in section.require, text)
-
-
-def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
-    """The reason why a box is forward invariant, or possible reasons why it is not."""
-    if domain.forward_invariant:
-        reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
-        skips = _of_several_returns(result, section.map)
-        between = "; the states between these returns are not bounded" if skips else ""
-        return f"yes: {reason}{between}{elsewhere(result, domain)}"
-    reasons = on_domain(result, section.map, domain, section.box != DIAGONAL, bool(section.require))
-    return f"no: {domain.reason} ({domain.status}){reasons}"
-
-
-def _of_several_returns(result: "StudyResult", of: str) -> bool:
-    """True if an image of the composite map, or of the piece of this name, is that of several returns."""
-    pieces = result.composite.pieces if result.composite else ()
-    return any(piece.returns > 1 for piece in pieces if of in ("composite", piece.name))
-
-
-def _settled(domain: "AttractingDomain") -> str:
-    if not domain.forward_invariant:
-        return f"no: the box is not forward invariant ({domain.status})"
-    if not domain.converged:
-        return f"no: {domain.reason} ({domain.status})"
-    sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
-    box = intervals(domain.coordinates, domain.boxes[-1])
-    parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
-    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"

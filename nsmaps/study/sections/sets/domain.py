@@ -1,0 +1,67 @@
+"""One entry of the section `domains`: its keys, and the verdicts on it in words."""
+
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import BaseModel, Field
+
+from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain
+from nsmaps.study.conclusions.texts import intervals
+from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name
+from nsmaps.study.result import Verdict
+
+if TYPE_CHECKING:
+    from nsmaps.auxiliary.attracting_domain import AttractingDomain
+    from nsmaps.study.result import StudyResult
+
+
+class DomainSection(BaseModel):
+    """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
+
+    model_config = SPEC
+    name: Name
+    map: str
+    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
+    max_updates: int = Field(11, ge=1)
+    grow: bool = False  #: start from the smallest box around this one that the map maps into itself
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
+    require: tuple[Literal["forward_invariant", "converged"], ...] = ()
+
+
+def composite_verdict(section: DomainSection, share: float) -> Verdict:
+    """Whether the composite map keeps the box of one of its pieces; required where the box is."""
+    text = f"{SAMPLED:,} states of the box of {section.map}, sampled"
+    if share:
+        text = f"no: the composite map carries {100 * share:.3g} % of {text}, out of it: other pieces decide over a part of it"
+    else:
+        text = f"yes: the composite map carries none of {text}, out of it"
+    name = f"domain {section.name}: holds for the composite map"
+    return Verdict(name, "composite map", not share, "forward_invariant" in section.require, text)
+
+
+def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
+    """The reason why a box is forward invariant, or possible reasons why it is not."""
+    if domain.forward_invariant:
+        reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
+        skips = _of_several_returns(result, section.map)
+        between = "; the states between these returns are not bounded" if skips else ""
+        return f"yes: {reason}{between}{elsewhere(result, domain)}"
+    reasons = on_domain(result, section.map, domain, section.box != DIAGONAL, bool(section.require))
+    return f"no: {domain.reason} ({domain.status}){reasons}"
+
+
+def _of_several_returns(result: "StudyResult", of: str) -> bool:
+    """True if an image of the composite map, or of the piece of this name, is that of several returns."""
+    pieces = result.composite.pieces if result.composite else ()
+    return any(piece.returns > 1 for piece in pieces if of in ("composite", piece.name))
+
+
+def settled_text(domain: "AttractingDomain") -> str:
+    """Whether the sides of a box have converged, with the sides."""
+    if not domain.forward_invariant:
+        return f"no: the box is not forward invariant ({domain.status})"
+    if not domain.converged:
+        return f"no: {domain.reason} ({domain.status})"
+    sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
+    box = intervals(domain.coordinates, domain.boxes[-1])
+    parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
+    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
