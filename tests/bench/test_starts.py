@@ -46,7 +46,7 @@ def test_the_unit_imports_what_is_there():
 
 def test_a_study_is_told_with_its_steps(tmp_path, monkeypatch):
     """A run without figures, its kernels compiled before."""
-    monkeypatch.setattr(starts, "IMPORTS", "")
+    monkeypatch.setattr(starts, "IMPORTS", BUSY.format(0.05))  # more than the resolution of user times
     begun = time.perf_counter()
     taken = Clock(tmp_path, os.environ).study("fits", "--no-figures", "--no-report")
     spent = time.perf_counter() - begun
