@@ -19,7 +19,6 @@ from nsmaps.coordinates import Angle as Angle
 from nsmaps.dynamics.attractors.basins import basin_boundary as basin_boundary
 from nsmaps.dynamics.attractors.basins import basins as basins
 from nsmaps.dynamics.attractors.global_continuation import global_continuation as global_continuation
-from nsmaps.dynamics.charts.parameter_plane import parameter_plane as parameter_plane
 from nsmaps.dynamics.continuation.follow import continue_branch as continue_branch
 from nsmaps.dynamics.continuation.follow import period_doubling_cascade as period_doubling_cascade
 from nsmaps.dynamics.continuation.follow import switch_branch as switch_branch
@@ -34,6 +33,7 @@ from nsmaps.dynamics.noise.orbits import noisy_orbits as noisy_orbits
 from nsmaps.dynamics.observables.observe import observe as observe
 from nsmaps.dynamics.orbit import orbit as orbit
 from nsmaps.dynamics.periodic import periodic_orbit as periodic_orbit
+from nsmaps.dynamics.planes.parameter_plane import parameter_plane as parameter_plane
 from nsmaps.dynamics.rotation.number import rotation_number as rotation_number
 from nsmaps.dynamics.rotation.staircase import staircase as staircase
 from nsmaps.dynamics.search import periodic_orbits as periodic_orbits

@@ -82,7 +82,7 @@ class Result(Storable):
     """
 
     __slots__ = ()
-    picture: ClassVar[str] = ""  #: such as `nsmaps.figures.parameters.bifurcation`
+    picture: ClassVar[str] = ""  #: such as `nsmaps.figures.parameters.bifurcation_diagram`
     leading: ClassVar[tuple[str, ...]] = ()  #: names of the first of the axes that `...` stands for, such as ("value",)
 
     def summary(self) -> str:

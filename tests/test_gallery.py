@@ -232,7 +232,7 @@ def test_what_a_picture_is_drawn_from_is_seen_to_change(monkeypatch, tmp_path):
     before = {each: pictures.digest(each) for each in (one, film, table)}
     assert len(set(before.values())) == 3
     used = {path.name for path in pictures.sources(one)}
-    assert {"bifurcation.py", "page.py", "style.py", "system.py"} <= used
+    assert {"bifurcation_diagram.py", "page.py", "style.py", "system.py"} <= used
     assert "cobweb.py" in {path.name for path in pictures.sources(film)}
     style = next(path for path in pictures.sources(one) if path.name == "style.py")
     changed = tmp_path / "style.py"

@@ -27,8 +27,8 @@ def python(folder: Path, site: Path, *arguments: str) -> subprocess.CompletedPro
     ("kind", "said", "figures"),
     [
         ("impacts", "my_ball: Ball on a table that moves as a sin t", {"orbits.png", "domain_size.png"}),
-        ("hybrid", "my_ball: Oscillator x'' + 2 zeta x' + x = A cos(w t)", {"bifurcation.png"}),
-        ("map", "my_ball: Normal form of a border collision in the plane", {"bifurcation.png", "branches.png"}),
+        ("hybrid", "my_ball: Oscillator x'' + 2 zeta x' + x = A cos(w t)", {"bifurcation_diagram.png"}),
+        ("map", "my_ball: Normal form of a border collision in the plane", {"bifurcation_diagram.png", "branches.png"}),
     ],
 )
 def test_it_installs_and_passes_at_once(kind: Kind, said: str, figures: set[str], tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ class MorseCover(Result):
     not find.
     """
 
-    picture: ClassVar[str] = "nsmaps.figures.cells.morse"
+    picture: ClassVar[str] = "nsmaps.figures.cells.morse_sets"
 
     of: str  #: the map for which this holds, such as "exact map"
     cells: Cells  #: of the last level

@@ -6,7 +6,6 @@ from nsmaps.dynamics.attractors.basins import Basins as Basins
 from nsmaps.dynamics.attractors.coexistence import match_attractors as match_attractors
 from nsmaps.dynamics.attractors.continued import GlobalContinuation as GlobalContinuation
 from nsmaps.dynamics.attractors.distance import hausdorff as hausdorff
-from nsmaps.dynamics.charts.chart import ParameterPlane as ParameterPlane
 from nsmaps.dynamics.chatter.cascade import ChatterScaling as ChatterScaling
 from nsmaps.dynamics.chatter.cascade import IncompleteChatter as IncompleteChatter
 from nsmaps.dynamics.chatter.cascade import chatter_cascade as chatter_cascade
@@ -31,6 +30,7 @@ from nsmaps.dynamics.observables.cycles import CycleMeans as CycleMeans
 from nsmaps.dynamics.observables.orbits import ObservableMeans as ObservableMeans
 from nsmaps.dynamics.orbit import Orbit as Orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit as PeriodicOrbit
+from nsmaps.dynamics.planes.plane import ParameterPlane as ParameterPlane
 from nsmaps.dynamics.portraits.graze import Graze as Graze
 from nsmaps.dynamics.portraits.graze import graze as graze
 from nsmaps.dynamics.portraits.portrait import PhasePortrait as PhasePortrait

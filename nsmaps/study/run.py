@@ -57,7 +57,7 @@ def run_study(
         max_memory: refuse a run that is estimated to need more gigabytes, before anything is computed; by default the value of
             the environment variable `NSMAPS_MAX_MEMORY`, else the memory of the machine.
         max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
-        executor: where the parts of diagrams, charts, exponents, basins and noise run, as of `Parallel`; this process if omitted.
+        executor: where the parts of diagrams, planes, exponents, basins and noise run, as of `Parallel`; this process if omitted.
             The numbers are the same.
 
     Raises:

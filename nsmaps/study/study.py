@@ -27,11 +27,11 @@ from nsmaps.study.sections.maps.surfaces import Families, Spans
 from nsmaps.study.sections.own_name import OwnName, may_be_renamed, renamed
 from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 from nsmaps.study.sections.parameters.branches import Branches
-from nsmaps.study.sections.parameters.chart import ChartSection
 from nsmaps.study.sections.parameters.estimate import EstimateSection
 from nsmaps.study.sections.parameters.global_continuation import GlobalContinuationSection
 from nsmaps.study.sections.parameters.lyapunov import LyapunovSection
 from nsmaps.study.sections.parameters.optimum import OptimumSection
+from nsmaps.study.sections.parameters.parameter_plane import ParameterPlaneSection
 from nsmaps.study.sections.parameters.stability import StabilitySection
 from nsmaps.study.sections.sets.auxiliary_map import AuxiliaryMapSection
 from nsmaps.study.sections.sets.domains import Domains
@@ -56,7 +56,7 @@ class Analyses(Head):
     bifurcation_diagram: BifurcationSection | None = None
     branches: Branches = Branches()
     stability_diagram: StabilitySection | None = None
-    parameter_plane: ChartSection | None = None
+    parameter_plane: ParameterPlaneSection | None = None
     lyapunov: LyapunovSection | None = None
     basins: BasinsSection | None = None
     global_continuation: GlobalContinuationSection | None = None

@@ -1,4 +1,4 @@
-"""Diagrams, basins, sweeps and charts of maps given by formulas: orbits that diverge, exponents."""
+"""Diagrams, basins, sweeps and planes of maps given by formulas: orbits that diverge, exponents."""
 
 import numpy as np
 import pytest

@@ -227,10 +227,10 @@ class Shifted(System):
 
 
 def test_a_map_with_parameters_has_a_chart():
-    chart = nsmaps.parameter_plane(Shifted(), {"a": [2.5, 3.2, 3.5, 4.0], "b": [-0.05, 0.0]}, [0.3], n_returns=500, transient=500)
-    assert [chart.motions[k].label for k in chart.motion[1, :, 0]] == ["period 1", "period 2", "period 4", "C"]
-    assert chart.exponent[1, :2, 0] == pytest.approx([np.log(0.5), np.log(0.16) / 2], abs=1e-9)  # 2 - a; 4 + 2 a - a^2
-    assert chart.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)
+    plane = nsmaps.parameter_plane(Shifted(), {"a": [2.5, 3.2, 3.5, 4.0], "b": [-0.05, 0.0]}, [0.3], n_returns=500, transient=500)
+    assert [plane.motions[k].label for k in plane.motion[1, :, 0]] == ["period 1", "period 2", "period 4", "C"]
+    assert plane.exponent[1, :2, 0] == pytest.approx([np.log(0.5), np.log(0.16) / 2], abs=1e-9)  # 2 - a; 4 + 2 a - a^2
+    assert plane.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)
 
 
 @pytest.mark.parametrize(("count", "direction"), [(66, "up"), (71, "down")])

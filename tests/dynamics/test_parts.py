@@ -16,11 +16,11 @@ from stumbles import again
 import nsmaps
 from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
-from nsmaps.dynamics.charts import parameter_plane
 from nsmaps.dynamics.diagrams import parts
 from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.noise.impacts import impact_diagram
+from nsmaps.dynamics.planes import parameter_plane
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -44,12 +44,12 @@ SWEEPS: dict[str, Callable[..., Any]] = {
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), max_returns=300),
     "noise": partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], NOISE, n_returns=10, n_realisations=20, rng=4, max_impacts=5),
     **{
-        f"chart {way}": partial(
+        f"plane {way}": partial(
             nsmaps.parameter_plane, PAIR, PLANE, STARTS[:2], n_returns=20, transient=100, max_period=8, direction=way
         )
         for way in (None, "up", "both")
     },
-    "chart refined": partial(
+    "plane refined": partial(
         nsmaps.parameter_plane, PAIR, PLANE, STARTS[:1], n_returns=20, transient=100, max_period=8, refine=4, observables=["loss"]
     ),
     "impacts": partial(impact_diagram, PAIR, "d", [0.3, 0.35], [0.8, 0.4], NOISE, "up", 5, 10),

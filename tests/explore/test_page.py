@@ -318,20 +318,20 @@ def test_the_pictures_of_a_run_have_its_numbers():
     assert points["x"] == pytest.approx(np.repeat(exact.values, exact.states.shape[2]), rel=1e-6)
     assert points["y"] == pytest.approx(exact.states[:, 0, :, 0].ravel(), rel=1e-6)
     assert points["text"] == np.repeat(exact.labels[:, 0], exact.states.shape[2]).tolist()
-    chart = nsmaps.read_result(STORED / "chart")
-    named = {plot["title"]: plot["data"] for plot in plots_of(chart)}
+    plane = nsmaps.read_result(STORED / "plane")
+    named = {plot["title"]: plot["data"] for plot in plots_of(plane)}
     areas = named["Attractors of the first start over two parameters"][0]
     seen = [
-        [chart.parameter_plane.motions[k].label if k >= 0 else "no attractor" for k in row]
-        for row in chart.parameter_plane.motion[..., 0]
+        [plane.parameter_plane.motions[k].label if k >= 0 else "no attractor" for k in row]
+        for row in plane.parameter_plane.motion[..., 0]
     ]
     assert areas["text"] == seen
     assert [areas["colorbar"]["ticktext"][k] for row in areas["z"] for k in row] == [name for row in seen for name in row]
     marks = named["Branch 1:1"][-1]
-    assert marks["x"] == [event.value for part in chart.branches["1:1"] for event in part.events]
+    assert marks["x"] == [event.value for part in plane.branches["1:1"] for event in part.events]
 
 
-@pytest.mark.parametrize("run", ["chart", "manifolds"])
+@pytest.mark.parametrize("run", ["plane", "manifolds"])
 def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
     result = nsmaps.read_result(STORED / run)
     page = new_page()

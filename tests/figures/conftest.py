@@ -273,7 +273,7 @@ def panel(drawn: Any, result: StudyResult, ax: Axes, **options: Any) -> Any:
 def stored() -> dict[str, StudyResult]:
     """The runs that are stored in the format of today, by the names of their folders."""
     return {
-        name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long", "chart", "manifolds", "resilience")
+        name: read_result(STORED / name) for name in ("run", "partition", "accurate", "long", "plane", "manifolds", "resilience")
     }
 
 
@@ -313,7 +313,7 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
             },
             "observe": {"bifurcation_diagram": _observed()},
             "lyapunov": _exponents(),
-            "parameter_plane": stored["chart"].parameter_plane,
+            "parameter_plane": stored["plane"].parameter_plane,
             "basins": basins(Toy(), GRID, max_returns=50),
             "global_continuation": stored["resilience"].global_continuation,
             "manifolds": stored["manifolds"].manifolds,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsmaps.figures.cells.exit_times import exit_times, sheets
-from nsmaps.figures.cells.morse import morse
+from nsmaps.figures.cells.morse_sets import morse_sets
 
 
 def shown(ax):
@@ -13,7 +13,7 @@ def shown(ax):
 
 
 def test_components_have_their_colours_and_cells(result, ax):
-    assert morse(result.morse_sets, ax, [pair.exact for pair in result.orbits]) is ax
+    assert morse_sets(result.morse_sets, ax, [pair.exact for pair in result.orbits]) is ax
     cover = result.morse_sets
     drawn = shown(ax)
     assert np.flatnonzero(drawn >= 0).tolist() == cover.numbers.tolist()

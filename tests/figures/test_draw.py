@@ -30,11 +30,11 @@ NEEDLESS = {"sketch", "algorithm", "portrait", "poincare", "summary"}  # figures
 COMPOSITE = "'composite' or a 'partition' of kind closed_form"
 STORED = {
     "run": "words regions surfaces projections diagonal diagonal_surface orders fit_error orbits "
-    "cobweb bifurcation auxiliary envelopes domain_size boxes second_iterate",
+    "cobweb bifurcation_diagram auxiliary envelopes domain_size boxes second_iterate",
     "partition": "words regions surfaces projections partition speed_error",
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
-    "branches multipliers stability lyapunov basins noise auxiliary envelopes domain_size boxes morse exit_times",
+    "branches multipliers stability lyapunov basins noise auxiliary envelopes domain_size boxes morse_sets exit_times",
     "resilience": "global_continuation",
 }  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
@@ -55,16 +55,16 @@ MISSING = {
     "speed_error": ("speed", None, "a 'partition'"),
     "orbits": ("orbits", (), "'orbits'"),
     "cobweb": ("composite", None, COMPOSITE),
-    "bifurcation": ("bifurcation_diagram", {}, "'bifurcation_diagram'"),
+    "bifurcation_diagram": ("bifurcation_diagram", {}, "'bifurcation_diagram'"),
     "branches": ("branches", {}, "'branches'"),
     "multipliers": ("branches", {}, "'branches'"),
     "stability": ("stability_diagram", None, "'stability_diagram'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
-    "chart": ("parameter_plane", None, "'parameter_plane'"),
+    "parameter_plane": ("parameter_plane", None, "'parameter_plane'"),
     "global_continuation": ("global_continuation", None, "'global_continuation'"),
     "manifolds": ("manifolds", {}, "'manifolds'"),
-    "observables": ("observe", {}, "'observe', and a 'bifurcation_diagram' of the exact map or 'branches'"),
+    "observe": ("observe", {}, "'observe', and a 'bifurcation_diagram' of the exact map or 'branches'"),
     "noise": ("noise", None, "'noise'"),
     "auxiliary": ("domains", {}, "'domains'"),
     "envelopes": ("domains", {}, "'domains'"),
@@ -73,7 +73,7 @@ MISSING = {
     "graze": ("branches", {}, "'branches'"),
     "second_iterate": ("second_iterate", None, "'second_iterate'"),
     "auxiliary_map": ("auxiliary_map", None, "'auxiliary_map'"),
-    "morse": ("morse_sets", None, "'morse_sets'"),
+    "morse_sets": ("morse_sets", None, "'morse_sets'"),
     "exit_times": ("exit_times", None, "'exit_times'"),
     "estimate": ("estimate", None, "'estimate'"),
 }

@@ -93,5 +93,5 @@ def test_the_study_of_cells_is_written_and_read_and_drawn(tmp_path):
     again = read_result(tmp_path / "run")
     assert np.array_equal(again.forward_invariant_set.numbers, result.forward_invariant_set.numbers)
     assert np.array_equal(again.morse_sets.component, result.morse_sets.component)
-    (path,) = draw(again, ["morse"], tmp_path)
+    (path,) = draw(again, ["morse_sets"], tmp_path)
     assert path.stat().st_size > 0

@@ -224,8 +224,8 @@ def test_orbits_that_diverge_slowly_escape():
     assert (1 + np.array(values) < -1 / 0.15).tolist() == [True, False, False]
     found = nsmaps.bifurcation_diagram(system, "a_R", values, [0.1], transient=1000)
     assert found.labels[:, 0].tolist() == ["escapes", "C", "C"]
-    chart = nsmaps.parameter_plane(system, {"a_R": values, "mu": [0.5, 1.0]}, [0.1], n_returns=500, transient=1000)
-    assert [chart.labels[0, k, 0] for k in range(3)] == ["escapes", "C", "C"]
+    plane = nsmaps.parameter_plane(system, {"a_R": values, "mu": [0.5, 1.0]}, [0.1], n_returns=500, transient=1000)
+    assert [plane.labels[0, k, 0] for k in range(3)] == ["escapes", "C", "C"]
 
 
 @pytest.mark.thorough

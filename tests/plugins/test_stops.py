@@ -244,7 +244,7 @@ bifurcation_diagram: {{parameter: f, from: 0.5, to: 0.6, points: 3, starts: [{{v
 branches: [{{name: main, parameter: f, bounds: [0.5, 0.6], start: {{v: 0.8, phi: 1}}, value: 0.55}}]
 lyapunov: {{parameter: f, from: 0.5, to: 0.6, points: 2, starts: [{{v: 0.8, phi: 1}}], n_returns: 100, transient: 50}}
 basins: {{max_returns: 300}}
-figures: [surfaces, orbits, bifurcation, branches, lyapunov, basins, motion, impacts]
+figures: [surfaces, orbits, bifurcation_diagram, branches, lyapunov, basins, motion, impacts]
 """
 
 
@@ -254,7 +254,7 @@ def test_a_study_runs_to_its_end(name, tmp_path):
     file = f"{sys.modules[type(system).__module__].__file__}:{type(system).__name__}"
     (tmp_path / "quick.yaml").write_text(STUDY.format(file=file, parameters=json.dumps(system.parameters)))
     result = nsmaps.run_study(tmp_path / "quick.yaml", out=tmp_path / "run")
-    paths = draw(result, ["bifurcation", "basins", "motion", "impacts", "surfaces"], tmp_path / "figures", dpi=40)
+    paths = draw(result, ["bifurcation_diagram", "basins", "motion", "impacts", "surfaces"], tmp_path / "figures", dpi=40)
     assert all(path.stat().st_size > 1000 for path in paths)
     assert (result.orbits[0].exact.words == "BB").all()
     again = nsmaps.read_result(tmp_path / "run")

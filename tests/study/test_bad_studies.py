@@ -378,54 +378,54 @@ BAD = {
         "1.1",
         "r is 1.1; expected: less than or equal to 1",
     ),
-    "chart of one parameter": (
+    "plane of one parameter": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}}, starts: [{v: 1, phi: 1}]}\nrequire:",
         "{a: {from",
         "plane is {'a': {'from': 0.1, 'to': 1, 'points': 2}}; expected: 2 entries or more",
     ),
-    "chart of an unknown parameter": (
+    "plane of an unknown parameter": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, q: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         "q: {from",
         "unknown parameter 'q'; expected: a, r",
     ),
-    "chart with a range that is not finite": (
+    "plane with a range that is not finite": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: .inf, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         ".inf",
         "inf is not finite; expected: a finite number, or text as 'pi/3'",
     ),
-    "chart of no starts": (
+    "plane of no starts": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, starts: []}\nrequire:",
         "[]}",
         "starts is []; expected: 1 entry or more",
     ),
-    "chart of a start without a coordinate": (
+    "plane of a start without a coordinate": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}, {v: 2}]}\nrequire:",
         "{v: 2}",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
-    "chart of few returns": (
+    "plane of few returns": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], n_returns: 63}\nrequire:",
         "{plane",
         "63 'n_returns' hold no period up to 32 twice; expected: 2 'max_period'",
     ),
-    "chart that is followed and refined": (
+    "plane that is followed and refined": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], direction: up, refine: 4}\nrequire:",
         "{plane",
         "orbits that are followed need every pixel; expected: no 'direction', or no 'refine'",
     ),
-    "chart of an unknown observable": (
+    "plane of an unknown observable": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], observables: [los]}\nrequire:",
@@ -433,7 +433,7 @@ BAD = {
         "'los' is not an observable of Ball; expected: impacts, speed, loss, momentum, displacement, work, damping, or a `name` "
         "with a `formula`, did you mean 'loss'?",
     ),
-    "curve of a chart of no branch": (
+    "curve of a plane of no branch": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",

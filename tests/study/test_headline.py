@@ -115,7 +115,7 @@ def test_cycles_have_names(period: int, name: str) -> None:
 
 KINDS = {  #: stored runs with the analyses that have a finding in each
     "accurate": ["partition"],
-    "chart": ["parameter_plane", "branches"],
+    "plane": ["parameter_plane", "branches"],
     "curves": ["stability_diagram", "branches"],
     "long": ["lyapunov", "basins", "noise"],
     "manifolds": ["manifolds"],

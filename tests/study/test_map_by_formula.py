@@ -162,7 +162,7 @@ optimize:
   multiplier: 0.9
   sense: min
   noisy: {sigma: [0.01], scale: {x: 1}, n_returns: 200, n_realisations: 8}
-figures: [observables, bifurcation]
+figures: [observe, bifurcation_diagram]
 """
     found = nsmaps.run_study(study("Formula", text))
     a = found.bifurcation_diagram["exact"].values

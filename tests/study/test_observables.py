@@ -8,7 +8,7 @@ import pytest
 
 import nsmaps
 from nsmaps.errors import StudyError
-from nsmaps.figures.longrun.observables import observables, sheets
+from nsmaps.figures.longrun.observe import observe, sheets
 from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.result import StudyResult
 from nsmaps.study.store.archive import FORMAT
@@ -57,7 +57,7 @@ def test_numbers_tables_and_caption_say_what_was_found(result: StudyResult) -> N
         "sway",
         "hardest",
     ]
-    assert "loss, work, speed, energy at B, sway, hardest" in caption(result, "observables")
+    assert "loss, work, speed, energy at B, sway, hardest" in caption(result, "observe")
     assert section.describe(result.study).startswith("loss, work, speed, energy at B, sway, hardest; 64")
 
 
@@ -66,7 +66,7 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
     (sheet,) = sheets(found)
     assert len(sheet.panels) == 6
     _, ax = plt.subplots()
-    observables(found, ax, "d", 3)
+    observe(found, ax, "d", 3)
     curve = next(line for line in ax.lines if len(line.get_xdata()) == len(result.branches["1:1"][0].values))
     assert np.array_equal(curve.get_ydata(), result.branch_observables["1:1"][0].per_period.value[:, 3])
     dots = next(line for line in ax.lines if len(line.get_xdata()) == 4)

@@ -1,4 +1,4 @@
-"""The section `optimum` of a study: against the function, in numbers, tables, captions and the figure of a chart."""
+"""The section `optimum` of a study: against the function, in numbers, tables, captions and the figure of a plane."""
 
 from pathlib import Path
 
@@ -72,14 +72,14 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     assert conditions.rows[3][:3] == ("d", "0.8", "0.5 to 0.8")
     assert beside.rows == (("1:1/T", "100 %", "0 %"),)
     assert [row[0] for row in under.rows] == ["0", "0.05"]
-    assert "maximum of energy of 1:1/T: 2.0639 J per period at d = 0.8, g_bar = 0.15" in caption(result, "chart")
+    assert "maximum of energy of 1:1/T: 2.0639 J per period at d = 0.8, g_bar = 0.15" in caption(result, "parameter_plane")
     about = section.describe(result.study)
     assert about == "max of energy over d, g_bar, 2 starts; basins of 6 x 6 states; 400 returns under noise"
     assert section.size(result.study, result.system).seconds > 0
 
 
 def test_the_chart_has_a_star_at_the_optimum(result: StudyResult) -> None:
-    (sheet,) = CATALOGUE["chart"].sheets(result)
+    (sheet,) = CATALOGUE["parameter_plane"].sheets(result)
     assert sheet.panels
     for panel in sheet.panels:
         _, ax = plt.subplots()

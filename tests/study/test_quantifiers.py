@@ -38,7 +38,7 @@ parameter_plane:
 global_continuation:
   {parameter: r, from: 3.2, to: 3.4, points: 2, box: {x: [0.1, 0.9]}, n_samples: 4, n_kicks: 2, step: 1,
    quantifiers: {mean: "mine.py:mean"}}
-figures: [chart, global_continuation]
+figures: [parameter_plane, global_continuation]
 """
 
 

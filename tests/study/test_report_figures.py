@@ -108,9 +108,9 @@ def test_a_parameter_that_is_swept_is_not_said_to_have_a_value() -> None:
     result = nsmaps.read_result(STORED / "run")
     swept = result.study.bifurcation_diagram.parameter
     assert swept in result.system.parameters
-    own = caption(result, "bifurcation").split(": ")[0]
+    own = caption(result, "bifurcation_diagram").split(": ")[0]
     assert not re.search(rf"\b{swept} = ", own)
-    assert f"values of {swept} from" in caption(result, "bifurcation")
+    assert f"values of {swept} from" in caption(result, "bifurcation_diagram")
 
 
 def test_the_study_and_tables_are_folded(good: str, report_of: Report) -> None:

@@ -438,7 +438,7 @@ composite:
   - {name: all, box: {v: [0, 1], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}
 bifurcation_diagram:
   {parameter: a, from: 0.2, to: 0.4, points: 3, starts: [{v: 0.3, phi: 1}], transient: 10, n_returns: 4, map: [exact, composite]}
-figures: [bifurcation]
+figures: [bifurcation_diagram]
 """
 
 

@@ -51,7 +51,7 @@ class BifurcationDiagram(WithCoordinates, Result):
     States are NaN where there is no map or the orbit ended; `reasons` and `outcome` give the reason.
     """
 
-    picture: ClassVar[str] = "nsmaps.figures.parameters.bifurcation"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.bifurcation_diagram"
 
     coordinates: Coordinates
     walls: tuple[str, ...]

@@ -25,7 +25,7 @@ class Mean(Result):
 class Means(Result):
     """Means of observables per return, per period of the forcing and per unit of time, maybe over a parameter."""
 
-    picture: ClassVar[str] = "nsmaps.figures.longrun.observables"
+    picture: ClassVar[str] = "nsmaps.figures.longrun.observe"
 
     observables: tuple[Observable, ...] = field(kw_only=False)
     parameter: str = ""  #: empty where they are of one system

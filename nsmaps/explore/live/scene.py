@@ -141,6 +141,6 @@ def study_of(scene: Scene, name: str) -> "Study":
             "bifurcation_diagram": {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "starts": [start]},
             "orbits": [{"start": start, "n_returns": _POINTS}],
             "basins": {},
-            "figures": ["bifurcation", "basins"],
+            "figures": ["bifurcation_diagram", "basins"],
         }
     )

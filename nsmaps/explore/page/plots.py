@@ -94,17 +94,17 @@ def _lines(part: "Branch", colour: str) -> Iterator[Plot]:
 
 
 def _planes(result: "StudyResult") -> Iterator[Plot]:
-    """The motions over two parameters, and the exponents of those of a chart."""
+    """The motions over two parameters, and the exponents of those of a plane."""
     if (found := result.stability_diagram) is not None:
         first, second = found.parameters
         yield _plot("Attractors over two parameters", first, second, [_areas(found.along, found.across, found.labels)])
-    if (chart := result.parameter_plane) is not None:
-        first, second = chart.parameters
-        names = np.array([*(motion.label for motion in chart.motions), ""])[chart.motion[..., 0]]
-        areas = _areas(chart.along, chart.across, names)
+    if (plane := result.parameter_plane) is not None:
+        first, second = plane.parameters
+        names = np.array([*(motion.label for motion in plane.motions), ""])[plane.motion[..., 0]]
+        areas = _areas(plane.along, plane.across, names)
         yield _plot("Attractors of the first start over two parameters", first, second, [areas])
         look: Plot = {"type": "heatmap", "name": "exponent", "zmid": 0, "colorscale": "RdBu"}
-        exponents = {"x": areas["x"], "y": areas["y"], "z": shortened(chart.exponent[..., 0])}
+        exponents = {"x": areas["x"], "y": areas["y"], "z": shortened(plane.exponent[..., 0])}
         yield _plot("Largest Lyapunov exponent of the first start", first, second, [look | exponents])
 
 

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from nsmaps.cells.times import ExitTimes
-from nsmaps.figures.cells.morse import show
+from nsmaps.figures.cells.morse_sets import show
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, RED, dress, tint
 

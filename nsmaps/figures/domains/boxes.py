@@ -14,7 +14,7 @@ from nsmaps.arrays import Floats
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
 from nsmaps.cells.morse import MorseCover
 from nsmaps.dynamics.orbit import Orbit
-from nsmaps.figures.cells.morse import morse
+from nsmaps.figures.cells.morse_sets import morse_sets
 from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.domains.looks import Domains, by_name, failed, heading
 from nsmaps.figures.lines import finite_states
@@ -56,7 +56,7 @@ def boxes(
         return _intervals(domain, ax)
     names = domain.coordinates
     if cover is not None and tuple(cover.coordinates) == tuple(names) and plane == (0, 1):
-        morse(cover, ax)
+        morse_sets(cover, ax)
     below = list(legend.legend_handles) if (legend := ax.get_legend()) else []
     start = domain.boxes[0, plane, :]
     states = [finite_states(orbit)[:, plane] for orbit in orbits or ()]

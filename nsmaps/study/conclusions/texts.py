@@ -10,7 +10,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.charts.chart import ParameterPlane
+    from nsmaps.dynamics.planes.plane import ParameterPlane
     from nsmaps.study.reading.values import Span, Sweep
     from nsmaps.study.result import StudyResult
 
@@ -121,11 +121,11 @@ def returns_text(returns: int) -> str:
     return f"{returns:,} returns"
 
 
-def computed_text(chart: "ParameterPlane") -> str:
-    """How many pixels of a refined chart were computed, and how many of the others may have another motion than that shown."""
-    share = f"Orbits of the starts were computed at {100 * chart.computed.mean():.3g} % of the pixels"
-    if not chart.probes:
+def computed_text(plane: "ParameterPlane") -> str:
+    """How many pixels of a refined plane were computed, and how many of the others may have another motion than that shown."""
+    share = f"Orbits of the starts were computed at {100 * plane.computed.mean():.3g} % of the pixels"
+    if not plane.probes:
         return f"{share}."
-    probed = f"{chart.differing:,} of {chart.probes:,} such pixels, drawn at random and computed as well"
-    bound = f"at most {100 * chart.most_differing:.2g} % of those not computed (95 % confidence)"
+    probed = f"{plane.differing:,} of {plane.probes:,} such pixels, drawn at random and computed as well"
+    bound = f"at most {100 * plane.most_differing:.2g} % of those not computed (95 % confidence)"
     return f"{share}; elsewhere attractors of a neighbour are continued. Starts reach another motion at {probed}: {bound}."

@@ -38,7 +38,12 @@ SUMMARY = StudyFigure(
     "on the first attractor, and basins, an attracting domain or words in the plane of states.",
     (FigurePart("two pictures or more of the study", (), lambda result: _panels(result)),),
 )
-_AT_A_GLANCE = (("sketch",), ("bifurcation", "branches", "chart"), ("portrait",), ("basins", "boxes", "morse", "words"))
+_AT_A_GLANCE = (
+    ("sketch",),
+    ("bifurcation_diagram", "branches", "parameter_plane"),
+    ("portrait",),
+    ("basins", "boxes", "morse_sets", "words"),
+)
 
 
 def _panels(result: "StudyResult") -> "list[Callable[[Axes], Axes]]":

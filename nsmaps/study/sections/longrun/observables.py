@@ -48,7 +48,7 @@ class ObservablesSection(Analysis):
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
-            "longrun.observables",
+            "longrun.observe",
             "Means of quantities such as the energy lost at impacts, over a parameter.",
             "Means of the study's observables per period of the forcing, or per return without forcing: on the attractors of "
             "the bifurcation diagram, with two standard errors, and along branches of periodic orbits, dashed where they are "

@@ -50,7 +50,7 @@ class BifurcationSection(Range, Analysis):
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
-            "parameters.bifurcation",
+            "parameters.bifurcation_diagram",
             "The states of the attractors against the parameter, with the names of the motions above.",
             "The attractors over the parameter; the darker a place, the more states lie there. The motions of each orbit that "
             "differ are named above, the first orbit's lowest, between ticks at their borders; a number is explained below. C is "

@@ -37,7 +37,7 @@ class MorseSection(Analysis):
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
-            "cells.morse",
+            "cells.morse_sets",
             "The cells of the window coloured by recurrent component, with states of orbits.",
             "Cells that contain every orbit which stays in the window, by recurrent component (Morse set), and states of "
             "orbits. From a component without exit no other one can be reached.",

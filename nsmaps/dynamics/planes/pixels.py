@@ -1,4 +1,4 @@
-"""The attractors at some pixels of a chart: the work of one part."""
+"""The attractors at some pixels of a plane: the work of one part."""
 
 from itertools import chain
 from typing import Any, Literal
@@ -8,11 +8,11 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.quantifiers import Place, Quantifier, quantified
-from nsmaps.dynamics.charts.motions import Motion, attractors, motion_of
-from nsmaps.dynamics.charts.tails import Length, Tail, tail
 from nsmaps.dynamics.motion import ESCAPE
 from nsmaps.dynamics.observables.orbits import orbit_means
 from nsmaps.dynamics.orbit import orbit
+from nsmaps.dynamics.planes.motions import Motion, attractors, motion_of
+from nsmaps.dynamics.planes.tails import Length, Tail, tail
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.outcome import Outcome

@@ -1,4 +1,4 @@
-"""The section `chart` of a study: against the function, in numbers, tables and captions, and resumed."""
+"""The section `plane` of a study: against the function, in numbers, tables and captions, and resumed."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import Study
 
-STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart" / "study.yaml"
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "plane" / "study.yaml"
 ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "means", "refused", "computed")
 
 OBSERVABLES = ["loss", {"name": "fastest", "formula": "v", "largest": True}]
@@ -50,13 +50,13 @@ def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
     assert verdict.text == "no: none at 5 of 20 pixels; VIPair: r is 1.05; expected: less than or equal to 1"
     (table,) = section.tables(result)
     assert table.rows[0] == ("1:1/T", f"{100 * shares['1:1/T']:.3g} %")
-    assert "the system refuses the parameters of 5 pixels" in caption(result, "chart")
+    assert "the system refuses the parameters of 5 pixels" in caption(result, "parameter_plane")
     assert result.study.parameter_plane.describe(result.study) == "5 values of d x 4 values of r; 9,600 returns"
 
 
 def test_a_study_that_stopped_goes_on_with_the_same_numbers(result, tmp_path, monkeypatch):
     study = nsmaps.load_study(STORED)
-    monkeypatch.setattr("nsmaps.dynamics.charts.parameter_plane.PART", 240 * 2 * 4)
+    monkeypatch.setattr("nsmaps.dynamics.planes.parameter_plane.PART", 240 * 2 * 4)
     count = 0
 
     def stop(share):

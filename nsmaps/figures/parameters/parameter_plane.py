@@ -19,12 +19,12 @@ from nsmaps.figures.parameters.stability import draw_curves
 from nsmaps.figures.style import BLACK, MOTIONS, OPEN, OTHERS, QUASI, RED, dress, with_unit
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.charts.chart import ParameterPlane
     from nsmaps.dynamics.design.optimum import Optimum
+    from nsmaps.dynamics.planes.plane import ParameterPlane
     from nsmaps.figures.parameters.stability import Curves
 
 LONGER, CHAOTIC, RING, SLOW, NOTHING, MISSING = (len(MOTIONS) + k for k in range(1, 7))  #: numbers of kinds after the periods
-COLOURS = (*MOTIONS, OTHERS, BLACK, QUASI, OPEN, "#FFFFFF", "0.88")  #: of the kinds from period 1 on, in every chart
+COLOURS = (*MOTIONS, OTHERS, BLACK, QUASI, OPEN, "#FFFFFF", "0.88")  #: of the kinds from period 1 on, in every plane
 WITHOUT = {CHAOS: CHAOTIC, QUASI_PERIODIC: RING, UNRESOLVED: SLOW}  #: the kinds of motions without a period
 SEVERAL, REFUSED, UNKNOWN = "////", "xxxx", "....."  #: hatches; what is unknown is grey beneath
 MINUS_INFINITY = "#3B0A45"  #: of exponents, beside the colours of finite ones
@@ -35,11 +35,11 @@ _NUMERAL, _NUMERALS = 0.11, 16  #: inches, the least radius of an area with a nu
 def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None) -> tuple[Sheet, ...]:
     """One sheet: periods with bifurcation curves, exponents, observables and quantifiers that are numbers, with the optimum."""
     means = (partial(mean, result, name=name) for name in _means(result))
-    panels: tuple[Panel, ...] = (partial(chart, result, curves=curves), partial(exponents, result), *means)
+    panels: tuple[Panel, ...] = (partial(parameter_plane, result, curves=curves), partial(exponents, result), *means)
     if optimum is not None and set(result.parameters) <= set(optimum.parameters):
         place = optimum.parameters[result.first], optimum.parameters[result.second]
         panels = tuple(partial(_with_optimum, panel, place) for panel in panels)
-    return (Sheet("chart", panels, 2, 0.85, legend=True),)
+    return (Sheet("parameter_plane", panels, 2, 0.85, legend=True),)
 
 
 def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
@@ -54,7 +54,7 @@ def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
     return ax
 
 
-def chart(
+def parameter_plane(
     result: "ParameterPlane",
     ax: Axes,
     by: str = "period",

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.attractors.quantifiers import quantifier_array
-from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.motion import ESCAPE
+from nsmaps.dynamics.planes.motions import Motion
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.results import NONE, RETURNS, Result, array, array_property, range_text, shares_text
 
@@ -26,7 +26,7 @@ class ParameterPlane(WithCoordinates, Result):
     `probes` bound the share of these pixels at which the starts reach others.
     """
 
-    picture: ClassVar[str] = "nsmaps.figures.parameters.chart"
+    picture: ClassVar[str] = "nsmaps.figures.parameters.parameter_plane"
 
     coordinates: Coordinates
     parameters: tuple[str, str]  #: names of the one along and of the one across

@@ -22,12 +22,12 @@ def sheets(found: Found) -> tuple[Sheet, ...]:
     """One sheet a parameter, a panel an observable; NsmapsError for means without a parameter."""
     parameters = list(dict.fromkeys(each.parameter for each in _along(found)))
     several = len(parameters) > 1
-    return tuple(_sheet(found, parameter, f"observables-{parameter}" if several else "observables") for parameter in parameters)
+    return tuple(_sheet(found, parameter, f"observe-{parameter}" if several else "observe") for parameter in parameters)
 
 
 def _sheet(found: Found, parameter: str, name: str) -> Sheet:
     count = len(_along(found, parameter)[0].names)
-    panels = tuple(partial(observables, found, parameter=parameter, number=k) for k in range(count))
+    panels = tuple(partial(observe, found, parameter=parameter, number=k) for k in range(count))
     return Sheet(name, panels, min(count, 2), legend=True)
 
 
@@ -41,7 +41,7 @@ def _along(found: Found, parameter: str = "") -> list[Means]:
     return kept
 
 
-def observables(found: Found, ax: Axes, parameter: str = "", number: int = 0) -> Axes:
+def observe(found: Found, ax: Axes, parameter: str = "", number: int = 0) -> Axes:
     """The means of one observable over a parameter: dots with bars of two standard errors, and lines along branches.
 
     Lines are dashed where the periodic orbits are not stable.

@@ -1,6 +1,6 @@
 """Charts of the pair over d and r: beside the bare compiled map, two dask workers beside one, and beside pynamicalsys.
 
-Run by hand, on a quiet machine: `python docs/benchmarks/charts.py [PIXELS [RETURNS]]`, the numbers along each side and of each
+Run by hand, on a quiet machine: `python docs/benchmarks/planes.py [PIXELS [RETURNS]]`, the numbers along each side and of each
 pixel, 1000 and 10000 unless given; dask and pynamicalsys take a tenth of the pixels of a side. The bare map returns as often at a
 sample of the pixels.
 """
@@ -25,17 +25,17 @@ START, PERIODS, SAMPLE, ROUNDS = [0.8, 0.3], 32, 2000, 3
 SIZE = len(SYSTEM._kernel().table)
 
 
-def plane(pixels: int) -> dict[str, np.ndarray]:
+def axes(pixels: int) -> dict[str, np.ndarray]:
     """The values of both parameters."""
     return {"d": np.linspace(0.2, 0.4, pixels), "r": np.linspace(0.3, 0.7, pixels)}
 
 
-def chart(pixels: int, returns: int, parallel: nsmaps.Parallel | None = None) -> nsmaps.dynamics.ParameterPlane:
+def plane(pixels: int, returns: int, parallel: nsmaps.Parallel | None = None) -> nsmaps.dynamics.ParameterPlane:
     """Ours, with words, motions, exponents and outcomes."""
     kept = 2 * PERIODS
     return nsmaps.parameter_plane(
         SYSTEM,
-        plane(pixels),
+        axes(pixels),
         START,
         n_returns=kept,
         transient=returns - kept,
@@ -71,7 +71,7 @@ def mapping(u: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 def by_pynamicalsys(pixels: int, returns: int) -> None:
     """A diagram of d for each r, of which the last returns are kept: one coordinate, no words, no exponent."""
-    along, across = plane(pixels).values()
+    along, across = axes(pixels).values()
     peer = DiscreteDynamicalSystem(mapping=mapping, system_dimension=2, number_of_parameters=len(table(0.3, 0.5)))
     for r in across:
         others = np.delete(table(0.3, r), TOP)
@@ -87,11 +87,11 @@ def seconds(run: Callable[[], object], clock: Callable[[], float] = time.perf_co
 
 
 def beside_the_map(pixels: int, returns: int) -> None:
-    """The chart's processor time, and that of the bare map from a sample of its pixels."""
+    """The plane's processor time, and that of the bare map from a sample of its pixels."""
     rng = np.random.default_rng(1)
-    along, across = plane(pixels).values()
+    along, across = axes(pixels).values()
     tables = [table(rng.choice(along), rng.choice(across)) for _ in range(SAMPLE)]
-    chart(4, returns), bare(tables[0], SIZE, *START, 1)
+    plane(4, returns), bare(tables[0], SIZE, *START, 1)
 
     def loop() -> None:
         for p in tables:
@@ -99,7 +99,7 @@ def beside_the_map(pixels: int, returns: int) -> None:
 
     before = seconds(loop, time.process_time)
     made: list[nsmaps.dynamics.ParameterPlane] = []
-    ours = seconds(lambda: made.append(chart(pixels, returns)), time.process_time)
+    ours = seconds(lambda: made.append(plane(pixels, returns)), time.process_time)
     theirs = (before + seconds(loop, time.process_time)) / 2 * pixels**2 / SAMPLE
     done = made[0]
     print(f"{pixels} x {pixels} pixels of {returns} returns: {ours:.0f} s of processor time, {ours / theirs:.2f} of the bare map")
@@ -108,10 +108,10 @@ def beside_the_map(pixels: int, returns: int) -> None:
 
 
 def on_workers(pixels: int, returns: int) -> None:
-    """The same chart on one dask worker and on two, in turn."""
+    """The same plane on one dask worker and on two, in turn."""
     clusters = [LocalCluster(n_workers=k, threads_per_worker=1, dashboard_address=None, processes=True) for k in (1, 2)]
     clients = [Client(cluster) for cluster in clusters]
-    runs = [partial(chart, pixels, returns, nsmaps.Parallel(client.get_executor(pure=False))) for client in clients]
+    runs = [partial(plane, pixels, returns, nsmaps.Parallel(client.get_executor(pure=False))) for client in clients]
     for run in runs:
         run()
     ratios = [seconds(runs[0]) / seconds(runs[1]) for _ in range(ROUNDS)]
@@ -124,7 +124,7 @@ def on_workers(pixels: int, returns: int) -> None:
 def beside_pynamicalsys(pixels: int, returns: int) -> None:
     """Both in turn."""
     by_pynamicalsys(2, returns)
-    ratios = [seconds(lambda: chart(pixels, returns)) / seconds(lambda: by_pynamicalsys(pixels, returns)) for _ in range(ROUNDS)]
+    ratios = [seconds(lambda: plane(pixels, returns)) / seconds(lambda: by_pynamicalsys(pixels, returns)) for _ in range(ROUNDS)]
     print(f"{pixels} x {pixels}, of pynamicalsys:", *(f"{ratio:.2f}" for ratio in ratios), flush=True)
 
 

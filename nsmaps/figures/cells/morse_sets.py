@@ -24,10 +24,10 @@ NAMED = 4  #: components with a line in the legend
 
 def sheets(cover: MorseCover, orbits: Sequence[Orbit] | None = None) -> tuple[Sheet, ...]:
     """One sheet with one panel."""
-    return (Sheet("morse", (partial(morse, cover, orbits=orbits),), 1, 0.6, legend=True, share=0.8),)
+    return (Sheet("morse_sets", (partial(morse_sets, cover, orbits=orbits),), 1, 0.6, legend=True, share=0.8),)
 
 
-def morse(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = None) -> Axes:
+def morse_sets(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = None) -> Axes:
     """The cells of each component in a colour of its own, those between components grey, the exact orbits' last half as dots."""
     count = len(cover.hulls)
     shades = [_GREY, *(tint(_COLOURS[k % len(_COLOURS)], 0.45) for k in range(count))]

@@ -14,7 +14,7 @@ from nsmaps import bifurcation_diagram as compute
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.words import encode
-from nsmaps.figures.parameters.bifurcation import bifurcation, sheets
+from nsmaps.figures.parameters.bifurcation_diagram import bifurcation_diagram, sheets
 from nsmaps.figures.parameters.raster import ROWS, raster
 from nsmaps.figures.style import BLACK, INK, INKS, MAGENTA
 from nsmaps.study.sections.parameters.bifurcation import DIAGRAMS
@@ -24,7 +24,7 @@ START = np.array([0.83, 0.36])
 
 def drawn(ax, pair, low, high, coordinate):
     made = compute(pair, "d", np.linspace(low, high, 41), START, n_returns=20, transient=600, direction="down", borders=True)
-    bifurcation(made, ax, coordinate=coordinate)
+    bifurcation_diagram(made, ax, coordinate=coordinate)
     return made
 
 
@@ -82,7 +82,7 @@ def test_a_chaotic_region_that_windows_cut_is_named(pair, ax):
 
 
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):
-    bifurcation(result.bifurcation_diagram, ax)
+    bifurcation_diagram(result.bifurcation_diagram, ax)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["BB", "BTB"]
     present = {to_hex(colour) for colour in np.unique(ax.images[0].get_array().reshape(-1, 3), axis=0)}
     assert {to_hex(handle.get_color()) for handle in ax.get_legend().legend_handles} == {BLACK, INKS[1].lower()}
@@ -139,7 +139,7 @@ def test_a_name_that_does_not_fit_is_a_number_of_the_legend(ax):
     ends = [Border(value, 0.0, "fold") for value in (0.0, 0.6, 0.66, 0.68, 1.0)]
     names = ["1:1/T", "1:1/2T", "C", "2:1/T"]
     found = [Window(name, name, *pair, (pair[0].value, pair[1].value)) for name, pair in zip(names, pairwise(ends), strict=True)]
-    bifurcation(replace(diagram(["1:1/T"] * 60), windows=tuple(found)), ax)
+    bifurcation_diagram(replace(diagram(["1:1/T"] * 60), windows=tuple(found)), ax)
     assert [text.get_text() for text in ax.texts] == ["1:1/T", "1", "C", "2:1/T"]
     entries = {text.get_text(): handle.get_marker() for text, handle in zip(*legend_of(ax), strict=True)}
     assert entries == {"1:1/2T": "$1$"}
@@ -149,7 +149,7 @@ def test_a_name_that_does_not_fit_is_a_number_of_the_legend(ax):
 def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(ax):
     ends = [Border(0.0, 0.0, "end of the range"), Border(0.4, 0.3, "change of motion"), Border(0.8, 0.01, "fold")]
     found = [Window("1:1/T", "", *ends[:2], (0.0, 0.25)), Window("1:1/2T", "", *ends[1:], (0.3, 0.8))]
-    bifurcation(replace(diagram(["1:1/T"] * 21), windows=tuple(found)), ax)
+    bifurcation_diagram(replace(diagram(["1:1/T"] * 21), windows=tuple(found)), ax)
     assert ticks(ax) == [0.25, 0.3, 0.8], "where the orbits show the end of a motion best"
     assert ax.texts[0].get_position()[0] == pytest.approx(0.125)
 
@@ -157,7 +157,7 @@ def test_a_border_that_orbits_show_less_well_than_the_states_has_no_line(ax):
 def test_a_diagram_without_an_attractor_says_so(ax):
     made = diagram(["1:1/T"] * 5, np.nan)
     none = replace(made, codes=np.zeros_like(made.codes))
-    bifurcation(none, ax)
+    bifurcation_diagram(none, ax)
     assert [text.get_text() for text in ax.texts] == ["no attractor"]
     assert ax.get_legend() is None
 
@@ -166,7 +166,7 @@ def test_words_beyond_the_colours_are_one_entry(ax):
     words = ["B" + "T" * k + "B" for k in range(12)]
     made = diagram(["C"] * 12)
     codes = np.array([[[encode(word, WALLS)] * 2] for word in words])
-    bifurcation(replace(made, codes=codes), ax)
+    bifurcation_diagram(replace(made, codes=codes), ax)
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels[-1] == f"{12 - len(labels) + 1} more words"
     assert set(labels[:-1]) < set(words)
@@ -189,7 +189,7 @@ ROWS_OF = ("states", "turns", "codes", "outcome", "period", "labels", "length")
 
 def test_orbits_on_other_attractors_have_their_rows_and_colours(ax):
     made = beside(diagram(["1:1/T"] * 20), diagram(["1:1/T"] * 10 + ["1:1/2T"] * 10, 0.5), direction="both")
-    bifurcation(made, ax)
+    bifurcation_diagram(made, ax)
     assert [(text.get_text(), text.get_position()[0]) for text in ax.texts if "/" in text.get_text()] == [
         ("1:1/T", 0.5),
         ("1:1/T", pytest.approx(0.25, abs=0.03)),
@@ -201,14 +201,14 @@ def test_orbits_on_other_attractors_have_their_rows_and_colours(ax):
     seen = [{to_hex(c) for c in column[(column < 1).any(axis=1)]} for column in np.moveaxis(image, 1, 0)]
     assert seen == [{INKS[0], INKS[1].lower()}] * 20, "the cycle at 0.5 is apart from that at 0, whatever its name"
     ax.clear()
-    bifurcation(beside(diagram(["1:1/T"] * 20), diagram(["1:1/T"] * 20)), ax)
+    bifurcation_diagram(beside(diagram(["1:1/T"] * 20), diagram(["1:1/T"] * 20)), ax)
     assert (ax.get_legend(), [text.get_text() for text in ax.texts]) == (None, ["1:1/T"]), "one attractor"
 
 
 def test_an_angle_is_cut_in_the_widest_gap_of_its_states(ax):
     made = diagram(["1:1/T"] * 20)
     made.states[..., 1] = np.linspace(-0.4, 0.3, 20)[:, None, None] % (2 * np.pi)
-    bifurcation(made, ax, coordinate=1)
+    bifurcation_diagram(made, ax, coordinate=1)
     low, high = ax.get_ylim()
     assert -0.45 < low < -0.4
     assert 0.3 < high < 0.35
@@ -216,17 +216,17 @@ def test_an_angle_is_cut_in_the_widest_gap_of_its_states(ax):
     assert (np.diff(rows) > 0).all(), "one line without a jump"
     ax.clear()
     made.states[..., 1] = np.linspace(0, 2 * np.pi, 41)[:-1].reshape(20, 1, 2)
-    bifurcation(made, ax, coordinate=1)
+    bifurcation_diagram(made, ax, coordinate=1)
     assert ax.get_ylim() == (0.0, 2 * np.pi)
     assert 2 * np.pi in ax.get_yticks()
 
 
 def test_colours_by_density_or_an_unknown_name(ax):
     made = diagram(["2:1/T"] * 5)
-    bifurcation(made, ax, by="density")
+    bifurcation_diagram(made, ax, by="density")
     assert ax.get_legend() is None
     with pytest.raises(NsmapsError, match="by 'words'; expected: density, word, start"):
-        bifurcation(made, ax, by="words")
+        bifurcation_diagram(made, ax, by="words")
 
 
 def test_branches_and_exponents_of_the_same_parameter_stand_in_the_diagram(pair):

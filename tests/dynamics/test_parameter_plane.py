@@ -15,9 +15,9 @@ import sympy as sp
 from systems import BouncingBall
 
 import nsmaps
-from nsmaps.dynamics.charts import parameter_plane as module
-from nsmaps.dynamics.charts.quadtree import refined
 from nsmaps.dynamics.limits import settled
+from nsmaps.dynamics.planes import parameter_plane as module
+from nsmaps.dynamics.planes.quadtree import refined
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.flows import tables
 from nsmaps.exact.outcome import Outcome
@@ -30,14 +30,14 @@ ARRAYS = ("motion", "attractor", "exponent", "outcome", "state", "means", "refus
 
 
 def same(one: Any, other: Any, names: tuple[str, ...] = ARRAYS) -> bool:
-    """Whether two charts hold the same bytes."""
+    """Whether two planes hold the same bytes."""
     pairs = [(getattr(one, name), getattr(other, name)) for name in names]
     return one.motions == other.motions and all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in pairs)
 
 
 @pytest.fixture(scope="module")
 def made() -> Any:
-    """A chart of 8 x 8 pixels and two starts."""
+    """A plane of 8 x 8 pixels and two starts."""
     return nsmaps.parameter_plane(PAIR, PLANE, STARTS, n_returns=300, transient=1500)
 
 
@@ -163,7 +163,7 @@ def test_refused_parameters_are_counted_and_never_an_error() -> None:
 
 
 def test_means_are_those_of_long_orbits() -> None:
-    """Of cycles over a period, of chaos over the returns of the chart, of orbits that end none."""
+    """Of cycles over a period, of chaos over the returns of the plane, of orbits that end none."""
     plane = {"d": [0.26, 0.35], "r": [0.5, 1.5]}
     found = nsmaps.parameter_plane(
         PAIR, plane, [[0.8, 0.4], [np.nan, 0]], n_returns=2000, transient=1000, observables=["loss", "impacts"]
@@ -188,7 +188,7 @@ def test_an_orbit_that_ends_says_how() -> None:
 
 
 def _killed(folder: Path) -> None:
-    """A chart whose process dies after two parts."""
+    """A plane whose process dies after two parts."""
     shares: list[float] = []
 
     def kill(share: float) -> None:

@@ -1,4 +1,4 @@
-"""A chart shows each pixel's period in its fixed colour, hatches what coexists or is refused, and draws curves over it."""
+"""A plane shows each pixel's period in its fixed colour, hatches what coexists or is refused, and draws curves over it."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -10,17 +10,17 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
 
 import nsmaps
-from nsmaps.dynamics.charts.chart import ParameterPlane
-from nsmaps.dynamics.charts.motions import Motion
 from nsmaps.dynamics.curves.curve import BifurcationCurve
+from nsmaps.dynamics.planes.motions import Motion
+from nsmaps.dynamics.planes.plane import ParameterPlane
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import lay_out
-from nsmaps.figures.parameters.chart import COLOURS, MINUS_INFINITY, UNKNOWN, chart, exponents, mean, sheets
+from nsmaps.figures.parameters.parameter_plane import COLOURS, MINUS_INFINITY, UNKNOWN, exponents, mean, parameter_plane, sheets
 from nsmaps.figures.style import drawing
 from nsmaps.study.store.archive import FORMAT
 from nsmaps.study.study import CATALOGUE
 
-STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "chart"
+STORED = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "plane"
 MOTIONS = (*(Motion(f"1:1/{n}T", ("BTB",) * n, n, turns) for n, turns in ((1, 1), (2, 4), (12, 12))), Motion("C", (), 0, 0))
 MOTION = np.array([[0, 1, 3], [2, 0, -1]])
 REFUSED = np.array([[False] * 3, [False, False, True]])
@@ -55,7 +55,7 @@ def colours(ax):
 
 
 def test_periods_have_their_colours_in_every_chart(ax):
-    chart(made(), ax)
+    parameter_plane(made(), ax)
     one, two, grey, black, white = (to_hex(COLOURS[k]) for k in (0, 1, 6, 7, 10))
     assert colours(ax) == [one, two, black, grey, one, white]
     texts = [text.get_text() for text in ax.get_legend().get_texts()]
@@ -66,28 +66,28 @@ def test_periods_have_their_colours_in_every_chart(ax):
 
 
 def test_what_coexists_and_what_is_refused_are_hatched(ax):
-    chart(made(), ax)
+    parameter_plane(made(), ax)
     several, refused = ax.collections[1:]
     assert (several.hatches, refused.hatches) == (["////"], ["xxxx"])
     assert several.get_paths()[0].contains_point((0.2, 0.5))
     assert not several.get_paths()[0].contains_point((0.3, 0.6))
     assert refused.get_paths()[0].contains_point((0.3, 0.6))
     ax.clear()
-    chart(made(refused=np.zeros((2, 3), bool)), ax)
+    parameter_plane(made(refused=np.zeros((2, 3), bool)), ax)
     assert [each.get_text() for each in ax.get_legend().get_texts()][-2:] == ["no attractor", "several attractors"]
 
 
 def test_the_colours_may_be_by_periods_of_the_forcing(ax):
-    chart(made(), ax, by="turns")
+    parameter_plane(made(), ax, by="turns")
     assert colours(ax)[1] == to_hex(COLOURS[3])
     with pytest.raises(NsmapsError, match="no observable or quantifier 'words'"):
-        chart(made(), ax, by="words")
+        parameter_plane(made(), ax, by="words")
 
 
 def test_curves_lie_over_it(ax):
     around = np.array([[0.1, 0.5], [0.2, 0.55], [0.1, 0.6]])
     fold = BifurcationCurve("fold", around, np.zeros((3, 1, 2)), ("BTB",), np.ones((3, 2), complex), (), ("", ""))
-    chart(made(), ax, curves={"fold of 1:1": fold})
+    parameter_plane(made(), ax, curves={"fold of 1:1": fold})
     (line,) = [line for line in ax.lines if line.get_label() == "fold of 1:1"]
     assert np.array_equal(line.get_xydata(), around)
 
@@ -134,7 +134,7 @@ def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
 
 def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):
     computed = np.array([[True] * 3, [True, True, False]])
-    chart(replace(made(refused=np.zeros((2, 3), bool)), computed=computed), ax)
+    parameter_plane(replace(made(refused=np.zeros((2, 3), bool)), computed=computed), ax)
     assert colours(ax)[-1] == to_hex(COLOURS[11])
     assert [each.hatches for each in ax.collections if not isinstance(each, QuadMesh)] == [[UNKNOWN], ["////"]]
     assert "not computed" in [each.get_text() for each in ax.get_legend().get_texts()]
@@ -157,13 +157,13 @@ def wide(exponent):
 
 
 def test_wide_areas_have_the_numeral_of_their_period(ax):
-    chart(wide(np.zeros((20, 40))), ax)
+    parameter_plane(wide(np.zeros((20, 40))), ax)
     assert [(text.get_text(), text.get_color()) for text in ax.texts] == [("2", "black"), ("1", "black")]
     (one, _), (two, _) = sorted(text.get_position() for text in ax.texts)
     assert 5 <= one <= 14
     assert 25 <= two <= 34
     ax.clear()
-    chart(made(), ax)
+    parameter_plane(made(), ax)
     assert len(ax.texts) <= 16
 
 
@@ -207,7 +207,7 @@ def test_means_are_shown_by_name(ax):
 
 def test_the_sheet_of_a_stored_run_has_its_curve():
     result = nsmaps.read_result(STORED)
-    (sheet,) = CATALOGUE["chart"].sheets(result)
+    (sheet,) = CATALOGUE["parameter_plane"].sheets(result)
     figure = sheet.figure()
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "period doubling of 1:1" in texts

@@ -44,17 +44,17 @@ def sheets(
     """One sheet: a row a coordinate and one of exponents, a column a map.
 
     Args:
-        result: as of `bifurcation`.
+        result: as of `bifurcation_diagram`.
         branches: drawn over the states, if they are over the same parameter.
         lyapunov: exponents over the same parameter, drawn below.
-        by: as of `bifurcation`.
+        by: as of `bifurcation_diagram`.
     """
     diagrams = _by_title(result)
     first = next(iter(diagrams.values()))
     over = [each for each in branches or () if each.parameter == first.parameter and len(each.values)]
     columns = 2 if len(diagrams) == 2 else 1
     panels: list[Panel] = [
-        partial(bifurcation, diagrams, of=of, coordinate=i, by=by, branches=over, named=i == 0)
+        partial(bifurcation_diagram, diagrams, of=of, coordinate=i, by=by, branches=over, named=i == 0)
         for i in range(len(first.coordinates))
         for of in diagrams
     ]
@@ -63,7 +63,7 @@ def sheets(
     inner = len(panels) - columns
     panels = [partial(_without_label, panel) if k < inner else panel for k, panel in enumerate(panels)]
     ratio = min(0.4, _HIGH * columns / len(panels)) * columns
-    return (Sheet("bifurcation", tuple(panels), columns, ratio, legend=True),)
+    return (Sheet("bifurcation_diagram", tuple(panels), columns, ratio, legend=True),)
 
 
 def _without_label(panel: Panel, ax: Axes) -> Axes:
@@ -79,7 +79,7 @@ def _exponents(result: "LyapunovSweep", diagram: "BifurcationDiagram", ax: Axes)
     return ax
 
 
-def bifurcation(
+def bifurcation_diagram(
     result: "BifurcationDiagram | Diagrams",
     ax: Axes,
     of: str = "",

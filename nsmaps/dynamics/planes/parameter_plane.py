@@ -9,12 +9,12 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, check_shapes, quantifiers_of
-from nsmaps.dynamics.charts.arguments import check_length, check_plane, check_refine, observables_of, values_of
-from nsmaps.dynamics.charts.chart import ParameterPlane
-from nsmaps.dynamics.charts.motions import Motion
-from nsmaps.dynamics.charts.pixels import QUANTIFIER, WAYS, Way, motions_of, pixels
-from nsmaps.dynamics.charts.quadtree import Refinement, refined
-from nsmaps.dynamics.charts.tails import Length
+from nsmaps.dynamics.planes.arguments import check_length, check_plane, check_refine, observables_of, values_of
+from nsmaps.dynamics.planes.motions import Motion
+from nsmaps.dynamics.planes.pixels import QUANTIFIER, WAYS, Way, motions_of, pixels
+from nsmaps.dynamics.planes.plane import ParameterPlane
+from nsmaps.dynamics.planes.quadtree import Refinement, refined
+from nsmaps.dynamics.planes.tails import Length
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import Outcome

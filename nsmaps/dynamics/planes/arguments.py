@@ -1,11 +1,11 @@
-"""The arguments of a chart, read and refused."""
+"""The arguments of a plane, read and refused."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.dynamics.charts.pixels import Way
+from nsmaps.dynamics.planes.pixels import Way
 from nsmaps.errors import NsmapsError, check_choice, near_match
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.surfaces.surface import Axis

@@ -32,23 +32,23 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of motions in a table
 
 
-class ChartSection(OverPlane, Quantified):
+class ParameterPlaneSection(OverPlane, Quantified):
     """Attractors at every pixel of two parameters, which orbits of some starts reach."""
 
     key: ClassVar[str] = "parameter_plane"
-    quantified: ClassVar[str] = "nsmaps.dynamics.charts.chart:ParameterPlane"
+    quantified: ClassVar[str] = "nsmaps.dynamics.planes.plane:ParameterPlane"
     results: ClassVar[Mapping[str, Any]] = {
         "parameter_plane": None,
         "plane_curves": {},  #: by event and branch
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
-            "parameters.chart",
+            "parameters.parameter_plane",
             "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
             "The attractor of the first start at each pixel of two parameters: its period in returns, black where it is "
             "chaotic, and its largest Lyapunov exponent per return, of which 2 % lie beyond each end of the colours. Hatched are "
             "pixels with several attractors, crossed those whose parameters the system refuses, dotted what was not computed.",
-            (FigurePart("a chart of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
+            (FigurePart("a plane of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
         ),
     )
 
@@ -87,8 +87,8 @@ class ChartSection(OverPlane, Quantified):
         return binding.starts(("parameter_plane", "starts"), self.starts)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-        """The chart, and the curves of bifurcations."""
-        from nsmaps.dynamics.charts.parameter_plane import parameter_plane
+        """The plane, and the curves of bifurcations."""
+        from nsmaps.dynamics.planes.parameter_plane import parameter_plane
 
         how = self.model_dump(include={"n_returns", "transient", "max_period", "direction", "tolerance", "refine"})
         how |= {"observables": self.observables, "quantifiers": self.functions(plan.study)}
