@@ -1,26 +1,16 @@
-"""Writes nsmaps/study/schema.json: the grammar of studies from its models, what each key means from the study reference.
+"""Writes nsmaps/study/schema.json: the grammar of studies from its models.
 
-To be run after either was changed: python tests/make_schema.py
+To be run after these were changed: python tests/make_schema.py
 """
 
 import json
-import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from nsmaps.study.schema import key_tables
 from nsmaps.study.study import Study
 
-ROOT = Path(__file__).parents[1]
-SCHEMA = ROOT / "nsmaps" / "study" / "schema.json"
-REFERENCE = ROOT / "docs" / "reference" / "study.md"
-ROW = re.compile(r"^\| (?P<keys>[^|]+) \| (?P<type>[^|]+) \| (?P<default>[^|]+) \| (?P<meaning>[^|]*)\|$", re.MULTILINE)
-VALUES = {
-    "parameter": "a parameter of the system",
-    "from": "the first value",
-    "to": "the last value",
-    "points": "how many values, equally spaced, both ends included",
-}
+SCHEMA = Path(__file__).parents[1] / "nsmaps" / "study" / "schema.json"
 
 
 def schema() -> dict[str, Any]:
@@ -33,13 +23,10 @@ def schema() -> dict[str, Any]:
             properties.pop("title", None)
             _unnulled(properties)
     definitions["PieceSection"]["properties"]["polynomial"] = {"anyOf": [{"$ref": "#/$defs/TabulatedMap"}, {"type": "string"}]}
-    for name in ("Span", "Side", "Sweep"):
-        for key, properties in definitions[name]["properties"].items():
-            properties["description"] = VALUES[key]
-    for section, key, meaning in meanings(REFERENCE.read_text(encoding="utf-8")):
-        model = _model(made, section)
-        if key in model["properties"]:
-            model["properties"][key]["description"] = meaning
+    for table in key_tables(Study).values():
+        model = definitions[table.model.__name__] if table.of else made
+        for key in table.keys:
+            model["properties"][key.name]["description"] = str(key)
     definitions["Side"] = {"anyOf": [{"type": "number"}, {"type": "string"}, definitions["Side"]]}
     made["additionalProperties"] = {
         "type": "object",
@@ -57,29 +44,6 @@ def _unnulled(properties: dict[str, Any]) -> None:
         del properties["anyOf"]
         properties.pop("default", None)
         properties.update(kinds[0])
-
-
-def meanings(reference: str) -> Iterator[tuple[str, str, str]]:
-    """Section, key and meaning of every row of the reference's tables of keys; the section of the first is empty."""
-    for heading, text in re.findall(r"^##+ (Keys|In [^\n]*)\n(.*?)(?=^##)", reference, re.MULTILINE | re.DOTALL):
-        section = "" if heading == "Keys" else heading.split()[-1].strip("`")
-        for row in ROW.finditer(text):
-            meaning = f"{row['meaning'].strip()} ({row['type'].strip()}; default: {row['default'].strip()})"
-            for key in re.findall(r"`(\w+)`", row["keys"]):
-                yield section, key, re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", meaning).replace("; default: required", "; required")
-
-
-def _model(made: dict[str, Any], section: str) -> dict[str, Any]:
-    """The part of the schema for a section: what a property of that name refers to."""
-    if not section:
-        return made
-    holders = [made, *made["$defs"].values()]
-    holders = [each["properties"][section] for each in holders if section in each.get("properties", {})]
-    refers = [{*re.findall(r"#/\$defs/(\w+)", json.dumps(each))} - {"Instance"} for each in holders]
-    (name,) = next(names for names in refers if names)
-    model = made["$defs"][name]
-    entries = {*re.findall(r"#/\$defs/(\w+)", json.dumps(model.get("items", {})))} - {"Instance"}
-    return made["$defs"][entries.pop()] if entries else model
 
 
 def text() -> str:

@@ -25,7 +25,7 @@ def add_to(app: typer.Typer) -> None:
     app.command(epilog=examples("nsmaps new-plugin shaken_ball", "nsmaps new-plugin normal_form --map --into ~/plugins"))(
         new_plugin
     )
-    app.command(epilog=examples("nsmaps schema --out study.schema.json", "nsmaps schema | less"))(schema)
+    app.command(epilog=examples("nsmaps schema basins", "nsmaps schema --out study.schema.json"))(schema)
     app.command(epilog=examples("nsmaps cite", "nsmaps cite runs/vi_pair/fp >> references.bib"))(cite)
 
 
@@ -108,17 +108,25 @@ def new_plugin(
 
 
 def schema(
+    section: Annotated[
+        str | None, typer.Argument(metavar="[SECTION]", help="Print the keys of this section instead.", show_default=False)
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write it to a file, and say how a study names it.", dir_okay=False)] = None,
 ) -> None:
     """Print the JSON Schema of studies, by which an editor completes keys, says what they mean, and marks what is wrong.
 
-    An editor with a YAML language server reads it by the first line of a study, which names the schema's file.
+    An editor with a YAML language server reads it by the first line of a study, which names the schema's file. With SECTION
+    the keys of that section are printed, with their types, defaults and meanings; `study` is the study as a whole.
     """
     from importlib.resources import files
 
     from nsmaps.study.reading.shipped import MODELINE
-    from nsmaps.study.schema import with_installed
+    from nsmaps.study.schema import table_of, with_installed
 
+    if section is not None:
+        with reported_errors():
+            say(str(table_of(section)))
+        return
     text = with_installed(files("nsmaps.study").joinpath("schema.json").read_text(encoding="utf-8"))
     if out is None:
         typer.echo(text, nl=False)

@@ -104,11 +104,15 @@ class Study(Analyses):
     It holds the system's name, not the system, so that it can be written to a file and read again.
     """
 
-    figures: tuple[FigureName, ...] = ()
-    require: tuple[Literal["covered", "tolerance"], ...] = ()
+    figures: tuple[FigureName, ...] = Field((), description="the figures to draw; the first stands at the head of the report")
+    require: tuple[Literal["covered", "tolerance"], ...] = Field(
+        (),
+        description="`covered`: the composite map holds every state of the grid; `tolerance`: the partition meets its tolerance",
+    )
     expected_failures: dict[str, str] = Field(
-        default_factory=dict
-    )  #: by the name of a verdict that is not required: the meaning of its failure
+        default_factory=dict,
+        description="{verdict: what its failure shows}, of verdicts that are not required, at the study's own parameters",
+    )
 
     @classmethod
     def others(cls) -> dict[str, type[Steps]]:

@@ -49,10 +49,12 @@ class TabulatedMap(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    images: dict[str, dict[Monomial, Coefficient]]  #: by output
-    over: dict[str, tuple[Number, Number]]  #: the box on which the map is defined, by coordinate
-    parameter: str | None = None
-    absolute: tuple[str, ...] = ()
+    images: dict[str, dict[Monomial, Coefficient]] = Field(
+        description="{output: {monomial: coefficient}}, as `phi**2*v`; a list is a polynomial in the parameter, constant first"
+    )
+    over: dict[str, tuple[Number, Number]] = Field(description="where the map is meant")
+    parameter: str | None = Field(None, description="the system's parameter in which the coefficients are polynomials")
+    absolute: tuple[str, ...] = Field((), description="take the absolute value of these images")
 
     def at(self, coordinates: Sequence[str], value: float | None = None) -> PolyMap:
         """The map at one value of its parameter. FitError for names that are not coordinates or an output that is missing."""

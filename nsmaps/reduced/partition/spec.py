@@ -18,16 +18,19 @@ class PartitionChoices(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    tolerance: Number = Field(gt=0, description="largest error of an image where the map attracts, in each coordinate")
+    tolerance: Number = Field(gt=0, description="largest error of an image, in each coordinate, where the map attracts")
     kind: Literal["closed_form", "accurate"] = Field(
-        default="closed_form", description="few pieces in closed form, or the tolerance everywhere"
+        "closed_form",
+        description="few pieces of low order, or strips that meet the tolerance everywhere, with no key but `tolerance`",
     )
-    max_pieces: int = Field(default=40, ge=2, description="at which refinement ends")
-    max_order: int = Field(default=5, ge=0, le=20, description="highest degree in each coordinate")
-    separable: bool = Field(default=True, description="true if transient pieces may be separable (remark separable)")
-    everywhere: bool = Field(default=False, description="true if the tolerance applies to transient pieces too")
-    delta: Number = Field(default=1.2, gt=1, description="nearness to the diagonals, eq. r1uniond")
-    slope: Number = Field(default=2.0, gt=0, description="upper bound on abs(dx'_i/dx_i) near the diagonals")
+    max_pieces: int = Field(
+        40, ge=2, description="at which refinement ends, resets not counted; attracting pieces take at most two thirds"
+    )
+    max_order: int = Field(5, ge=0, le=20, description="highest degree in each coordinate")
+    separable: bool = Field(True, description="transient pieces may be separable")
+    everywhere: bool = Field(False, description="the tolerance holds for transient pieces too, but for 1 % of their states")
+    delta: Number = Field(1.2, gt=1, description="nearness to the diagonals, as in `diagonal`")
+    slope: Number = Field(2.0, gt=0, description="largest slope near the diagonals, as in `diagonal`")
 
     @model_validator(mode="after")
     def _of_its_kind(self) -> Self:

@@ -35,10 +35,20 @@ class Head(BaseModel):
     """The keys of a study other than its sections, which for type checkers are attributes of any kind."""
 
     model_config = SPEC
-    name: str = Field("study", max_length=500, pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$")
-    title: str = Field("", max_length=2000)
-    system: str = Field(max_length=1000)
-    parameters: dict[str, Parameter] = {}
+    name: str = Field(
+        "study",
+        max_length=500,
+        pattern=r"^\w[\w .+=-]*(/\w[\w .+=-]*)*$",
+        description="letters, digits, spaces, `.`, `+`, `-`, `=`, `_`; `/` makes folders; by default the file's stem",
+    )
+    title: str = Field("", max_length=2000, description="heading of the report")
+    system: str = Field(
+        max_length=1000,
+        description="an installed system, or `path/to/mine.py:Class`, a file that is executed, sought beside the study first",
+    )
+    parameters: dict[str, Parameter] = Field(
+        {}, description="the system's parameters, or quantities from which it derives them; `nsmaps systems` lists both"
+    )
     _source: Source = PrivateAttr(default=Source())
 
     def model_post_init(self, context: Any) -> None:

@@ -32,7 +32,22 @@ def _in_order(ends: tuple[float, float]) -> tuple[float, float]:
 
 Ends = Annotated[tuple[Number, Number], AfterValidator(_in_order)]  #: of a range of a parameter
 Starts = Annotated[tuple[dict[str, Number], ...], Field(min_length=1)]  #: states by coordinate
-Points = Annotated[int, Field(ge=2, le=100_000)]  #: number of equally spaced values
+Points = Annotated[int, Field(ge=2, le=100_000, description="number of equally spaced values, both ends included")]
+
+# Keys that several analyses have.
+ParameterName = Annotated[str, Field(description="a parameter of the system")]
+Period = Annotated[int, Field(ge=1, description="period of the orbit, in returns")]
+MaxPeriod = Annotated[
+    int, Field(ge=1, description="largest period sought in the last returns alone; orbits without one are continued")
+]
+MaxReturns = Annotated[int, Field(ge=1, description="returns after which a start that has not arrived is given up")]
+Transient = Annotated[int, Field(ge=0, description="returns that are made first and discarded")]
+Tolerance = Annotated[
+    Number, Field(gt=0, description="distance at which states repeat, in each coordinate, in units of the motion")
+]
+Seed = Annotated[int, Field(ge=0, description="seed of the random numbers")]
+Depth = Annotated[int, Field(ge=0, le=12, description="how often cells are halved along each axis")]
+CellsPerAxis = Annotated[int, Field(ge=1, description="cells per axis before they are halved")]
 
 
 class _Ends(Protocol):
@@ -54,8 +69,8 @@ class Span(BaseModel):
     """Equally spaced values of one coordinate or parameter, both ends included."""
 
     model_config = SPEC
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
+    low: Number = Field(alias="from", description="first value")
+    high: Number = Field(alias="to", description="last value")
     points: Points
     _in_order = model_validator(mode="after")(in_order)
 
@@ -63,7 +78,7 @@ class Span(BaseModel):
 class Side(Span):
     """Equally spaced values of one coordinate of a grid, both ends included, or one number at which it is held."""
 
-    points: int = Field(ge=1, le=100_000)
+    points: int = Field(ge=1, le=100_000, description="number of equally spaced values, both ends included")
 
     @model_validator(mode="before")
     @classmethod
@@ -79,9 +94,9 @@ class Sweep(BaseModel):
     """Equally spaced values of a parameter, both ends included, up or down."""
 
     model_config = SPEC
-    parameter: str
-    low: Number = Field(alias="from")
-    high: Number = Field(alias="to")
+    parameter: ParameterName
+    low: Number = Field(alias="from", description="first value")
+    high: Number = Field(alias="to", description="last value")
     points: Points
 
 

@@ -147,7 +147,10 @@ class Analysis(Steps, BaseModel):
     model_config = SPEC
 
 
-Quantifiers = dict[str, Annotated[str, Field(max_length=1000)]]  #: functions by name, each as it is named elsewhere
+Quantifiers = Annotated[
+    dict[str, Annotated[str, Field(max_length=1000)]],
+    Field(description="numbers of each attractor: {name: `mine.py:function`}, functions of its states and the map"),
+]
 
 
 class Quantified(Analysis):

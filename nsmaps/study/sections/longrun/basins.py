@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, cycle_of, grid_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import SPEC, Compared, Side
+from nsmaps.study.reading.values import SPEC, Compared, MaxPeriod, MaxReturns, Side, Tolerance
 from nsmaps.study.sections.base import Finding, Need, Quantified, Quantifiers, Table
 
 if TYPE_CHECKING:
@@ -61,13 +61,13 @@ class BasinsSection(Quantified):
     )
 
     model_config = SPEC
-    starts: dict[str, Side] | None = None  #: a grid, that of the study if omitted
-    max_returns: int = Field(1000, ge=1)
-    tolerance: Number = Field(1e-6, gt=0)
-    max_period: int = Field(32, ge=1)
+    starts: dict[str, Side] | None = Field(None, description="a grid of its own; the study's by default")
+    max_returns: MaxReturns = 1000
+    tolerance: Tolerance = 1e-6
+    max_period: MaxPeriod = 32
     quantifiers: Quantifiers = Field(default_factory=dict)
-    boundary: Number | None = Field(None, gt=0)  #: tolerance of the boundary points, which are not computed if omitted
-    map: Compared = ("exact",)
+    boundary: Number | None = Field(None, gt=0, description="find points between basins by bisection to this distance")
+    map: Compared = Field(("exact",), description="the maps; the basins of `composite` are compared with those of `exact`")
 
     def needs(self) -> Iterator[Need]:
         if self.starts is None:

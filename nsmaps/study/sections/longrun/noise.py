@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Compared, Name, Range
+from nsmaps.study.reading.values import SPEC, Compared, Name, Range, Seed, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
@@ -32,18 +32,23 @@ DOWN_AND_UP: tuple[Literal["down", "up"], ...] = ("down", "up")
 class ImpactsSection(Range):
     """The impacts of the exact map over a parameter, down and up, without noise and with noise of amplitude `sigma`."""
 
-    sigma: Number = Field(gt=0)
-    n_returns: int = Field(40, ge=1)
-    transient: int = Field(300, ge=0)
+    sigma: Number = Field(gt=0, description="standard deviation of the stationary forcing")
+    n_returns: int = Field(40, ge=1, description="returns whose impacts are kept at each value")
+    transient: Transient = 300
 
 
 class NoiseSizes(BaseModel):
     """The kind of a noise, and its amplitudes."""
 
     model_config = SPEC
-    sigma: tuple[Number, ...] = Field(min_length=1)
-    tau: Number | None = Field(None, gt=0)
-    scale: dict[Name, Number] | None = None
+    sigma: tuple[Number, ...] = Field(min_length=1, description="standard deviations of the noise, each >= 0")
+    tau: Number | None = Field(
+        None, gt=0, description="correlation time of a forcing; without it independent noise is added to images"
+    )
+    scale: dict[Name, Number] | None = Field(
+        None,
+        description="without `tau`: standard deviation of each coordinate in units of sigma, 0 if not named; by default 1",
+    )
 
     def noise(self, sigma: float) -> "Noise":
         """The noise of one amplitude."""
@@ -53,7 +58,7 @@ class NoiseSizes(BaseModel):
 
 
 class NoiseSection(NoiseSizes, Analysis):
-    """Residence in motions for each amplitude of a noise, and impacts over a parameter.
+    """The exact map under noise: residence in motions for each amplitude, impacts over a parameter.
 
     With `tau` the noise is an Ornstein-Uhlenbeck forcing, otherwise it is added to the images, by coordinate in units of `scale`.
     """
@@ -72,15 +77,23 @@ class NoiseSection(NoiseSizes, Analysis):
         ),
     )
 
-    start: dict[str, Number]
-    n_returns: int = Field(2000, ge=1)
-    n_realisations: int = Field(16, ge=1)
-    rng: int = Field(0, ge=0)
-    step: Number | None = Field(None, gt=0)
-    modes: dict[Name, tuple[str, ...]] = Field(min_length=1)
-    map: Compared = ("exact",)
-    min_returns: int = Field(12, ge=1)
-    impacts: ImpactsSection | None = None
+    start: dict[str, Number] = Field(description="start of every realisation")
+    n_returns: int = Field(2000, ge=1, description="returns of each realisation")
+    n_realisations: int = Field(16, ge=1, description="realisations of each sigma")
+    rng: Seed = 0
+    step: Number | None = Field(
+        None,
+        gt=0,
+        description="of the grid in time of a forcing, at most `tau`; by default a hundredth of the period, at most `tau`/10",
+    )
+    modes: dict[Name, tuple[str, ...]] = Field(
+        min_length=1, description="the words of one period of each motion, by the motion's name"
+    )
+    map: Compared = Field(("exact",), description="the maps; images of `composite` receive the same kicks")
+    min_returns: int = Field(12, ge=1, description="successive returns that count as a motion")
+    impacts: ImpactsSection | None = Field(
+        None, description="impacts on all walls over a parameter, down and up, without and with forcing by noise"
+    )
 
     @model_validator(mode="after")
     def _in_bounds(self) -> Self:

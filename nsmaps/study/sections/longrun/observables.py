@@ -39,7 +39,13 @@ OBSERVABLES: "FigurePart[Mapping[str, Any]]" = FigurePart(
 
 
 class ObservablesSection(Analysis):
-    """Quantities of impacts and flights of the exact map, by name or by formula."""
+    """Means of quantities of impacts, flights and returns.
+
+    They are taken on the last states of `orbits`, at every value of the exact `bifurcation_diagram`, on `branches` with their
+    derivatives, and on the attractors of `basins`; one of these is needed. Names that systems have: `impacts`; of an impact
+    system `speed`, `loss`, `momentum`, `displacement`, `work`, `damping`; of a map without motions its coordinates, and of an
+    angle `phi` its turns `phi_turns`.
+    """
 
     key: ClassVar[str] = "observe"
     results: ClassVar[Mapping[str, Any]] = {
@@ -58,8 +64,11 @@ class ObservablesSection(Analysis):
     )
 
     model_config = SPEC
-    observables: tuple[str | Observable, ...] = Field(min_length=1)
-    n_returns: int = Field(1000, ge=1)  #: of each orbit, over which is averaged
+    observables: tuple[str | Observable, ...] = Field(
+        min_length=1,
+        description="names that the system has, such as `loss` or a coordinate of a map without motions, or formulas",
+    )
+    n_returns: int = Field(1000, ge=1, description="returns of each orbit over which is averaged")
 
     def check(self, study: "Study") -> None:
         if not any(study.names(section) for section in OF):

@@ -41,11 +41,14 @@ class OrbitSection(BaseModel):
     """A start, and the number of returns of its orbits under the exact map and the composite map."""
 
     model_config = SPEC
-    start: dict[str, Number]
-    n_returns: int = Field(ge=1)
+    start: dict[str, Number] = Field(description="the start")
+    n_returns: int = Field(ge=1, description="number of returns")
     track: int | None = Field(
-        None, ge=2, le=10_000
-    )  #: number of impacts on all walls, or of events, that are stored with the motion between them
+        None,
+        ge=2,
+        le=10_000,
+        description="impacts, or events of a system with modes, kept with the motion between them for `motion` and `impacts`",
+    )
 
 
 def _over(result: "StudyResult") -> "tuple[Grid, CompositeMap | None] | None":
@@ -65,7 +68,7 @@ TRACKS: "FigurePart[Sequence[Track | ModeTrack]]" = FigurePart(
 
 
 class Orbits(Entries[OrbitSection]):
-    """The orbits of a study, each of the exact and of the reduced map."""
+    """Orbits of the exact map, and of the composite map if there is one."""
 
     key: ClassVar[str] = "orbits"
     results: ClassVar[Mapping[str, Any]] = {

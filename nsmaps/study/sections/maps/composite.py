@@ -55,7 +55,7 @@ TITLE: "FigurePart[str]" = FigurePart("the title of the map", (), lambda result:
 
 
 class Pieces(Entries[PieceSection]):
-    """The pieces of the composite map of a study."""
+    """Pieces of the composite map (steps iv to vii); the first piece that holds a state decides."""
 
     key: ClassVar[str] = "composite"
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {"covered": ("composite", "grid")}

@@ -98,7 +98,7 @@ ORDERS: "FigurePart[Sequence[NearDiagonals]]" = FigurePart(
 
 
 class DiagonalSection(Analysis):
-    """The states near their images, united over a parameter (eq. r1uniond)."""
+    """States near their images, united over a parameter (step iii, eq. r1uniond); needs `families`."""
 
     key: ClassVar[str] = "diagonal"
     results: ClassVar[Mapping[str, Any]] = {
@@ -137,15 +137,22 @@ class DiagonalSection(Analysis):
     )
 
     model_config = SPEC
-    family: str
-    delta: Number = Field(gt=1)
-    slope: Number | None = Field(None, gt=0)
-    region: Condition | None = None
-    sweep: Sweep | None = None
-    shown: tuple[Number, ...] = ()  #: values of the sweep
-    orders: dict[Name, Fit] = Field(default_factory=dict)
-    deltas: tuple[Annotated[Number, Field(gt=1)], ...] = ()
-    grid: dict[str, Side] | None = None
+    family: str = Field(description="the family that is filtered")
+    delta: Number = Field(gt=1, description="largest ratio between a coordinate and its image, either way")
+    slope: Number | None = Field(None, gt=0, description="largest slope of each image in its coordinate, by differences")
+    region: Condition | None = Field(None, description="where to look, a condition or a region of a class; everywhere by default")
+    sweep: Sweep | None = Field(None, description="values over which the region is united; the study's own by default")
+    shown: tuple[Number, ...] = Field(
+        (),
+        description="values of the sweep shown in the figure `diagonal`; by default three",
+    )
+    orders: dict[Name, Fit] = Field(
+        default_factory=dict, description="fits that are compared on the states near the diagonals, at the study's own parameters"
+    )
+    deltas: tuple[Annotated[Number, Field(gt=1)], ...] = Field(
+        (), description="further values of `delta` at which `orders` are compared"
+    )
+    grid: dict[str, Side] | None = Field(None, description="a grid of its own; the study's by default")
 
     @model_validator(mode="after")
     def _orders_at_deltas(self) -> Self:

@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, Discriminator, Tag, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from nsmaps.plugins import FIT
 from nsmaps.reduced.conditions.condition import Number
@@ -31,13 +31,19 @@ Degrees = Annotated[
 
 
 class FitSection(BaseModel):
-    """The polynomial of a piece: `full` (eq. cubic2dv) or `separable` (remark separable), degrees by coordinate."""
+    """A polynomial fit: `full` (eq. cubic2dv) or `separable` (remark separable), with degrees from 0 to 40 by coordinate."""
 
     model_config = SPEC
-    full: Degrees | None = None
-    separable: dict[str, Degree] | None = None
-    lines: dict[str, Number] | None = None
-    absolute: tuple[str, ...] = ()
+    full: Degrees | None = Field(
+        None, description="each coordinate at most its degree, 0 if not named, in total at most the largest; also by output"
+    )
+    separable: dict[str, Degree] | None = Field(
+        None, description="degrees of each coordinate's image as a polynomial in itself alone"
+    )
+    lines: dict[str, Number] | None = Field(
+        None, description="with `separable`: fit on the grid line where the other coordinates are nearest to these values"
+    )
+    absolute: tuple[str, ...] = Field((), description="take the absolute value of these images")
 
     @model_validator(mode="after")
     def _one_kind(self) -> Self:

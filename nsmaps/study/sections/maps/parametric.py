@@ -13,7 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, percent, point, yes
 from nsmaps.study.estimates import RETURN, Size
-from nsmaps.study.reading.values import SPEC, Ends, Points
+from nsmaps.study.reading.values import SPEC, Ends, ParameterName, Points, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
@@ -38,19 +38,27 @@ def _rising(ends: tuple[float, float]) -> tuple[float, float]:
 
 
 class CompareSection(BaseModel):
-    """The comparison of the attractors of the parametric map and of the exact map, from one start over the parameter."""
+    """The attractors of the parametric map compared with those of the exact map, from one start."""
 
     model_config = SPEC
-    start: dict[str, Number] | None = None  #: by default that of the first of `orbits`, or the middle of the grid
+    start: dict[str, Number] | None = Field(
+        None, description="the start at every value; by default that of the first of `orbits`, else the middle of the grid"
+    )
     points: Points = 46  #: equally spaced values
-    transient: int = Field(2000, ge=0)
-    n_returns: int = Field(400, ge=50)  #: that are compared, after those discarded
-    tolerance: Number = Field(0.03, gt=0, le=1)  #: largest distance, in shares of the sides of the grid
-    apart_from: tuple[Annotated[tuple[Number, Number], AfterValidator(_rising)], ...] = Field((), alias="except")
+    transient: Transient = 2000
+    n_returns: int = Field(400, ge=50, description="returns that are compared")
+    tolerance: Number = Field(0.03, gt=0, le=1, description="largest distance of attractors that agree, in sides of the grid")
+    apart_from: tuple[Annotated[tuple[Number, Number], AfterValidator(_rising)], ...] = Field(
+        (), alias="except", description="intervals [low, high] of the parameter in which the map need not follow"
+    )
 
 
 class ParametricSection(Analysis):
-    """The composite map with coefficients that are polynomials of a parameter, from its values at Chebyshev nodes."""
+    """The composite map with coefficients polynomial in a parameter, compared with the exact map; needs `composite`.
+
+    The map is fitted at Chebyshev nodes of the parameter, and compared half-way between the nodes and at both ends with the one
+    fitted there; its attractors are compared with those of the exact map.
+    """
 
     key: ClassVar[str] = "parametric_map"
     results: ClassVar[Mapping[str, Any]] = {
@@ -59,13 +67,22 @@ class ParametricSection(Analysis):
     }
 
     model_config = SPEC
-    parameter: str
-    bounds: Ends
-    order: Degree = 4
-    orders: dict[str, Degree | dict[str, Degree]] = Field(default_factory=dict)  #: by piece, of all images or by coordinate
-    n_nodes: int | None = Field(None, ge=1, le=100)  #: one more than twice the highest order if omitted
-    compare: CompareSection = Field(default_factory=lambda: CompareSection.model_validate({}))
-    require: tuple[Literal["follows"], ...] = ()
+    parameter: ParameterName
+    bounds: Ends = Field(description="where the map is to hold; outside it is an error")
+    order: Degree = Field(4, description="degree in the parameter")
+    orders: dict[str, Degree | dict[str, Degree]] = Field(
+        default_factory=dict, description="other degrees of some pieces, of all their images or of some"
+    )
+    n_nodes: int | None = Field(
+        None,
+        ge=1,
+        le=100,
+        description="values at which the pieces are fitted, more than the highest order; by default twice that and one",
+    )
+    compare: CompareSection = Field(
+        default_factory=lambda: CompareSection.model_validate({}), description="the comparison with the exact map"
+    )
+    require: tuple[Literal["follows"], ...] = Field((), description="`follows`: the attractors agree with those of the exact map")
 
     @model_validator(mode="after")
     def _enough(self) -> Self:

@@ -72,7 +72,11 @@ SPEED: "FigurePart[Speed]" = FigurePart("the speed of a reduced map", SECTIONS, 
 
 
 class PartitionSection(PartitionChoices, Analysis):
-    """The choices of a partition in a study."""
+    """The composite map found from a tolerance, in place of `composite`; needs `grid`.
+
+    It finds all words where no `families` are given. Pieces are named `R1`, `R2`, ..., resets `reset v below` and the like. A
+    domain may take the map `composite`, `attracting` (the polynomials of the attracting pieces) or a piece's name.
+    """
 
     key: ClassVar[str] = "partition"
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {"tolerance": ("partition",)}
@@ -111,10 +115,17 @@ class PartitionSection(PartitionChoices, Analysis):
         ),
     )
 
-    attracting: tuple[Attracting, ...] = ()
-    regions: tuple[Condition, ...] = ()
-    orders: dict[Name, Fit] = Field({})
-    families: tuple[str, ...] = ()
+    attracting: tuple[Attracting, ...] = Field(
+        (), description="boxes or regions where the map is taken as attracting; by default those found near the diagonals"
+    )
+    regions: tuple[Condition, ...] = Field(
+        (), description="first cells: no piece lies in one and beside it; the first that holds a state counts"
+    )
+    orders: dict[Name, Fit] = Field(
+        {},
+        description="fits that are tried in turn, the simplest first, then a constant; by default polynomials up to `max_order`",
+    )
+    families: tuple[str, ...] = Field((), description="families of one return by which returns are sorted before their words")
 
     def replaces(self) -> tuple[str, ...]:
         return ("families",) if self.kind == "accurate" else ("families", "composite")

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Self
 
-from pydantic import BaseModel, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from nsmaps.figures.parts import SeparablePiece
 from nsmaps.reduced.composite.printed import TabulatedMap
@@ -14,19 +14,32 @@ from nsmaps.study.sections.maps.fits import Fit, FitSection
 
 
 class PieceSection(BaseModel):
-    """One piece of the composite map: its region and its map."""
+    """A piece of the composite map: exactly one of `box`, `where`, `region`, and one of `fit`, `reset`, `polynomial`.
+
+    A family may have words of several returns, such as BBTB; its image, after all of them, is one step of orbits and several
+    returns of periods, exponents, basins and noise. A domain of such a map contains these images, not the states between.
+    """
 
     model_config = SPEC
-    name: Name
-    box: Bounds | None = None
-    where: str | None = None
-    region: Instance | None = None
-    family: str | None = None
-    fit: Fit | None = None
-    grid: dict[str, Side] | None = None  #: of the states of the data of the fit; that of the study if omitted
-    data: Condition | None = None  #: of the fit: a condition, which may name parameters, a region, or `diagonal`; else the region
-    reset: dict[str, Number] | None = None
-    polynomial: TabulatedMap | None = None  #: in a file also as `file#key`, which the reader replaces
+    name: Name = Field(description="not the name of a map")
+    box: Bounds | None = Field(None, description="where the piece holds: this, `where` or `region`")
+    where: str | None = Field(None, description="a condition: where the piece holds")
+    region: Instance | None = Field(None, description="a region of a class: where the piece holds")
+    family: str | None = Field(
+        None, description="whose surface is fitted; with `polynomial` its first word is that of the returns"
+    )
+    fit: Fit | None = Field(None, description="the map: this, `reset` or `polynomial`")
+    grid: dict[str, Side] | None = Field(
+        None, description="states at which the family is computed for this fit; the study's by default"
+    )
+    data: Condition | None = Field(
+        None,
+        description="data of the fit: a region, in whose condition parameters may stand, or `diagonal`; else the piece's",
+    )
+    reset: dict[str, Number] | None = Field(None, description="the map: coordinates set to constants while the others stay")
+    polynomial: TabulatedMap | None = Field(
+        None, description="the map by given coefficients, also as `file#key` of a YAML or JSON file"
+    )
 
     @model_validator(mode="after")
     def _one_region_one_map(self) -> Self:

@@ -29,10 +29,11 @@ BOUNDED: "FigurePart[Bounded]" = FigurePart("an attracting domain", ("domains",)
 
 
 class SecondIterateSection(Analysis):
-    """The second iterate of the piece of one domain, between the bounds of its last auxiliary maps.
+    """The second iterate of the piece of one domain, between its last auxiliary maps; needs `domains`.
 
     The order is that of eq. seconditerativev, which has the fixed point q where the map falls with the other coordinate, or that
-    of eq. auxv2nd, which has p.
+    of eq. auxv2nd, which has p. The other coordinate is held at the ends of the box from which the last update started,
+    `domain.updates[-1].box`; `result.second_iterate.held` has the values.
     """
 
     key: ClassVar[str] = "second_iterate"
@@ -52,9 +53,14 @@ class SecondIterateSection(Analysis):
     )
 
     model_config = SPEC
-    domain: str
-    order: Literal["max_first", "min_first"] = "max_first"
-    updates: tuple[Annotated[int, Field(ge=1)], ...] = ()  #: shown, by number
+    domain: str = Field(description="a domain of a fitted piece")
+    order: Literal["max_first", "min_first"] = Field(
+        "max_first",
+        description="which extreme the other coordinate takes first: `max_first` has the fixed point q, `min_first` has p",
+    )
+    updates: tuple[Annotated[int, Field(ge=1)], ...] = Field(
+        (), description="updates N that the figure shows; by default the second and the last"
+    )
 
     def recompute(self, result: "StudyResult") -> dict[str, Any]:
         """The second iterate of the first coordinate, between the last bounds of the second."""

@@ -25,12 +25,12 @@ class SliceSection(BaseModel):
     """First returns along one coordinate, at fixed values of the others."""
 
     model_config = SPEC
-    at: dict[str, Number]
-    axis: dict[str, Span] = Field(min_length=1, max_length=1)
+    at: dict[str, Number] = Field(description="values at which all other coordinates are held")
+    axis: dict[str, Span] = Field(min_length=1, max_length=1, description="the coordinate that runs, and its values")
 
 
 class Slices(Entries[SliceSection]):
-    """First returns along lines through the states."""
+    """First returns along one coordinate while the others are held."""
 
     key: ClassVar[str] = "slices"
     results: ClassVar[Mapping[str, Any]] = {

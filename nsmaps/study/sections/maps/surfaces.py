@@ -71,7 +71,7 @@ GRID: "FigurePart[Grid]" = FigurePart("return surfaces", FAMILIES, _grid, planar
 
 
 class Spans(Named[Side]):
-    """First returns of all states of a grid, and the surfaces of the families; a span for each coordinate."""
+    """The grid of states from which first returns and the surfaces of families are computed (step i)."""
 
     key: ClassVar[str] = "grid"
     step_name: ClassVar[str] = "surfaces"
@@ -183,7 +183,7 @@ Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Ta
 
 
 class Families(Named[Family]):
-    """Families of returns by name, each with the words of its members."""
+    """Families of returns by name, each a list of words or an object of a class (step ii); needs `grid`."""
 
     key: ClassVar[str] = "families"
     root: dict[Name, Family] = Field(default_factory=dict)

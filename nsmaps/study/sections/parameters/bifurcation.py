@@ -10,14 +10,13 @@ from pydantic import Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.outcome import Outcome
-from nsmaps.reduced.conditions.condition import Number
 from nsmaps.results import units_of
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, known, range_text, returns_text
 from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import Range, Starts
+from nsmaps.study.reading.values import Range, Starts, Tolerance, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
@@ -39,9 +38,10 @@ DIAGRAMS: "FigurePart[Mapping[str, BifurcationDiagram]]" = FigurePart(
 
 
 class BifurcationSection(Range, Analysis):
-    """Attractors over a parameter, of the `exact`, the `composite` or the `parametric` map, or of a piece of the composite map.
+    """Attractors over a parameter, of the exact map, the composite map, its pieces, or the parametric map.
 
-    The composite map and its pieces are fitted at each value.
+    The borders of the widest windows of each map are in a table and in `result.json`, with their precision and kind. Values
+    that the system does not admit are reported; an error if none is admitted. A `partition` has a map at its own value alone.
     """
 
     key: ClassVar[str] = "bifurcation_diagram"
@@ -61,12 +61,18 @@ class BifurcationSection(Range, Analysis):
         ),
     )
 
-    starts: Starts
-    n_returns: int = Field(60, ge=1)  #: stored, after the transient
-    transient: int = Field(2000, ge=0)
-    direction: Literal["up", "down", "both"] | None = None
-    tolerance: Number = Field(1e-6, gt=0)
-    map: tuple[str, ...] = ("exact",)
+    starts: Starts = Field(description="the starts at each value; where values are followed, at the first of them")
+    n_returns: int = Field(60, ge=1, description="returns that are kept after the transient")
+    transient: Transient = 2000
+    direction: Literal["up", "down", "both"] | None = Field(
+        None,
+        description="follow the last state at one value to the next, through growing or falling values or one orbit through each",
+    )
+    tolerance: Tolerance = 1e-6
+    map: tuple[str, ...] = Field(
+        ("exact",),
+        description="`exact`, `composite`, `parametric` or pieces; `composite` and pieces are fitted again at every value",
+    )
 
     @model_validator(mode="after")
     def _of_some(self) -> Self:

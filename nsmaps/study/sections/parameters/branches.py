@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.phrases import MOST, at
 from nsmaps.study.conclusions.texts import known, values_text, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Ends, Name
+from nsmaps.study.reading.values import SPEC, Ends, Name, ParameterName, Period
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 
 if TYPE_CHECKING:
@@ -33,20 +33,26 @@ REACHED = ("the range ends", CLOSED)  #: first words of `ended` of a branch that
 
 
 class BranchSection(BaseModel):
-    """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state."""
+    """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state.
+
+    A branch ends, with a report, at values that the system does not admit; one without orbits says why.
+    """
 
     model_config = SPEC
-    name: Name
-    parameter: str
-    start: dict[str, Number]
-    period: int = Field(1, ge=1)  #: in returns
-    chatter: bool = False  #: True: complete chatter at the section is one event of the map
-    value: Number | None = None  #: of the parameter at the start; that of the study if omitted
-    bounds: Ends
-    direction: Literal["up", "down", "both"] = "both"
-    step: Number = Field(0.02, gt=1e-8, le=1)
-    kinds: tuple[Located, ...] = ("period doubling", "fold", "branch point", "Neimark-Sacker")
-    n_doublings: int = Field(0, ge=0, le=12)
+    name: Name = Field(description="name of the branch")
+    parameter: ParameterName
+    start: dict[str, Number] = Field(description="a state near the orbit")
+    period: Period = 1
+    chatter: bool = Field(False, description="complete chatter at the section is one event, and counts as one return of `period`")
+    value: Number | None = Field(None, description="the parameter at the start; the study's own by default")
+    bounds: Ends = Field(description="range of the parameter")
+    direction: Literal["up", "down", "both"] = Field("both", description="direction at first; folds turn a branch back")
+    step: Number = Field(0.02, gt=1e-8, le=1, description="largest step in arclength: the range, and a state's unit, count one")
+    kinds: tuple[Located, ...] = Field(
+        ("period doubling", "fold", "branch point", "Neimark-Sacker"),
+        description="events that are located; grazes and other ends are always reported",
+    )
+    n_doublings: int = Field(0, ge=0, le=12, description="period doublings that are followed one after another")
 
     @model_validator(mode="after")
     def _located(self) -> Self:
@@ -75,7 +81,7 @@ GRAZES: "FigurePart[Sequence[BifurcationPoint]]" = FigurePart(
 
 
 class Branches(Entries[BranchSection]):
-    """The branches of periodic orbits of a study."""
+    """Periodic orbits of the exact map followed in a parameter, stable or not, with their events."""
 
     key: ClassVar[str] = "branches"
     results: ClassVar[Mapping[str, Any]] = {

@@ -23,19 +23,24 @@ if TYPE_CHECKING:
 
 
 class CurveSection(BaseModel):
-    """The curve in two parameters of the first event of a kind on a branch."""
+    """A bifurcation curve in two parameters, from the first event of a kind on a branch.
+
+    It is followed within the bounds of the branch and the values of the second parameter, with the step of the branch.
+    """
 
     model_config = SPEC
-    branch: str
-    event: Kind
+    branch: str = Field(description="an entry of `branches` in the first parameter of `plane`")
+    event: Kind = Field(description="the first of this kind on the branch or its doublings")
 
 
 class OverPlane(Analysis):
     """An analysis over the plane of two parameters, along the first for each value of the second, with bifurcation curves."""
 
     model_config = SPEC
-    plane: dict[str, Span] = Field(min_length=2, max_length=2)  #: values of two parameters, by name
-    bifurcation_curves: tuple[CurveSection, ...] = ()
+    plane: dict[str, Span] = Field(
+        min_length=2, max_length=2, description="values of two parameters; orbits are followed along the first"
+    )
+    bifurcation_curves: tuple[CurveSection, ...] = Field((), description="events of branches followed in both parameters")
 
     @property
     def axes(self) -> list[Range]:

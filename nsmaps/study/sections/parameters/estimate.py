@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import POINT, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, Seed
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 
 if TYPE_CHECKING:
@@ -21,18 +21,20 @@ FOUND: FigurePart[Any] = FigurePart("an estimate from measured data", ("estimate
 
 
 class RecordSection(BaseModel):
-    """One record: a CSV file beside the study, or times of impacts."""
+    """A record: a CSV file beside the study, or times of impacts."""
 
     model_config = SPEC
-    file: str = ""
-    times: tuple[Number, ...] = ()
-    walls: tuple[str, ...] | None = None
-    noise: Number | None = Field(None, gt=0)
-    speed_noise: Number | None = Field(None, gt=0)
-    sample_noise: Number | None = Field(None, gt=0)
-    phase: Number | None = None
-    time_unit: Number = Field(1.0, gt=0)
-    length_unit: Number = Field(1.0, gt=0)
+    file: str = Field(
+        "", description="a CSV file beside the study: a column `time`, perhaps `wall`, `speed`, `noise`, `speed_noise`, or states"
+    )
+    times: tuple[Number, ...] = Field((), description="times of impacts, in place of a file")
+    walls: tuple[str, ...] | None = Field(None, description="the wall of each impact; unknown by default")
+    noise: Number | None = Field(None, gt=0, description="standard deviation of the times; unknown by default")
+    speed_noise: Number | None = Field(None, gt=0, description="standard deviation of speeds")
+    sample_noise: Number | None = Field(None, gt=0, description="standard deviation of sampled states")
+    phase: Number | None = Field(None, description="phase of the forcing at time zero, radians; unknown by default")
+    time_unit: Number = Field(1.0, gt=0, description="the system's unit of time in that of the record")
+    length_unit: Number = Field(1.0, gt=0, description="the system's unit of displacement in that of the record")
 
     def record(self, folder: Path) -> "Record":
         """The record, a file in the folder of the study or else in the current one. DataError if it cannot be used."""
@@ -51,7 +53,7 @@ class RecordSection(BaseModel):
 
 
 class EstimateSection(Analysis):
-    """Estimates of parameters from measured records."""
+    """Parameters estimated from measured records, with their errors, as by `nsmaps.estimate`."""
 
     key: ClassVar[str] = "estimate"
     results: ClassVar[Mapping[str, Any]] = {"estimate": None}
@@ -66,14 +68,19 @@ class EstimateSection(Analysis):
     )
 
     model_config = SPEC
-    data: tuple[RecordSection, ...] = Field(min_length=1)
-    free: Bounds = Field(min_length=1)
-    start: dict[str, Number] = Field(default_factory=dict)
-    n_starts: int = Field(33, ge=1)
-    loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = "linear"
-    transient: Number = Field(0.0, ge=0)
-    n_returns: Number = Field(8.0, gt=0)
-    rng: int = Field(0, ge=0)
+    data: tuple[RecordSection, ...] = Field(min_length=1, description="the records")
+    free: Bounds = Field(min_length=1, description="the parameters to be estimated, with their bounds")
+    start: dict[str, Number] = Field(
+        default_factory=dict,
+        description="guesses of parameters and of coordinates of the section; by default the system's parameters",
+    )
+    n_starts: int = Field(33, ge=1, description="starts of the search, the guess among them")
+    loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = Field(
+        "linear", description="loss of the residuals; all but `linear` are robust against outliers"
+    )
+    transient: Number = Field(0.0, ge=0, description="time omitted at the beginning of each record, in its unit")
+    n_returns: Number = Field(8.0, gt=0, description="returns of a segment, approximately")
+    rng: Seed = 0
 
     def bind(self, binding: "Binding") -> "tuple[Record, ...]":
         from nsmaps.estimation.space import space_of

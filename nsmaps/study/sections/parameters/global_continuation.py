@@ -14,7 +14,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, percent, plain, range_text, values_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import Bounds, Range
+from nsmaps.study.reading.values import Bounds, MaxPeriod, MaxReturns, Range, Seed, Tolerance
 from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
@@ -27,7 +27,10 @@ ROWS = 12  #: largest number of attractors, and of births and deaths, in a table
 
 
 class GlobalContinuationSection(Range, Quantified):
-    """Attractors over a parameter: shares of their basins in a region, distances to the boundary, return times."""
+    """Attractors over a parameter: shares of basins, distances to the boundary, return times.
+
+    A distance is an upper estimate.
+    """
 
     key: ClassVar[str] = "global_continuation"
     quantified: ClassVar[str] = "nsmaps.dynamics.attractors.continued:GlobalContinuation"
@@ -47,17 +50,19 @@ class GlobalContinuationSection(Range, Quantified):
         ),
     )
 
-    box: Bounds
-    n_samples: int = Field(1000, ge=1)
-    max_returns: int = Field(1000, ge=1)
-    tolerance: Number = Field(1e-6, gt=0)
-    max_period: int = Field(32, ge=1)
-    step: Number = Field(0.1, gt=0)
-    kick: Number = Field(0.01, gt=0)
-    n_kicks: int = Field(100, ge=1)
-    n_directions: int = Field(16, ge=1)
-    n_states: int = Field(8, ge=1)
-    rng: int = Field(0, ge=0)
+    box: Bounds = Field(description="where the starts are drawn; its sides are the units of kicks and distances")
+    n_samples: int = Field(1000, ge=1, description="random starts, the same at all values")
+    max_returns: MaxReturns = 1000
+    tolerance: Tolerance = 1e-6
+    max_period: MaxPeriod = 32
+    step: Number = Field(
+        0.1, gt=0, description="largest Hausdorff distance of an attractor from its continuation at the next value"
+    )
+    kick: Number = Field(0.01, gt=0, description="size of the kicks after which return times are measured")
+    n_kicks: int = Field(100, ge=1, description="number of kicks")
+    n_directions: int = Field(16, ge=1, description="directions in which the boundary is sought")
+    n_states: int = Field(8, ge=1, description="states of an attractor from which the boundary is sought")
+    rng: Seed = 0
     quantifiers: Quantifiers = Field(default_factory=dict)
 
     def bind(self, binding: "Binding") -> Box:

@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, percent, plain, range_text, returns_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import Range, Starts
+from nsmaps.study.reading.values import Range, Starts, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 from nsmaps.study.sections.parameters.motions import Row
@@ -43,10 +43,10 @@ class LyapunovSection(Range, Analysis):
         ),
     )
 
-    starts: Starts
-    n_returns: int = Field(10_000, ge=32)  #: averaged over, after the transient
-    transient: int = Field(1000, ge=0)
-    direction: Literal["up", "down"] | None = None
+    starts: Starts = Field(description="the starts at each value; where values are followed, at the first of them")
+    n_returns: int = Field(10_000, ge=32, description="returns over which is averaged, after the transient")
+    transient: Transient = 1000
+    direction: Literal["up", "down"] | None = Field(None, description="start each orbit where the one at the value before ended")
 
     def bind(self, binding: "Binding") -> Floats:
         binding.some_values(("lyapunov",), self)

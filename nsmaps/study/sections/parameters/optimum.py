@@ -13,7 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.ahead import call_noise
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
-from nsmaps.study.reading.values import SPEC, Bounds, Side
+from nsmaps.study.reading.values import SPEC, Bounds, MaxReturns, Period, Seed, Side
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
@@ -28,15 +28,18 @@ SAME = 1e-6  #: share of the value within which starts lead to one optimum
 
 
 class OptimumNoiseSection(NoiseSizes):
-    """Noise at an optimum."""
+    """Noise at the optimum."""
 
-    n_returns: int = Field(500, ge=1)
-    n_realisations: int = Field(16, ge=2)
-    rng: int = Field(0, ge=0)
+    n_returns: int = Field(500, ge=1, description="returns of each realisation, from the motion on")
+    n_realisations: int = Field(16, ge=2, description="realisations of each sigma")
+    rng: Seed = 0
 
 
 class OptimumSection(Analysis):
-    """The largest or least mean of an observable of a periodic motion over parameters, under conditions."""
+    """Parameters at which a periodic motion of the exact map has the largest or least mean of an observable.
+
+    A verdict says how many of the starts lead to one optimum; no motion that meets the conditions is an error.
+    """
 
     key: ClassVar[str] = "optimize"
     results: ClassVar[Mapping[str, Any]] = {
@@ -45,21 +48,28 @@ class OptimumSection(Analysis):
     }
 
     model_config = SPEC
-    observable: str | Observable
-    bounds: Bounds = Field(min_length=1)
-    start: dict[str, Number]
-    period: int = Field(1, ge=1)
-    sense: Literal["max", "min"] = "max"
-    per: Literal["period", "return", "time"] | None = None
-    motion: str = ""
-    multiplier: Number | None = Field(0.95, gt=0, le=1)
-    graze: Number = Field(0.01, ge=0, lt=1)
-    states: dict[str, Side] | None = None  #: a grid, whose basins are computed
-    share: Number = Field(0.0, ge=0, le=1)
-    tolerances: dict[str, Number] = Field(default_factory=dict)
-    max_returns: int = Field(1000, ge=1)
-    n_starts: int = Field(5, ge=1)
-    noisy: OptimumNoiseSection | None = None
+    observable: str | Observable = Field(description="what is to be largest: a name, or a formula")
+    bounds: Bounds = Field(min_length=1, description="bounds of the parameters, which contain the study's own values")
+    start: dict[str, Number] = Field(description="a state near the motion at the study's own parameters")
+    period: Period = 1
+    sense: Literal["max", "min"] = Field("max", description="the largest or the least mean")
+    per: Literal["period", "return", "time"] | None = Field(
+        None,
+        description="mean over a period of the forcing (the default), a return (without forcing), or a unit of time",
+    )
+    motion: str = Field("", description="word or name of the motion, such as 1:1/T; another one at `start` is an error")
+    multiplier: Number | None = Field(0.95, gt=0, le=1, description="largest modulus of the multipliers")
+    graze: Number = Field(
+        0.01, ge=0, lt=1, description="least margin from a graze, as a share of the largest impact speed or gap"
+    )
+    states: dict[str, Side] | None = Field(None, description="states whose basins are computed at the optimum")
+    share: Number = Field(0.0, ge=0, le=1, description="share of these states that must come to the motion")
+    tolerances: dict[str, Number] = Field(
+        default_factory=dict, description="the share also holds where one of these parameters differs by this much, either way"
+    )
+    max_returns: MaxReturns = 1000
+    n_starts: int = Field(5, ge=1, description="starts of the search")
+    noisy: OptimumNoiseSection | None = Field(None, description="the observable at the optimum under noise")
 
     def bind(self, binding: "Binding") -> dict[str, Any]:
         from nsmaps.dynamics.design.arguments import box, check_limits, observed, offsets_of

@@ -9,12 +9,11 @@ from pydantic import Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
-from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import computed_text, percent, range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import Starts
+from nsmaps.study.reading.values import MaxPeriod, Starts, Tolerance, Transient
 from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import (
@@ -33,7 +32,11 @@ ROWS = 12  #: largest number of motions in a table
 
 
 class ParameterPlaneSection(OverPlane, Quantified):
-    """Attractors at every pixel of two parameters, which orbits of some starts reach."""
+    """Attractors of the exact map at every pixel of two parameters, from one start or several.
+
+    With `refine` the attractors of a neighbour are continued to pixels not computed from the starts; random pixels are computed
+    too, and bound the share at which the starts reach others. Pixels that the system refuses are counted in a verdict.
+    """
 
     key: ClassVar[str] = "parameter_plane"
     quantified: ClassVar[str] = "nsmaps.dynamics.planes.plane:ParameterPlane"
@@ -52,14 +55,23 @@ class ParameterPlaneSection(OverPlane, Quantified):
         ),
     )
 
-    starts: Starts
-    n_returns: int = Field(1000, ge=2)
-    transient: int = Field(1000, ge=0)
-    max_period: int = Field(32, ge=1)
-    direction: Literal["up", "down", "both"] | None = None
-    tolerance: Number = Field(1e-6, gt=0)
-    refine: Literal[2, 4, 8, 16, 32, 64, 128] | None = None
-    observables: tuple[str | Observable, ...] = ()
+    starts: Starts = Field(description="the starts of the orbits of each pixel")
+    n_returns: int = Field(
+        1000, ge=2, description="returns after the transient of which exponents are means, at least 2 `max_period`"
+    )
+    transient: Transient = 1000
+    max_period: MaxPeriod = 32
+    direction: Literal["up", "down", "both"] | None = Field(
+        None, description="start each orbit of a row where the one before it ended, in this order of the first parameter"
+    )
+    tolerance: Tolerance = 1e-6
+    refine: Literal[2, 4, 8, 16, 32, 64, 128] | None = Field(
+        None,
+        description="spacing of the pixels computed first; others where motions differ or have no period; not with `direction`",
+    )
+    observables: tuple[str | Observable, ...] = Field(
+        (), description="names or formulas whose means are taken along each orbit, per period of the forcing"
+    )
     quantifiers: Quantifiers = Field(default_factory=dict)
 
     @model_validator(mode="after")

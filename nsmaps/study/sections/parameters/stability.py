@@ -13,6 +13,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
+from nsmaps.study.reading.values import MaxPeriod, Tolerance, Transient
 from nsmaps.study.sections.base import Finding, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.branches import Way
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class StabilitySection(OverPlane):
-    """Attractors over two parameters, followed along the first for each value of the second."""
+    """Motions of the exact map that attract over two parameters, followed along the first."""
 
     key: ClassVar[str] = "stability_diagram"
     results: ClassVar[Mapping[str, Any]] = {
@@ -45,11 +46,11 @@ class StabilitySection(OverPlane):
         ),
     )
 
-    start: dict[str, Number]
-    max_period: int = Field(16, ge=1)
-    transient: int = Field(1000, ge=0)
-    direction: Way = "down"
-    tolerance: Number = Field(1e-6, gt=0)
+    start: dict[str, Number] = Field(description="the start of every row")
+    max_period: MaxPeriod = 16
+    transient: Transient = 1000
+    direction: Way = Field("down", description="start each orbit of a row where the one before it ended")
+    tolerance: Tolerance = 1e-6
 
     def bind(self, binding: "Binding") -> Floats:
         self.check_plane(binding)

@@ -11,7 +11,7 @@ from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -24,7 +24,11 @@ OF = "full auxiliary map"
 
 
 class AuxiliaryMapSection(Analysis):
-    """The composite map with auxiliary maps in the box A_1 of a domain, and over the regions of some pieces."""
+    """The full auxiliary map (eq. auxM): auxiliary maps in the box A_1 of a domain and over some pieces.
+
+    Elsewhere it is the composite map; needs `composite` and `domains`. Its orbits include all orbits of the composite map. A
+    run gives the exit times of all regions, and the share that arrives in A_1 if that is forward invariant.
+    """
 
     key: ClassVar[str] = "auxiliary_map"
     results: ClassVar[Mapping[str, Any]] = {
@@ -43,14 +47,16 @@ class AuxiliaryMapSection(Analysis):
     )
 
     model_config = SPEC
-    domain: str
-    update: int = Field(1, ge=1)  #: N of A_1^(N), whose box this is
-    pieces: dict[str, Bounds] = Field(default_factory=dict)  #: with a box that holds the region of each
-    box: Bounds  #: the window of the exit times
-    depth: int = Field(3, ge=0, le=12)
-    n_cells: int = Field(32, ge=1)
-    start: dict[str, Number]
-    n_returns: int = Field(400, ge=1)
+    domain: str = Field(description="a domain of the composite map or of one of its pieces, whose box is A_1")
+    update: int = Field(1, ge=1, description="N of A_1^(N), the box on which this update was made; 1 is the start box")
+    pieces: dict[str, Bounds] = Field(
+        default_factory=dict, description="pieces replaced over all of their region, each with a box that holds it"
+    )
+    box: Bounds = Field(description="window of the exit times")
+    depth: Depth = 3
+    n_cells: CellsPerAxis = 32
+    start: dict[str, Number] = Field(description="start of the orbit whose cobwebs the figure shows")
+    n_returns: int = Field(400, ge=1, description="returns of this orbit")
 
     def needs(self) -> Iterator[Need]:
         yield ("auxiliary_map",), "'auxiliary_map'", "composite"

@@ -18,13 +18,17 @@ class DomainSection(BaseModel):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
     model_config = SPEC
-    name: Name
-    map: str
-    box: Bounds | Literal["diagonal"]  #: `diagonal`: the hull of the states near the diagonals at the study's own parameters
-    max_updates: int = Field(11, ge=1)
-    grow: bool = False  #: start from the smallest box around this one that the map maps into itself
-    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = None  #: the tightest available for the map, if omitted
-    require: tuple[Literal["forward_invariant", "converged"], ...] = ()
+    name: Name = Field(description="name of the domain")
+    map: str = Field(description="`exact`, `composite` or a piece other than a reset; with a `partition` also `attracting`")
+    box: Bounds | Literal["diagonal"] = Field(
+        description="the start box; `diagonal` is the hull of the states near the diagonals"
+    )
+    max_updates: int = Field(11, ge=1, description="largest number of updates N")
+    grow: bool = Field(False, description="start from the smallest box around this one that the map carries into itself")
+    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = Field(
+        None, description="how images are bounded; by default the best that the map allows"
+    )
+    require: tuple[Literal["forward_invariant", "converged"], ...] = Field((), description="claims that must hold")
 
 
 def composite_verdict(section: DomainSection, share: float) -> Verdict:

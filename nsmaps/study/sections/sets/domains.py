@@ -54,7 +54,7 @@ DOMAINS: "FigurePart[Mapping[str, AttractingDomain]]" = FigurePart("attracting d
 
 
 class Domains(Entries[DomainSection]):
-    """The attracting domains of a study, each bounded by auxiliary maps."""
+    """Attracting domains, each bounded by auxiliary maps (section 6)."""
 
     key: ClassVar[str] = "domains"
     results: ClassVar[Mapping[str, Any]] = {

@@ -13,7 +13,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import finite, percent
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
@@ -23,7 +23,11 @@ if TYPE_CHECKING:
 
 
 class ExitTimesSection(Analysis):
-    """For each piece the share of its region that leaves it, and that reaches the closed set of `morse_sets`, by returns."""
+    """The share of each region of the composite map that is left within a number of returns; needs `composite`.
+
+    The forward invariant set of `morse_sets`, if there is one, is the target of arrivals. Periodic points in cells that are not
+    shown to be left are listed.
+    """
 
     key: ClassVar[str] = "exit_times"
     results: ClassVar[Mapping[str, Any]] = {
@@ -41,10 +45,12 @@ class ExitTimesSection(Analysis):
     )
 
     model_config = SPEC
-    box: Bounds
-    depth: int = Field(3, ge=0, le=12)
-    n_cells: int = Field(32, ge=1)
-    max_period: int | None = Field(None, ge=1, le=12)  #: of the cycles that are sought in the window
+    box: Bounds = Field(description="the window")
+    depth: Depth = 3
+    n_cells: CellsPerAxis = 32
+    max_period: int | None = Field(
+        None, ge=1, le=12, description="largest period of the cycles of the exact map that are sought in the window"
+    )
 
     def needs(self) -> Iterator[Need]:
         yield ("exit_times",), "'exit_times'", "composite"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis
 from nsmaps.study.sections.sets.proof import check_proof
 
@@ -14,16 +14,18 @@ if TYPE_CHECKING:
 
 
 class HorseshoeSection(Analysis):
-    """A window with cycles around whose saddles a horseshoe is to be proved; see `nsmaps.proof.horseshoe`."""
+    """Chaos in a window, to be proved by `nsmaps prove`; a run skips it."""
 
     key: ClassVar[str] = "horseshoe"
 
     model_config = SPEC
-    box: Bounds
-    max_period: int = Field(5, ge=1)  #: of the cycles, in returns
-    n_returns: int = Field(1, ge=1)  #: after which a set covers others
-    depth: int = Field(3, ge=0, le=12)
-    n_cells: int = Field(16, ge=1)  #: per axis, on the first level
+    box: Bounds = Field(description="window in which cycles are sought")
+    max_period: int = Field(5, ge=1, description="largest period, in returns, of the cycles around which the horseshoe lies")
+    n_returns: int = Field(
+        1, ge=1, description="after which its sets cover each other; more where one return stretches by less than about three"
+    )
+    depth: Depth = 3
+    n_cells: CellsPerAxis = 16
 
     def bind(self, binding: "Binding") -> Box:
         check_proof(binding, "horseshoe")

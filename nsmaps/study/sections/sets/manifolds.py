@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import point, yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Name
+from nsmaps.study.reading.values import SPEC, Name, Period
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 from nsmaps.study.sections.maps.surfaces import mesh_by_surface, over_plane
 
@@ -32,16 +32,19 @@ WHOLE = ("length", "an attractor")  #: first words of the reasons of sides that 
 
 
 class ManifoldSection(BaseModel):
-    """The manifolds of the saddle near a state."""
+    """The manifolds of the saddle near a state.
+
+    A start that leads to no saddle, or to one without the manifold, gives a verdict that says why.
+    """
 
     model_config = SPEC
-    name: Name
-    start: dict[str, Number]
-    period: int = Field(1, ge=1)  #: of the saddle, in returns
-    which: Literal["both", "unstable", "stable"] = "both"
-    length: Number = Field(10.0, gt=0)
-    gap: Number = Field(0.02, gt=0)
-    max_points: int = Field(100_000, ge=2)
+    name: Name = Field(description="name of the saddle")
+    start: dict[str, Number] = Field(description="a state near the saddle")
+    period: Period = 1
+    which: Literal["both", "unstable", "stable"] = Field("both", description="which of its manifolds")
+    length: Number = Field(10.0, gt=0, description="arclength of each side, in radians and extents of the motion of the saddle")
+    gap: Number = Field(0.02, gt=0, description="largest distance of neighbours, in the same units")
+    max_points: int = Field(100_000, ge=2, description="largest number of states of a side")
 
 
 def _grown(result: "StudyResult") -> "Sequence[Manifold]":
@@ -67,7 +70,7 @@ BELOW: "FigurePart[Callable[[Axes], Axes]]" = FigurePart("basins or families", (
 
 
 class Manifolds(Entries[ManifoldSection]):
-    """The manifolds of saddles of a study."""
+    """Stable and unstable manifolds of saddles of the exact map, of two coordinates."""
 
     key: ClassVar[str] = "manifolds"
     results: ClassVar[Mapping[str, Any]] = {

@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, intervals, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Verdict, claimed
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ EXACT_ORBITS: "FigurePart[Sequence[Orbit]]" = FigurePart(
 
 
 class MorseSection(Analysis):
-    """A cover of the invariant sets of the exact map in a window by cells, which are halved `depth` times."""
+    """Invariant sets of the exact map in a window, covered by cells through enclosures."""
 
     key: ClassVar[str] = "morse_sets"
     results: ClassVar[Mapping[str, Any]] = {
@@ -45,10 +45,12 @@ class MorseSection(Analysis):
         ),
     )
     model_config = SPEC
-    box: Bounds
-    depth: int = Field(4, ge=0, le=12)
-    n_cells: int = Field(8, ge=1)  #: per axis, on the first level
-    require: tuple[Literal["forward_invariant"], ...] = ()
+    box: Bounds = Field(description="the window")
+    depth: Depth = 4
+    n_cells: CellsPerAxis = 8
+    require: tuple[Literal["forward_invariant"], ...] = Field(
+        (), description="`forward_invariant`: the first minimal component has a closed set of cells around it"
+    )
 
     def bind(self, binding: "Binding") -> Box:
         from nsmaps.enclosures.box_images import box_map

@@ -8,7 +8,7 @@ from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.reading.values import SPEC, Bounds
+from nsmaps.study.reading.values import SPEC, Bounds, Period
 from nsmaps.study.sections.base import Analysis
 
 if TYPE_CHECKING:
@@ -19,38 +19,60 @@ class CycleStart(BaseModel):
     """A state near a cycle that is to be proved to exist."""
 
     model_config = SPEC
-    start: dict[str, Number]
-    period: int = Field(1, ge=1)  #: in returns
+    start: dict[str, Number] = Field(description="a state near the cycle")
+    period: Period = 1
 
 
 class ClosedSet(BaseModel):
     """A closed set of cells around the attractor of an orbit; see `nsmaps.proof.closed.Around` and `nsmaps.proof.maps.prove`."""
 
     model_config = SPEC
-    depth: int = Field(4, ge=0, le=12)  #: how often its cells are divided
-    skip: int = Field(2000, ge=0)  #: impacts of the orbit, until it is on the attractor; returns of a map by formulas
-    sample: int = Field(1_000_000, ge=1)  #: after them, whose cells the closed set is compared with
-    box: Bounds | None = None  #: of a map by formulas, that is divided into cells
-    cells: int | dict[str, int] = 64  #: of a map by formulas, along each coordinate, or by coordinate
-    parts: int = Field(4, ge=1, le=64)  #: of each of these cells along each coordinate, whose images are enclosed one by one
+    depth: int = Field(4, ge=0, le=12, description="how often cells around the attractor are divided into four")
+    skip: int = Field(
+        2000, ge=0, description="impacts (returns of a map by formulas) of the orbit from `start` before it is on the attractor"
+    )
+    sample: int = Field(
+        1_000_000, ge=1, description="impacts or returns after those, whose cells are counted beside those of the closed set"
+    )
+    box: Bounds | None = Field(
+        None, description="states that are divided into cells, of an angle the whole circle; required for maps by formulas"
+    )
+    cells: int | dict[str, int] = Field(64, description="of a map by formulas: cells along each coordinate")
+    parts: int = Field(
+        4,
+        ge=1,
+        le=64,
+        description="of a map by formulas: a power of two, the parts of each cell along each coordinate, enclosed one by one",
+    )
 
 
 class ProofSection(Analysis):
-    """A stable cycle to which orbits are to be proved to converge, or a closed set; see `nsmaps.proof.prove`."""
+    """A proof of convergence to a stable cycle, or of arrival in a closed set, for `nsmaps prove`; a run skips it."""
 
     key: ClassVar[str] = "proof"
 
     model_config = SPEC
-    start: dict[str, Number]
-    closed_set: ClosedSet | None = None
-    period: int = Field(1, ge=1)  #: of the cycle, in returns
-    top: Number | None = Field(None, gt=0)
-    side: int = Field(128, ge=32)
-    depth: int = Field(4, ge=0, le=12)
-    cuts: int = Field(0, ge=0, le=12)
-    periods: int = Field(4, ge=1)
-    radii: dict[str, Number] = Field(default_factory=dict)
-    cycles: list[CycleStart] = Field(default_factory=list)
+    start: dict[str, Number] = Field(
+        description="a state near the stable cycle; with `closed_set` one whose orbit comes to the attractor"
+    )
+    closed_set: ClosedSet | None = Field(
+        None, description="prove arrival in a closed set of cells in place of convergence to a cycle"
+    )
+    period: Period = 1
+    top: Number | None = Field(
+        None, gt=0, description="impact speed up to which states are considered, on each wall; required for systems with impacts"
+    )
+    side: int = Field(128, ge=32, description="a power of two: cells along phases and along speeds before any is divided")
+    depth: int = Field(4, ge=0, le=12, description="how often cells that are left are divided into four")
+    cuts: int = Field(
+        0, ge=0, le=12, description="how often those still left are cut into two strips along the stable sets of saddles"
+    )
+    periods: int = Field(4, ge=1, description="periods of the forcing, the duration up to which flights are followed")
+    radii: dict[str, Number] = Field(
+        default_factory=dict,
+        description="radii of parameters on which walls alone depend, linearly: the proof is for all values within",
+    )
+    cycles: list[CycleStart] = Field(default_factory=list, description="cycles that are to be proved to exist, stable or not")
 
     def bind(self, binding: "Binding") -> Floats:
         """The start, shape (n,)."""
