@@ -45,7 +45,8 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
         known = accepted_keys(model, loc[:-1])
         return Complaint(loc, f"unknown {what} {name!r}; expected: {', '.join(known)}{near_match(name, known)}", at_key=True)
     if kind == "missing":
-        return Complaint(loc[:-1], f"the {what} {name!r} is missing")
+        meaning = _meaning(model, loc)
+        return Complaint(loc[:-1], f"the {what} {name!r} is missing" + (f"; expected: {meaning}" if meaning else ""))
     if kind in ("value_error", "assertion_error"):
         cause = problem["ctx"]["error"]
         return Complaint(loc, str(cause), cause=cause)
@@ -85,6 +86,13 @@ def _section(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> Any:
 def _what(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> str:
     """What the section at `loc` has: the parameters of a system, or keys."""
     return "key" if getattr(_section(model, loc), "instead", None) is None else "parameter"
+
+
+def _meaning(model: type[BaseModel] | None, loc: tuple[str | int, ...]) -> str:
+    """The description of the key at `loc` of a model; empty where there is none."""
+    here = _section(model, loc[:-1])
+    fields = here.model_fields.items() if _is_model(here) else ()
+    return next((field.description or "" for name, field in fields if str(loc[-1]) in (name, field.alias)), "")
 
 
 def _is_model(annotation: Any) -> bool:

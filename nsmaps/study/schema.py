@@ -167,6 +167,6 @@ def _range(limits: Iterable[Any]) -> str:
     high = next((bound for bound in every if isinstance(bound, Le | Lt)), None)
     if isinstance(low, Ge) and isinstance(high, Le):
         return f" {low.ge} to {high.le}"
-    least = "" if low is None else f" >= {low.ge}" if isinstance(low, Ge) else f" > {low.gt}"
-    most = "" if high is None else f" <= {high.le}" if isinstance(high, Le) else f" < {high.lt}"
-    return least + ("," if least and most else "") + most
+    lower = "" if low is None else f" >= {low.ge}" if isinstance(low, Ge) else f" > {low.gt}"
+    upper = "" if high is None else f" <= {high.le}" if isinstance(high, Le) else f" < {high.lt}"
+    return lower + ("," if lower and upper else "") + upper

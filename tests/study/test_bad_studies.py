@@ -49,14 +49,25 @@ BAD = {
         "no system 'bal' is installed; installed: {systems}; "
         "or a class in a file, as path/to/mine.py:Class, did you mean 'ball'?",
     ),
-    "missing system": ("system: ball\n", "", "# a ball", "the key 'system' is missing"),
+    "missing system": (
+        "system: ball\n",
+        "",
+        "# a ball",
+        "the key 'system' is missing; expected: "
+        "an installed system, or `path/to/mine.py:Class`, a file that is executed, sought beside the study first",
+    ),
     "unknown parameter": (
         "{a: 0.2,",
         "{a: 0.2, rr: 1,",
         "rr",
         "unknown parameter 'rr'; expected: a, r, mode, did you mean 'r'?",
     ),
-    "missing parameter": ("a: 0.2, ", "", "{r: 1/2}", "the parameter 'a' is missing"),
+    "missing parameter": (
+        "a: 0.2, ",
+        "",
+        "{r: 1/2}",
+        "the parameter 'a' is missing; expected: amplitude of the table, in units of gravity",
+    ),
     "parameter out of range": ("a: 0.2", "a: -0.2", "-0.2", "a is -0.2; expected: greater than 0"),
     "parameter not finite": ("a: 0.2", "a: .inf", ".inf", "inf is not finite; expected: a finite number, or text as 'pi/3'"),
     "parameter no number": (

@@ -10,7 +10,9 @@ import pytest
 from make_schema import SCHEMA, text
 from ruamel.yaml import YAML
 
+from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.study.reading.reader import load_study
+from nsmaps.study.schema import table_of
 from nsmaps.study.store.archive import resolved
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +31,7 @@ def complaints(study: str) -> list[str]:
     return sorted({error.json_path for error in validator().iter_errors(YAML(typ="safe").load(study))})
 
 
-def test_the_file_is_that_of_the_grammar_and_its_reference() -> None:
+def test_the_file_is_that_of_the_grammar() -> None:
     assert SCHEMA.read_text(encoding="utf-8") == text(), "run python tests/make_schema.py"
     pytest.importorskip("jsonschema").Draft202012Validator.check_schema(json.loads(text()))
 
@@ -41,8 +43,20 @@ def test_every_key_says_what_it_means() -> None:
     assert [key for key, row in rows.items() if "description" not in row] == []
     assert made["properties"]["system"]["description"].startswith("an installed system, or `path/to/mine.py:Class`")
     assert made["$defs"]["DomainSection"]["properties"]["max_updates"]["description"] == (
-        "most updates N (whole number >= 1; default: 11)"
+        "largest number of updates N (whole number >= 1; default: 11)"
     )
+
+
+def test_a_key_has_one_meaning_in_the_schema_the_command_line_and_errors(tmp_path: Path) -> None:
+    made = json.loads(SCHEMA.read_text())
+    of_slices = {key.name: str(key) for key in table_of("slices").keys}
+    assert of_slices == {key: row["description"] for key, row in made["$defs"]["SliceSection"]["properties"].items()}
+    assert str(table_of("slices")).endswith(f"\n  axis: {of_slices['axis']}")
+    with pytest.raises(NsmapsError, match=r"no section 'basin'; expected: study, .*, did you mean 'basins'\?"):
+        table_of("basin")
+    (tmp_path / "line.yaml").write_text("system: vi_pair\nslices: [{axis: {v: {from: 0, to: 1, points: 3}}}]\n")
+    with pytest.raises(StudyError, match=f"the key 'at' is missing; expected: {of_slices['at'].partition(' (')[0]}$"):
+        load_study(tmp_path / "line.yaml")
 
 
 @pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.stem)
