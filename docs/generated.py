@@ -10,9 +10,9 @@ HERE = Path(__file__).parent
 OPTION = "| option | meaning | default |\n|---|---|---|"
 #: the pages that explain sections of studies, from the page that includes their keys
 EXPLAINED = {
-    "diagonal": "algorithm.md#step-iii-near-the-diagonals",
+    "diagonal": "algorithm.md",
     "partition": "algorithm.md#the-algorithm-by-itself",
-    "parametric_map": "algorithm.md#the-composite-map-as-a-function-of-d",
+    "parametric_map": "algorithm.md",
     "domains": "numerics.md#bounds-of-auxiliary-maps",
     "second_iterate": "algorithm.md#the-second-iterate",
     "bifurcation_diagram": "dynamics.md#bifurcation-diagrams",
