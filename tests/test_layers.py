@@ -57,26 +57,26 @@ FACES = {"nsmaps", *ROOMS}  #: packages with public names of their modules
 HEAVY = ("numba", "sympy", "scipy", "matplotlib")
 
 
-def statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """The statements of a tree, at any depth, without those that only type checkers read."""
+def statements(tree: ast.AST, typed: bool = False) -> Iterator[tuple[ast.AST, bool]]:
+    """The statements of a tree, at any depth, each with whether only type checkers read it."""
     for node in ast.iter_child_nodes(tree):
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
-            continue
+        below = typed or (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test))
         if isinstance(node, ast.stmt | ast.ExceptHandler | ast.match_case):
-            yield node
-            yield from statements(node)
+            yield node, below
+            yield from statements(node, below)
 
 
 @cache
-def import_statements(source: str | Path) -> tuple[ast.Import | ast.ImportFrom, ...]:
-    """The statements of a source, or of a file, that import."""
+def import_statements(source: str | Path) -> tuple[tuple[ast.Import | ast.ImportFrom, bool], ...]:
+    """The statements of a source, or of a file, that import, each with whether only type checkers read it."""
     text = source if isinstance(source, str) else source.read_text(encoding="utf-8")
-    return tuple(node for node in statements(ast.parse(text)) if isinstance(node, ast.Import | ast.ImportFrom))
+    found = statements(ast.parse(text))
+    return tuple((node, typed) for node, typed in found if isinstance(node, ast.Import | ast.ImportFrom))
 
 
 def imports(source: str | Path) -> Iterator[str]:
     """Every module that a source, or a file, imports, at any depth, other than for type checkers only."""
-    for node in import_statements(source):
+    for node in (node for node, typed in import_statements(source) if not typed):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         else:
@@ -201,10 +201,10 @@ def test_the_public_face_is_what_type_checkers_see() -> None:
 def imported(file: Path, modules: set[str]) -> set[str]:
     """The modules of nsmaps that a file imports, at any depth, in functions and for type checkers too, with their packages."""
     found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node, _ in import_statements(file):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names} & modules
-        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("nsmaps"):
+        elif (node.module or "").startswith("nsmaps"):
             found |= {name if (name := f"{node.module}.{alias.name}") in modules else str(node.module) for alias in node.names}
     packages = {str(parent).replace("/", ".") for name in found for parent in Path(name.replace(".", "/")).parents}
     return (found - {"nsmaps"}) | (packages & modules - FACES)  # public names of nsmaps are imported when first asked for

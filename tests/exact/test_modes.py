@@ -114,7 +114,7 @@ def test_a_doubling_where_40_digits_have_it(name, share):
 
 @pytest.mark.parametrize(
     ("name", "kind", "share"),
-    [("S3_stickslip", "grazing", 0.02), ("S3_stickslip", "grazing", 0.2), ("S4_rocking", "branch point", 0.02)],
+    [("S3_stickslip", "grazing", 0.2), ("S4_rocking", "branch point", 0.02)],
 )
 def test_a_graze_and_a_loss_of_symmetry_where_40_digits_have_them(name, kind, share):
     event = reference(name)["bifurcations"][-1]

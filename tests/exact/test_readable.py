@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -117,14 +118,14 @@ def without_units(tree: ast.Module, room: ast.Module) -> list[str]:
 FILES = sorted(file for file in EXACT.rglob("*.py") if file.name != "constants.py")
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(EXACT)))
-def test_numbers_have_names_and_few_of_them_go_together(file: Path) -> None:
-    assert list(complaints(ast.parse(file.read_text()))) == []
-
-
+@cache
 def trees() -> list[tuple[str, ast.Module]]:
     """The modules with their names."""
     return [(str(file.relative_to(EXACT)), ast.parse(file.read_text())) for file in FILES]
+
+
+def test_numbers_have_names_and_few_of_them_go_together() -> None:
+    assert [(name, found) for name, tree in trees() if (found := list(complaints(tree)))] == []
 
 
 def test_kernels_have_docstrings() -> None:
