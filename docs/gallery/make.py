@@ -39,12 +39,10 @@ from PIL import Image, PngImagePlugin
 CODE = "code.txt"  #: in the folder of a run, the hash of the code that computed it
 HEAD = """# Gallery
 
-Every figure of the paper, drawn by `nsmaps figures` from the runs of studies that are shipped: nothing here was drawn by
-hand. Labels in code type are those of the paper's source. The colours are distinguishable with colour blindness. Where ours
-differs from the paper, the sentence says so; [the paper](../explanation/paper.md) has the numbers side by side. The
-pictures in order, as a story: [the method in pictures](../explanation/method.md).
-
-`python docs/gallery/make.py` makes all of it anew, from the list in `figures.yaml`.
+Every figure of the paper, drawn by `nsmaps figures` from runs of shipped studies, none by hand. Headings are labels of the
+paper's source. Sentences state where ours differ; [the paper](../explanation/paper.md) compares the numbers, and
+[the method in pictures](../explanation/method.md) has the pictures in order. `python docs/gallery/make.py` redraws them
+from `figures.yaml`.
 """
 
 
@@ -161,12 +159,12 @@ def page() -> Iterator[str]:
             links = ", ".join(f"[{kind.upper()}]({entry['file']}.{kind})" for kind in FORMATS)
             yield f"{entry['says']}\n"
             yield f"![{CATALOGUE[entry['figure']].alt}]({entry['file']}.png)\n"
-            yield f"Figure `{entry['figure']}` of the study `{entry['study']}`: {links}.\n"
+            yield f"`{entry['figure']}` of `{entry['study']}`: {links}.\n"
     yield "## Animations\n"
     for entry in entries["animations"]:
         options = " ".join(f"--{key} {value}" for key, value in entry["options"].items())
         yield f"{entry['says']}\n"
-        yield f"![{entry['says']}]({entry['file']}.gif)\n"
+        yield f"![Animation of {entry['name']}]({entry['file']}.gif)\n"
         yield f"`nsmaps animate DIR {entry['name']} {options}`, where DIR is a run of `{entry['study']}`.\n"
 
 
