@@ -1,15 +1,17 @@
 """The page on notation: every name on it exists, and the numbers of its blocks are those of 30 digits and by hand."""
 
 import re
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
+from typing import get_args
 
 import mpmath as mp
 import numpy as np
 import pytest
 from pydantic import BaseModel, RootModel
 from ruamel.yaml import YAML
-from test_docs import FENCE, sections
+from test_docs import FENCE
 
 import nsmaps
 from nsmaps.study.sections.maps.fits import FitSection
@@ -59,6 +61,14 @@ def keys_of(model: type[BaseModel]) -> dict[str, list[type[BaseModel]]]:
     """The keys of a section with the models of what stands there."""
     keys = {field.alias or name: field.annotation for name, field in model.model_fields.items()}
     return {name: [each for found in sections(of) for each in entries(found)] for name, of in keys.items()}
+
+
+def sections(annotation: object) -> Iterator[type[BaseModel]]:
+    """The models within an annotation."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from sections(part)
 
 
 def entries(model: type[BaseModel]) -> list[type[BaseModel]]:
