@@ -8,6 +8,7 @@ import pytest
 from figures.conftest import COORDINATES, WALLS
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.markers import TICKUP
+from systems import Logistic
 
 import nsmaps
 from nsmaps import bifurcation_diagram as compute
@@ -15,6 +16,7 @@ from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.words import encode
 from nsmaps.figures.parameters.bifurcation_diagram import bifurcation_diagram, sheets
+from nsmaps.figures.parameters.motions import intervals
 from nsmaps.figures.parameters.raster import ROWS, raster
 from nsmaps.figures.style import BLACK, INK, INKS, MAGENTA
 from nsmaps.study.sections.parameters.bifurcation import DIAGRAMS
@@ -79,6 +81,16 @@ def test_a_chaotic_region_that_windows_cut_is_named(pair, ax):
     places = {text.get_text(): text.get_position()[0] for text in ax.texts}
     first = min(x for x in ticks(ax) if x > 0.2601)
     assert places["1:1/C"] == pytest.approx((0.26 + first) / 2, abs=1e-4), "up to the first window with borders"
+
+
+def test_no_window_of_many_values_is_called_chaos():
+    """The logistic map from the accumulation of its doublings; its windows of periods 6, 5 and 3 begin at folds."""
+    made = compute(Logistic(r=3.6), "r", np.linspace(3.54, 3.9, 181), [0.3], transient=4000, direction="up")
+    ((_, row),) = intervals({"exact": made}, "exact").items()
+    chaos = [each for each in row if each.name == "C"]
+    step = 0.36 / 180
+    assert chaos[0].low == pytest.approx(3.569946, abs=2 * step)
+    assert [each.high for each in chaos] == pytest.approx([3.626554, 3.738173, 1 + 8**0.5, 3.9], abs=2 * step)
 
 
 def test_words_have_their_colours_and_gaps_are_grey(result, ax):

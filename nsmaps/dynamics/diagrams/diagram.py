@@ -85,8 +85,11 @@ class BifurcationDiagram(WithCoordinates, Result):
     def summary(self) -> str:
         """The range, and the motions of the first orbit in the order of the values."""
         order = np.argsort(self.values, kind="stable")
-        names = list(dict.fromkeys(name for name in self.labels[order, 0].tolist() if name))
+        labels = self.labels[order, 0].tolist()
+        names = list(dict.fromkeys(name for name in labels if name not in {"", UNRESOLVED}))
         motions = ", ".join(names[:NAMED]) + (f" and {len(names) - NAMED} more" if len(names) > NAMED else "")
+        if open_values := labels.count(UNRESOLVED):
+            motions += f"; at {open_values} of them neither a period nor chaos was shown"
         _, starts, returns, _ = self.states.shape
         over = f"{range_text(self.parameter, self.values)}, {starts} start{'s' * (starts != 1)}"
         return f"{over}, {returns} returns each: {motions or 'no attractor'}"

@@ -21,10 +21,8 @@ if TYPE_CHECKING:
 ROW = 11.0  #: points, the height of a row of names
 _LETTER, _NUMERAL = 0.065, 0.07  #: inches that a letter of a name takes, and the width of an interval with a number
 _ROWS = 3  #: orbits whose motions are named, at most
-_ALIKE, _FEWEST = (
-    0.02,
-    0.01,
-)  #: shares of the values: at most of those at which orbits with one row differ; of an interval at least
+_ALIKE = 0.02  #: share of the values at which orbits with one row of names differ, at most
+_FEWEST = 0.01  #: share of the values of an interval, at least
 _APART = 0.02  #: inches between two ticks, at least
 _NUMBERS = 9  #: intervals with a number, at most
 
@@ -87,24 +85,38 @@ def _runs(diagram: "BifurcationDiagram", s: int) -> list[Interval]:
     middles = np.concatenate([values[:1], (values[1:] + values[:-1]) / 2, values[-1:]])
     cuts = np.flatnonzero(np.concatenate([[True], labels[1:] != labels[:-1], [True]]))
     runs = zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True)
-    wide = [(a, b) for a, b in runs if b - a >= max(_FEWEST * len(values), 2) and labels[a] and kind_of(labels[a]) != CHAOS]
+    wide = [(a, b) for a, b in runs if b - a >= _fewest(len(values)) and labels[a] and kind_of(labels[a]) != CHAOS]
     return [Interval(str(labels[a]), float(middles[a]), float(middles[b])) for a, b in wide]
 
 
 def _chaotic(diagram: "BifurcationDiagram", windows: Sequence[Interval], s: int) -> list[Interval]:
-    """The intervals between windows at most of whose values one orbit is chaotic, with the name that most of these have.
+    """The intervals between windows over which one orbit is chaotic, with the name that it has at most of their values.
 
-    They are chaotic regions that are cut by windows too narrow to have borders.
+    They are chaotic regions that are cut by windows too narrow to have borders: where fewer values than an interval has follow
+    each other without chaos.
     """
+    order = np.argsort(diagram.values, kind="stable")
+    values, labels = diagram.values[order], diagram.labels[order, s]
+    chaos = np.array([kind_of(name) == CHAOS for name in labels.tolist()])
+    fewest = _fewest(len(values))
     inner = (end for each in sorted(windows, key=lambda each: each.low) for end in each[1:])
-    ends = [float(diagram.values.min()), *inner, float(diagram.values.max())]
+    ends = [float(values[0]), *inner, float(values[-1])]
     found = []
     for low, high in zip(ends[::2], ends[1::2], strict=True):
-        names = diagram.labels[(diagram.values >= low) & (diagram.values <= high), s].tolist()
-        (name, count), *_ = [*Counter(name for name in names if kind_of(name) == CHAOS).most_common(1), ("", 0)]
-        if high > low and 2 * count > len(names):
-            found.append(Interval(name, low, high))
+        first, stop = np.searchsorted(values, low, "left"), np.searchsorted(values, high, "right")
+        places = first + np.flatnonzero(chaos[first:stop])
+        for part in np.split(places, np.flatnonzero(np.diff(places) > fewest) + 1):
+            if len(part) > 1 and 2 * len(part) > part[-1] - part[0] + 1:
+                name = Counter(labels[part].tolist()).most_common(1)[0][0]
+                left = low if part[0] - first < fewest else float(values[part[0]])
+                right = high if stop - 1 - part[-1] < fewest else float(values[part[-1]])
+                found.append(Interval(name, left, right))
     return found
+
+
+def _fewest(count: int) -> float:
+    """The fewest of so many values that make an interval."""
+    return max(_FEWEST * count, 2)
 
 
 def strip(ax: Axes, rows: Mapping[str, Sequence[Interval]], borders: Sequence[float]) -> list[Line2D]:
