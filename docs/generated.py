@@ -38,7 +38,15 @@ EXPLAINED = {
 
 def pages() -> dict[str, str]:
     """The text of every page by its name below `_generated`."""
-    makers = {"api": api, "arrays": arrays, "commands": commands, "figures": figures, "keys": keys, "rooms": rooms}
+    makers = {
+        "api": api,
+        "arrays": arrays,
+        "commands": commands,
+        "figures": figures,
+        "keys": keys,
+        "names": names,
+        "rooms": rooms,
+    }
     return {f"{name}.md": "\n".join(maker()) for name, maker in (makers | {"thumbnails": thumbnails}).items()}
 
 
@@ -52,6 +60,18 @@ def api() -> Iterator[str]:
         for name in (name for name in package.__all__ if name != "__version__"):
             kind = "autoclass" if isinstance(getattr(package, name), type) else "autofunction"
             yield from ("```{eval-rst}", f".. {kind}:: {package.__name__}.{name}", "```", "")
+
+
+def names() -> Iterator[str]:
+    """The public names, room by room, with the first sentences of their docstrings."""
+    import nsmaps
+
+    for package in (nsmaps, *(getattr(nsmaps, name) for name in dir(nsmaps) if name not in (*nsmaps.__all__, "figures"))):
+        yield from (f"| `{package.__name__}` | |", "|---|---|")
+        for name in (name for name in package.__all__ if name != "__version__"):
+            said = " ".join((getattr(package, name).__doc__ or "").partition("\n\n")[0].split()).replace("|", "\\|")
+            yield f"| `{name}` | {said} |"
+        yield ""
 
 
 def keys() -> Iterator[str]:

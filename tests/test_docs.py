@@ -19,7 +19,6 @@ from typing import Any
 import pytest
 from ruamel.yaml import YAML
 
-import nsmaps
 from nsmaps import Outcome, load_study
 
 ROOT = Path(__file__).parents[1]
@@ -235,16 +234,3 @@ def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
     with pytest.raises(ZeroDivisionError) as told:
         run_python(Block("python", "1 / 0\n", 6), tmp_path / "page.md", {})
     assert told.traceback[-1].lineno == 6
-
-
-def test_every_public_name_is_on_the_page_from_python() -> None:
-    page = (DOCS / "reference" / "python.md").read_text().partition("## Public names")[2]
-    rooms = dict(re.findall(r"(?ms)^\| `nsmaps\.(\w+)` \|(.*?)(?=^\| `nsmaps|\Z)", page))
-    rooms["nsmaps"] = re.split(r"(?m)^\| `nsmaps\.", page)[0]
-    modules = {name: import_module(f"nsmaps.{name}") for name in dir(nsmaps) if name not in nsmaps.__all__}
-    named = {"nsmaps": nsmaps} | {name: module for name, module in modules.items() if hasattr(module, "__all__")}
-    assert set(rooms) == set(named)
-    for room, text in rooms.items():
-        public = set(named[room].__all__)
-        listed = set(re.findall(r"`(\w+)`", text))
-        assert (public - listed, listed - public - {"image_boxes"}) == (set(), set()), room
