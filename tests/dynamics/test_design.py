@@ -19,16 +19,16 @@ BOUNDS = {"d": (0.2, 1.2), "g_bar": (-0.1, 0.24)}
 START = [0.83, 0.36]
 BALL = nsmaps.load_system("bouncing_ball", Gamma=1.15, r=0.5)
 RECOIL = nsmaps.load_system("recoil_pair", eta=0.1, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113)
-ALONE: dict[str, Any] = {"bounds": {"d": (0.34, 1.2)}, "x0": {"d": 0.35}}
+ALONE: dict[str, Any] = {"bounds": {"d": (0.34, 0.355)}, "x0": {"d": 0.35}}
 TABLE = {"Gamma": (1.1, 1.2), "r": (0.3, 0.7)}
 
 
 @pytest.fixture(scope="module")
 def harvester() -> nsmaps.dynamics.Optimum:
-    return nsmaps.optimize(PAIR.at, "loss", BOUNDS, x0=NEAR, start=START, motion="1:1/T")
+    return nsmaps.optimize(PAIR.at, "loss", BOUNDS, x0=NEAR, start=START, motion="1:1/T", n_starts=3)
 
 
-def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dynamics.Optimum) -> None:
+def test_all_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dynamics.Optimum) -> None:
     """No 1:1 motion of the pair loses more in a period than 4 (1 + r)/(pi^2 (1 - r)), and one without tilt loses that.
 
     With impacts at the phases a and b the work of the forcing is (1 + r)(v sin a - w sin b)/pi <= (1 + r)(v + w)/pi, the loss
@@ -37,7 +37,7 @@ def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dy
     """
     r = PAIR.r
     expected = {"d": (1 + r) / (pi * (1 - r)), "g_bar": 0.0}
-    assert len(harvester.attempts) == 5
+    assert len(harvester.attempts) == 3
     for attempt in harvester.attempts:
         assert attempt.feasible
         assert attempt.end == pytest.approx(expected, rel=1e-6, abs=1e-6 * 0.34)
@@ -46,7 +46,7 @@ def test_five_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dy
     assert harvester.residual < 1e-6
     assert harvester.orbit.word == "BTB"
     assert harvester.orbit.states[0] == pytest.approx([2 / (pi * (1 - r)), pi / 2], rel=1e-6)
-    assert harvester.evaluations == sum(attempt.evaluations for attempt in harvester.attempts) > 5
+    assert harvester.evaluations == sum(attempt.evaluations for attempt in harvester.attempts) > 3
 
 
 def least_restitution(bound: Any, drive: Any) -> Any:
@@ -64,15 +64,14 @@ def least_restitution(bound: Any, drive: Any) -> Any:
 
 def test_an_optimum_on_the_bound_of_a_multiplier_has_the_closed_form() -> None:
     """The ball's loss is 2 pi^2 (1 - r)/(1 + r), so that r is as small as the multiplier 0.9 and the drive allow."""
-    found = nsmaps.optimize(BALL.at, "loss", TABLE, x0={"Gamma": 1.15, "r": 0.5}, start=[4.2, 0.4], multiplier=0.9, n_starts=2)
+    found = nsmaps.optimize(BALL.at, "loss", TABLE, x0={"Gamma": 1.15, "r": 0.5}, start=[4.2, 0.4], multiplier=0.9, n_starts=1)
     with mp.workdps(30):
         r = least_restitution(mp.mpf("0.9"), mp.mpf("1.2"))
         slope = -4 * mp.pi**2 / (1 + r) ** 2
         by_bound = slope * mp.diff(lambda bound: least_restitution(bound, mp.mpf("1.2")), mp.mpf("0.9"))
         by_drive = slope * mp.diff(lambda drive: least_restitution(mp.mpf("0.9"), drive), mp.mpf("1.2"))
         assert found.value == pytest.approx(float(2 * mp.pi**2 * (1 - r) / (1 + r)), rel=1e-8)
-    for attempt in found.attempts:
-        assert attempt.end == pytest.approx({"Gamma": 1.2, "r": float(r)}, rel=1e-6)
+    assert found.parameters == pytest.approx({"Gamma": 1.2, "r": float(r)}, rel=1e-6)
     assert found.active == ("multiplier", "Gamma")
     assert found.gradient == pytest.approx({"Gamma": 0.0, "r": float(slope)}, rel=1e-8, abs=1e-8)
     gains = {one.name: one.gain for one in found.conditions}
@@ -155,6 +154,7 @@ def test_impacts_stay_away_from_a_graze(double: tuple[Any, ...]) -> None:
     assert found.residual < 1e-6
 
 
+@pytest.mark.thorough
 def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[Any, ...]) -> None:
     """The loss falls with d to where a flight first turns back, at once nearer to the wall than the margin."""
     found = nsmaps.optimize(*double, period=2, sense="min", graze=0.02, n_starts=1)
@@ -226,7 +226,7 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
     [
         (
             {"multiplier": 0.2, **ALONE},
-            "no motion that meets the conditions was found; nearest at .*: multiplier 0.25.*; expected: at most 0.2",
+            "no motion that meets the conditions was found; nearest at .*: multiplier 0.8.*; expected: at most 0.2",
         ),
         ({"motion": "2:1/T"}, "the motion at d = 0.35, g_bar = 0.211328 is 1:1/T with the word BTB; expected: 2:1/T"),
         ({"bounds": {"d": (0.2, 0.3)}, "x0": {"d": 0.35}}, "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds"),

@@ -272,7 +272,7 @@ def held(ball, value):
     return not np.isfinite(ball).all() or abs(value - mp.mpf(ball[0])) <= mp.mpf(ball[1])
 
 
-@settings(deadline=None, max_examples=1000)
+@settings(deadline=None, max_examples=500)
 @given(NUMBERS, RADII, NUMBERS, RADII, st.floats(-1, 1), st.floats(-1, 1))
 def test_balls_hold_what_they_say(a, ra, b, rb, s, t):
     """Against 400 digits (what is left of exp loses 300 of them), at a place of each operand."""

@@ -71,7 +71,7 @@ conditions = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(conditions)
 def test_any_condition_says_the_same_as_in_numpy(text: str) -> None:
     states = np.array([(v, phi) for v in PLACES for phi in PLACES])

@@ -50,7 +50,7 @@ def values(text):
         return [math.nan]
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(arithmetic(literal))
 @example("(0.0 / (1.0 / 2.2250738585e-313))")  # zero, if its infinite part were allowed
 def test_numbers_are_those_of_python(text):
@@ -131,7 +131,7 @@ def exactly(boolean, state):
     return bool(truth)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(condition, states)
 def test_numbers_and_symbols_state_the_same(text, points):
     read = read_condition(text, NAMES)

@@ -78,7 +78,7 @@ def exact(tree, state):
     return (value, max(*sizes, abs(value))) if real else (None, MP.inf)
 
 
-@settings(max_examples=120, deadline=None, derandomize=True)
+@settings(max_examples=60, deadline=None, derandomize=True)
 @given(trees)
 def test_a_text_has_the_values_of_its_formula(tree):
     """Also in symbols, and over boxes."""

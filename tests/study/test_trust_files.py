@@ -26,7 +26,7 @@ from nsmaps.report.page import write_report
 from nsmaps.study.store.run_folder import clear
 
 STORED = Path(__file__).parents[1] / "data" / "run-format-4"
-slowly = settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+slowly = settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 class Bomb:
