@@ -143,7 +143,12 @@ def move(p, mode, n, b):
         write_change(p, mode, p.flow_order[mode, q], n, b)
     for i in range(states):
         for j in range(len(b.z) if b.moved.here else 0):
-            evaluate_row(b.moved.flows[mode, i, j], TERMS, n, b.t)
+            row, last = b.moved.flows[mode, i, j], TERMS - 1
+            while last >= 0 and row[last] == 0.0:
+                last -= 1
+            if last < 0:
+                continue
+            evaluate_row(row, last + 1, n, b.t)
             for d in range(1, len(b.features)):
                 for k in range(n):
                     b.change[d, i, k] += b.t[AT.value + k] * b.z[j, k]

@@ -20,7 +20,7 @@ from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.enclosure.zeros import facts_of, first_choices, mode_of
 from nsmaps.exact.modes.tables.rows import rows_of
 from nsmaps.exact.modes.tables.tables import Tables
-from nsmaps.exact.modes.tables.vanishing import flow_of
+from nsmaps.exact.modes.tables.vanishing import flows_of
 
 REACH = 1.0  #: a cell times the spectral radius of |Y|
 POWERS = 20  #: of the series of a flow within a cell
@@ -78,7 +78,7 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
     with many_digits():
         rows = rows_of(definition, np.array(definition.expansions.at(values), dtype=object))
         (rate, *_), *_ = definition.scalars.at(values)
-        flows = [flow_of(mode, rate) for mode in rows.rates]
+        flows = flows_of(rows, rate)
         cells = [cell_of(flow, table.horizon) for flow in flows]
         units = [flow * arb(cell) for flow, cell in zip(flows, cells, strict=True)]
         series = [series_of(unit) for unit in units]

@@ -9,7 +9,7 @@ from flint import arb_mat
 from nsmaps.arrays import Bools, Ints
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.tables.tables import Tables
-from nsmaps.exact.modes.tables.vanishing import ball_rows, features_after, flow_of, independent_rows, is_combination, reduce_row
+from nsmaps.exact.modes.tables.vanishing import ball_rows, features_after, flows_of, independent_rows, is_combination, reduce_row
 
 
 @dataclass(frozen=True)
@@ -70,8 +70,8 @@ def facts_of(definition: Definition, values: Sequence[float], table: Tables) -> 
     _, width = table.functions.shape
     rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
     functions = [arb_mat([list(rows.functions[k])]) for k in first_choices(table)]
-    flows = [flow_of(mode, rate) for mode in rows.rates]
-    return Facts(table, flows, functions, list(map(features_after, rows.resets)), list(map(features_after, rows.starts)))
+    resets, starts = (list(map(features_after, states)) for states in (rows.resets, rows.starts))
+    return Facts(table, flows_of(rows, rate), functions, resets, starts)
 
 
 def first_choices(table: Tables) -> Ints:

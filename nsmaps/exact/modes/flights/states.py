@@ -10,7 +10,7 @@ from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.law import call_reset
 from nsmaps.exact.modes.flights.laws import VALUE, parameter_column, rate_place, size_column, slope_column
 from nsmaps.exact.modes.tables.memory import ONLY
-from nsmaps.exact.modes.tables.taylor import waves
+from nsmaps.exact.modes.tables.taylor import wave_rates, waves
 
 
 class Sum(NamedTuple):
@@ -90,7 +90,7 @@ def shift_derived(p, w):
 @inner
 def velocity(p, mode, z, field, w):
     """Write dz/dt in the time unit of the mode."""
-    n, turn = p.first.shape[1] - 1, p.rate * p.steps[mode]
+    n = p.first.shape[1] - 1
     if len(p.nonlinear) > 0:
         velocity_by_law(p, mode, z, field, w)
     else:
@@ -99,10 +99,7 @@ def velocity(p, mode, z, field, w):
             for j in range(p.first[mode, i], p.first[mode, following]):
                 total += p.values[j] * z[p.columns[j]]
             field[i] = total
-    field[n] = 0.0
-    for m in range(1, (len(z) - n - 1) // 2 + 1):
-        c, s = n + 2 * m - 1, n + 2 * m
-        field[c], field[s] = -m * turn * z[s], m * turn * z[c]
+    wave_rates(p.rate * p.steps[mode], z, n, field)
 
 
 @inner

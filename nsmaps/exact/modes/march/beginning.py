@@ -34,7 +34,7 @@ from nsmaps.exact.modes.tables.taylor import (
     LINEAR,
     SQUARE,
     TERMS,
-    next_term,
+    wave_rates,
     weighted_size,
 )
 
@@ -44,19 +44,15 @@ MOST_IDLE = 64  # events in a row that take no time but for rounding
 
 
 @inner
-def next_sizes(p, mode, d, k):
-    """Write bounds on the sizes of the term k + 1 of the series of z, from those of the term k."""
-    n, turn, following = p.first.shape[1] - 1, p.rate * p.steps[mode], k + 1
+def next_term(p, mode, d, k, sizes):
+    """Write the term k + 1 of the series of affine states, or of bounds on its sizes, from the term k."""
+    following = k + 1
     share = 1.0 / following
-    for i in range(n):
+    for i in range(p.first.shape[1] - 1):
         total = 0.0
         for j in range(p.first[mode, i], p.first[mode, i + END]):
-            total += abs(p.values[j]) * d[k, p.columns[j]]
+            total += (abs(p.values[j]) if sizes else p.values[j]) * d[k, p.columns[j]]
         d[following, i] = total * share
-    d[following, n] = 0.0
-    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
-        c, s = n + 2 * m - 1, n + 2 * m
-        d[following, c], d[following, s] = m * turn * share * d[k, s], m * turn * share * d[k, c]
 
 
 @inner
@@ -94,35 +90,23 @@ def grown_to(w):
 def further_term(p, mode, k, w):
     """Write the term k + 1 of the Taylor series of the features in memory, in the time unit of the mode, from the term k."""
     if len(p.nonlinear) == 0:
-        next_term(p, mode, w.d, k)
-        return
-    if k == 0:
+        next_term(p, mode, w.d, k, False)
+    elif k == 0:
         expand(p, mode, w)
         for j in range(len(w.piece.state)):
             power = 1.0
             for m in range(DEGREE + 1):
                 w.d[m, j], power = w.piece.series[j, m] * power, power * p.steps[mode]
-    next_waves(p, mode, w.d, k, 1.0)
-
-
-@inner
-def next_waves(p, mode, d, k, sign):
-    """Write the term k + 1 of the series of 1 and of the waves, or of their sizes with the sign -1."""
-    n, following = p.first.shape[1] - 1, k + 1
-    turn = p.rate * p.steps[mode] * (1.0 / following)
-    d[following, n] = 0.0
-    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
-        c, s = n + 2 * m - 1, n + 2 * m
-        d[following, c], d[following, s] = -sign * m * turn * d[k, s], m * turn * d[k, c]
+    following = k + 1
+    wave_rates(p.rate * p.steps[mode] * (1.0 / following), w.d[k], p.first.shape[1] - 1, w.d[following])
 
 
 @inner
 def further_sizes(p, mode, k, w):
     """Write the sizes of the term k + 1, from those of the term k; of a Taylor flight from its rates and its step."""
     if len(p.nonlinear) == 0:
-        next_sizes(p, mode, w.e, k)
-        return
-    if k == 0:
+        next_term(p, mode, w.e, k, True)
+    elif k == 0:
         velocity(p, mode, w.z, w.field, w)
         h = min(p.horizon, power_of_two(exact_exponent(w.piece.series, 0, UNIT_EXPONENT, exponent_of(p.horizon) + 1.0)))
         step = p.steps[mode]
@@ -132,7 +116,10 @@ def further_sizes(p, mode, k, w):
             for m in range(SQUARE, DEGREE):
                 following = m + 1
                 w.e[following, j] = w.e[m, j] * step / h
-    next_waves(p, mode, w.e, k, -1.0)
+    n, later = p.first.shape[1] - 1, k + 1
+    wave_rates(p.rate * p.steps[mode] * (1.0 / later), w.e[k], n, w.e[later])
+    for j in range(n, len(w.z)):
+        w.e[later, j] = abs(w.e[later, j])
 
 
 @inner

@@ -8,6 +8,7 @@ from nsmaps.exact.engine.constants import MOST_PHASE
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
 from nsmaps.exact.modes.paths.arriving import features_of, velocities
+from nsmaps.exact.modes.paths.refused import in_words
 from nsmaps.exact.modes.tables.nonlinear import derived_at, start_states
 from nsmaps.exact.modes.tables.tables import Tables
 
@@ -62,14 +63,10 @@ def why_off(definition: Definition, table: Tables, surfaces: Surfaces, row: Floa
     values = surfaces[k] @ features
     event, side = definition.transitions[definition.starts[k].transition].name, "just after" if definition.after else "at"
     return (
-        f"{_in_words(definition, row)} is not on the section: a function that is zero {side} {event!r} is "
+        f"{in_words(definition.coordinates, row)} is not on the section: a function that is zero {side} {event!r} is "
         f"{values[abs(values).argmax()]:.6g} there, as not all coordinates are free; expected: such as "
-        f"{_in_words(definition, nearest)} (`on_section` of the system)."
+        f"{in_words(definition.coordinates, nearest)} (`on_section` of the system)."
     )
-
-
-def _in_words(definition: Definition, row: Floats) -> str:
-    return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.coordinates, row.tolist(), strict=True))
 
 
 def _states(table: Tables, k: int, rows: Floats) -> tuple[Floats, Floats, Floats]:

@@ -13,7 +13,7 @@ from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.flight import CLOUDED, FAINT, STEEP, STIFF
 from nsmaps.exact.modes.paths.arriving import arrivals_of, arrived_alone, modes_given
-from nsmaps.exact.modes.paths.refused import in_no_mode, not_a_start
+from nsmaps.exact.modes.paths.refused import in_no_mode, in_words, not_a_start
 from nsmaps.exact.modes.paths.tracks import Event, events_from, events_of
 from nsmaps.exact.modes.tables.memory import (
     DOUBT_REASON,
@@ -102,7 +102,7 @@ def meeting_of(definition: Definition, table: Tables, time: float, w: Memory) ->
     first, second = (_guards(definition, table, f) for f in _functions(w))
     return (
         f"The guards {first} and {second} are met at once in the mode {_mode(definition, table, w)!r}, "
-        f"{time:.10g} after the start, at {_states(definition, w)}; the image depends on which event is first."
+        f"{time:.10g} after the start, at {in_words(definition.states, w.z)}; the image depends on which event is first."
     )
 
 
@@ -113,7 +113,8 @@ def surface_of(definition: Definition, table: Tables, time: float, w: Memory) ->
     surface = definition.surfaces[int(np.argmin(away))]
     return (
         f"Both modes beside the sliding {surface.name!r}, {' and '.join(map(repr, surface.modes))}, lead away from its surface, "
-        f"{time:.10g} after the start, at {_states(definition, w)}: the motion may leave it at any time, on either side."
+        f"{time:.10g} after the start, at {in_words(definition.states, w.z)}: the motion may leave it at any time, on either "
+        "side."
     )
 
 
@@ -121,7 +122,7 @@ def accumulation_of(definition: Definition, table: Tables, time: float, w: Memor
     """Which events follow one another ever faster, when and where."""
     return (
         f"Events of {_both(definition, table, w)} in the mode {_mode(definition, table, w)!r} accumulate, {time:.10g} "
-        f"after the start, at {_states(definition, w)}, and nothing says what follows. Of impacts that lose "
+        f"after the start, at {in_words(definition.states, w.z)}, and nothing says what follows. Of impacts that lose "
         "speed, declare `rests=` in the guard."
     )
 
@@ -129,7 +130,7 @@ def accumulation_of(definition: Definition, table: Tables, time: float, w: Memor
 def block_of_motion(definition: Definition, table: Tables, time: float, w: Memory) -> str:
     """Which guard is negative where its mode begins, or which events follow one another at once, when and where."""
     one, other = _functions(w)
-    where = f"{time:.10g} after the start, at {_states(definition, w)}"
+    where = f"{time:.10g} after the start, at {in_words(definition.states, w.z)}"
     if other == NO_FUNCTION:
         return (
             f"The guard {_guards(definition, table, one)} is negative where the mode {_mode(definition, table, w)!r} begins, "
@@ -174,12 +175,6 @@ def _mode(definition: Definition, table: Tables, w: Memory) -> str:
 def _mode_of(definition: Definition, table: Tables, function: int) -> str:
     """The mode in which a function is watched."""
     return definition.modes[definition.transitions[table.chosen[table.choices[function]]].mode]
-
-
-def _states(definition: Definition, w: Memory) -> str:
-    """The states at which a motion stopped."""
-    values = w.z[: len(definition.states)].tolist()
-    return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.states, values, strict=True))
 
 
 def _guards(definition: Definition, table: Tables, function: int) -> str:

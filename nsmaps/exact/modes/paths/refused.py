@@ -40,7 +40,7 @@ def not_a_start(definition: Definition, table: Tables, row: Floats) -> str:
         (features_there,) = features_of(table, states, phases)
         name, (kept, why) = definition.transitions[k].name, _at(definition, table, k, features_there, phases)
         if name not in reasons or kept:
-            reasons[name] = f"{name!r} {why} at {states_of(definition, features_there)}"
+            reasons[name] = f"{name!r} {why} at {in_words(definition.states, features_there)}"
     return f"No event of the section takes place: {'; '.join(reasons.values())}."
 
 
@@ -72,10 +72,9 @@ def in_no_mode(definition: Definition, table: Tables, state: Floats, mode: str) 
             known = [f"the guard {guard!r} is {value:.6g}" for guard, value in guards.items() if guard]
             reasons.setdefault(name, f"in the mode {name!r} {' and '.join(known or ['a section lies behind'])}")
     kind = f"the mode {mode!r}" if mode else "any mode"
-    return f"The state {states_of(definition, features)} does not belong to {kind}: {'; '.join(reasons.values())}."
+    return f"The state {in_words(definition.states, features)} does not belong to {kind}: {'; '.join(reasons.values())}."
 
 
-def states_of(definition: Definition, features: Floats) -> str:
-    """States by name."""
-    values = features[: len(definition.states)].tolist()
-    return ", ".join(f"{name} = {value:.10g}" for name, value in zip(definition.states, values, strict=True))
+def in_words(names: Sequence[str], values: Floats) -> str:
+    """The first numbers of an array by name."""
+    return ", ".join(f"{name} = {value:.10g}" for name, value in zip(names, values[: len(names)].tolist(), strict=True))

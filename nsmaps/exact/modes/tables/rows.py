@@ -50,6 +50,18 @@ def rows_of(definition: Definition, given: Floats) -> Rows:
     return Rows(rates, np.array(functions), np.array(resets), where, np.array(begins), held, starts, surfaces)
 
 
+def flow_matrices(rates: Floats, turns: Any) -> Floats:
+    """The matrices of z' by z, (M, N, N), by rates of states, (M, n, N), and of the phase, one or (M,): floats, or all balls."""
+    count, n, width = rates.shape
+    flows = np.zeros((count, width, width), rates.dtype)
+    flows[:, :n] = rates
+    for m in range(1, (width - n - 1) // 2 + 1):
+        sine = n + 2 * m
+        cosine = sine - 1
+        flows[:, cosine, sine], flows[:, sine, cosine] = -m * turns, m * turns
+    return flows
+
+
 @lru_cache(maxsize=64)
 def plain_of(definition: Definition) -> list[bool]:
     """Whether a motion continues from a transition with a linear reset, and neither contact nor sliding may begin there."""

@@ -20,7 +20,7 @@ from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.nonlinear import taylor_of
 from nsmaps.exact.modes.tables.polynomials import exponential_series, polynomials_of
-from nsmaps.exact.modes.tables.rows import Rows, plain_of, rows_of, transitions_of
+from nsmaps.exact.modes.tables.rows import Rows, flow_matrices, plain_of, rows_of, transitions_of
 from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 from nsmaps.exact.modes.tables.vanishing import vanishing
 
@@ -166,18 +166,6 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
         "abscissa": np.maximum(0.0, np.linalg.eigvals(flows[:, :n, :n]).real.max(axis=1)),
         "growth": exponential(np.abs(flows) * steps[:, None, None]),
     }
-
-
-def flow_matrices(rates: Floats, turns: Any) -> Floats:
-    """The matrices of z' by z, shape (M, N, N), by rates of states, shape (M, n, N), and of the phase, one or shape (M,)."""
-    count, n, width = rates.shape
-    flows = np.zeros((count, width, width))
-    flows[:, :n] = rates
-    for m in range(1, (width - n - 1) // 2 + 1):
-        sine = n + 2 * m
-        cosine = sine - 1
-        flows[:, cosine, sine], flows[:, sine, cosine] = -m * turns, m * turns
-    return flows
 
 
 def functions_of(

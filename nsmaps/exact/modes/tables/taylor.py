@@ -30,20 +30,13 @@ def waves(phi, z, n):
 
 
 @inner
-def next_term(p, mode, d, k):
-    """Write the term k + 1 of the Taylor series of z, in the time unit of the mode, from the term k."""
-    n, turn, following = p.first.shape[1] - 1, p.rate * p.steps[mode], k + 1
-    share = 1.0 / following
-    for i in range(n):
-        total, end = 0.0, i + 1
-        for j in range(p.first[mode, i], p.first[mode, end]):
-            total += p.values[j] * d[k, p.columns[j]]
-        d[following, i] = total * share
-    d[following, n] = 0.0
-    for m in range(1, (d.shape[1] - n - 1) // 2 + 1):
+def wave_rates(turn, z, n, rates):
+    """Write the derivatives of 1 and of the waves behind n states, as the phase turns by so many radians a unit of time."""
+    rates[n] = 0.0
+    for m in range(1, (len(z) - n - 1) // 2 + 1):
         sine = n + 2 * m
         cosine = sine - 1
-        d[following, cosine], d[following, sine] = -m * turn * share * d[k, sine], m * turn * share * d[k, cosine]
+        rates[cosine], rates[sine] = -m * turn * z[sine], m * turn * z[cosine]
 
 
 @inner

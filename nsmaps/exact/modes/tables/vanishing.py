@@ -13,7 +13,7 @@ from nsmaps.exact.flows.balls import many_digits
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import BallRow
 from nsmaps.exact.modes.tables.nonlinear import states_to_recompute
-from nsmaps.exact.modes.tables.rows import Rows, rows_of
+from nsmaps.exact.modes.tables.rows import Rows, flow_matrices, rows_of
 from nsmaps.exact.modes.tables.taylor import TERMS
 
 Basis = list[tuple[int, BallRow]]  #: rows, each with the place of a one where all others are zero
@@ -25,15 +25,9 @@ def ball_rows(definition: Definition, values: Sequence[float], width: int) -> Ro
     return rows_of(definition, np.array(definition.facts(harmonics).at(values), dtype=object))
 
 
-def flow_of(rates: Sequence[Sequence[arb]], rate: arb) -> arb_mat:
-    """The matrix Y of a mode in many digits, shape (N, N), by its rows of rates and the rate of the phase: z' = Y z."""
-    n, (width, *_) = len(rates), map(len, rates)
-    flow = arb_mat([list(row) for row in rates] + [[arb(0)] * width for _ in range(width - n)])
-    for m in range(1, (width - n - 1) // 2 + 1):
-        sine = n + 2 * m
-        cosine = sine - 1
-        flow[cosine, sine], flow[sine, cosine] = -m * rate, m * rate
-    return flow
+def flows_of(rows: Rows, rate: arb) -> list[arb_mat]:
+    """The matrices Y of modes in many digits, shape (N, N), by rows and the rate of the phase: z' = Y z."""
+    return [arb_mat(flow.tolist()) for flow in flow_matrices(rows.rates, rate)]
 
 
 def features_after(states: Sequence[Sequence[arb]]) -> arb_mat:
@@ -52,7 +46,7 @@ def vanishing(definition: Definition, values: Sequence[float], leads: Sequence[i
     result = np.zeros((len(definition.transitions), len(leads)), np.int64)
     with many_digits():
         rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
-        flows, functions = [flow_of(mode, rate) for mode in rows.rates], [arb_mat([list(row)]) for row in rows.functions]
+        flows, functions = flows_of(rows, rate), [arb_mat([list(row)]) for row in rows.functions]
         for k, one in enumerate(definition.transitions):
             reset, given = features_after(rows.resets[k]), [*dict(one.curved), *states_to_recompute(definition, one)]
             zeros = independent_rows([rows.functions[k], *rows.held[k]])

@@ -3,15 +3,25 @@
 What is left is smooth in the states: Abs(u) is s u with s = 1 where u is positive and -1 where it is negative.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import sympy as sp
-from sympy.core.relational import Relational
-from sympy.logic.boolalg import BooleanFunction
 
 from nsmaps.errors import SystemDefinitionError
 
-KINKS = sp.Abs, sp.sign, sp.Heaviside, sp.Max, sp.Min, sp.Piecewise
+BY_SIGN: dict[Any, Callable[..., sp.Expr]] = {
+    sp.Abs: lambda sign, argument: sign * argument,
+    sp.sign: lambda sign, _: sign,
+    sp.Heaviside: lambda sign, _: (1 + sign) / 2,
+}
+KINKS = *BY_SIGN, sp.Max, sp.Min, sp.Piecewise
+INEQUALITIES = sp.Gt, sp.Ge, sp.Lt, sp.Le
+JOINED: dict[Any, Callable[..., sp.Expr]] = {
+    sp.And: sp.Mul,
+    sp.Or: lambda *parts: 1 - sp.Mul(*(1 - part for part in parts)),
+    sp.Not: lambda part: 1 - part,
+}  #: conditions, by numbers that are one where they hold
 
 
 class Kinks:
@@ -28,20 +38,17 @@ class Kinks:
         """
         if not (expr.has(*KINKS) and expr.free_symbols & moving):
             return expr
-        if isinstance(expr, sp.Piecewise):
+        if expr.func == sp.Piecewise:
             return self._pieces(expr.args, moving)
         parts = [self.smooth(part, moving) for part in expr.args]
-        if not isinstance(expr, KINKS):
+        if expr.func == sp.Max:
+            return self._largest(parts)
+        if expr.func == sp.Min:
+            return -self._largest([-part for part in parts])
+        if expr.func not in BY_SIGN:
             return expr.func(*parts)
-        if isinstance(expr, sp.Max | sp.Min):
-            return self._largest(parts if isinstance(expr, sp.Max) else [-part for part in parts]) * (
-                1 if isinstance(expr, sp.Max) else -1
-            )
         argument, *_ = parts
-        sign = self.sign_of(argument)
-        if isinstance(expr, sp.Abs):
-            return sign * argument
-        return sign if isinstance(expr, sp.sign) else (1 + sign) / 2
+        return BY_SIGN[expr.func](self.sign_of(argument), argument)
 
     def sign_of(self, argument: sp.Expr) -> sp.Expr:
         """The sign of an argument; those that differ by a number share its symbol."""
@@ -79,14 +86,8 @@ class Kinks:
         """One where a condition of a piece holds, zero elsewhere."""
         if not condition.free_symbols & moving:
             return sp.Piecewise((1, condition), (0, True))
-        if isinstance(condition, Relational) and not isinstance(condition, sp.Eq | sp.Ne):
+        if condition.func in INEQUALITIES:
             return self._above(self.smooth(condition.gts - condition.lts, moving))
-        if isinstance(condition, BooleanFunction):
-            parts = [self._holds(part, moving) for part in condition.args]
-            if isinstance(condition, sp.And):
-                return sp.Mul(*parts)
-            if isinstance(condition, sp.Or):
-                return 1 - sp.Mul(*(1 - part for part in parts))
-            if isinstance(condition, sp.Not):
-                return sp.Add(1, *(-part for part in parts))
+        if condition.func in JOINED:
+            return JOINED[condition.func](*(self._holds(part, moving) for part in condition.args))
         raise SystemDefinitionError(f"has a `Piecewise` with the condition {condition}; expected: inequalities, and And, Or, Not")
