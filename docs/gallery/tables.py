@@ -48,7 +48,7 @@ def surrogates() -> dict[str, list[tuple[float, float]]]:
     """Processor time, nanoseconds a state, and largest error, by kind of map."""
     points: dict[str, list[tuple[float, float]]] = {}
     for cells in rows_of("surrogates"):
-        points.setdefault(cells[1], []).append((float(cells[6]), float(cells[7].split()[0])))
+        points.setdefault(cells[1], []).append((float(cells[5]), float(cells[6])))
     return points
 
 
