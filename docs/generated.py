@@ -137,6 +137,22 @@ def arrays() -> Iterator[str]:
                 yield f"| `{name}` | `{key}` | {', '.join(each.axes)} | {each.unit or 'of the quantity'} | {each.text} |"
 
 
+def literature() -> Iterator[str]:
+    """The literature by topic, from `references.bib`."""
+    text = (HERE / "references.bib").read_text(encoding="utf-8")
+    for latex, letter in ((r"{\"u}", "ü"), (r"{\'e}", "é"), (r"{\l}", "ł"), (r"\&", "&"), (r"\url", "")):
+        text = text.replace(latex, letter)
+    topics: dict[str, list[str]] = {}
+    for key, entry in re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", text, re.MULTILINE | re.DOTALL):
+        fields = {name: re.sub("[{}]", "", value) for name, value in re.findall(r"(?m)^  (\w+) = \{(.*)\},$", entry)}
+        authors = ", ".join(author.partition(",")[0] for author in fields["author"].split(" and "))
+        place = [fields[name] for name in ("journal", "publisher", "school", "howpublished", "volume", "year") if name in fields]
+        row = f"| `{key}` | {authors}, *{fields['title']}*, {' '.join(place)} | {fields['annote']} |"
+        topics.setdefault(fields["keywords"], []).append(row)
+    for topic, rows in topics.items():
+        yield from ("", f"## {topic}", "", "| key | work | used in |", "|---|---|---|", *rows)
+
+
 def rooms() -> Iterator[str]:
     """The packages of nsmaps, each with the first sentence of its docstring."""
     package = HERE.parent / "nsmaps"
