@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import matplotlib
 import numpy as np
@@ -21,7 +21,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from nsmaps.figures.png import write_png
-from nsmaps.figures.style import noted, settings
+from nsmaps.figures.style import SIZE, extent_of, noted, settings
 from nsmaps.files.storage import file_part
 
 _PARSER = RendererAgg(1, 1, 72).mathtext_parser  # type: ignore[no-untyped-call]  # as renderers of pixels have it
@@ -30,9 +30,8 @@ _NARROW = 2.2  #: inches, the least width of a panel on a page that is narrower
 _FLATTER = 0.75  #: of the height of panels that stand one below the other for want of width
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
-_LETTERS = 9  #: letters of a title in an inch of its panel's width, after its own letter
+_BESIDE, _APART = 0.5, 0.2  #: inches, beside a panel, and of its letter with the space behind it
 _TICKS = 6  #: of an axis that has no ticks of its own, at most
-_MARKUP = "$_{}\\"  #: letters of a title that are not seen
 Panel = Callable[[Axes], Axes]
 
 
@@ -66,13 +65,7 @@ class Sheet:
             panel(ax)
             letter, raised = self._letter(number), cast(Any, ax).titleOffsetTrans.transform((0.0, 0.0))[1]
             pad = raised * 72 / figure.dpi  # as the panel set it
-            for side in ("center", "right"):
-                title = ax.get_title(side)
-                if title and noted(f"({letter}) {title}" if letter else title):
-                    title = ""
-                ax.set_title(fill(title, int(_LETTERS * each) + sum(map(title.count, _MARKUP))), loc=side, pad=pad)
-            if letter:
-                ax.set_title(f"({letter})", loc="left", fontweight="bold", pad=pad)
+            _entitle(ax, letter, each, pad)
             ax.title.set_y(1.0)  # which axes in space lower, into the picture
         if self.title and not noted(self.title):
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
@@ -99,6 +92,34 @@ class Sheet:
                 else:
                     figure.savefig(path, dpi=dpi)
         return paths
+
+
+def _entitle(ax: Axes, letter: str, width: float, pad: float) -> None:
+    """The letter of a panel, `width` inches wide with all around it, and its title, in the middle or, if it fits there, right.
+
+    A title that is longer is broken into lines.
+    """
+    sides: tuple[Literal["center", "right"], ...] = ("center", "right")
+    for side in sides:
+        title, place = ax.get_title(side), side
+        if title and noted(f"({letter}) {title}" if letter else title):
+            title = ""
+        if title:
+            own, free = _inches(title), width - _BESIDE - (_inches(letter) + _APART if letter else 0.0)
+            place = "right" if letter and own > free - _inches(letter) - _APART else side
+            title = fill(title, int(len(title) * free / own)) if own > free else title
+        ax.set_title("", loc=side)
+        ax.set_title(title, loc=place, pad=pad)
+    if letter:
+        ax.set_title(f"({letter})", loc="left", fontweight="bold", pad=pad)
+
+
+def _inches(text: str) -> float:
+    """The width of a text; of one that is not mathematics, as many letters as it has."""
+    try:
+        return extent_of(text)[0] / 72
+    except ValueError:
+        return len(text) * SIZE / 100
 
 
 def _one_legend(figure: Figure, free: Bbox | None) -> None:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from functools import lru_cache
 from typing import Any
 
 import matplotlib
@@ -17,6 +18,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
+from matplotlib.textpath import TextPath
 from matplotlib.ticker import MultipleLocator
 
 from nsmaps.coordinates import is_angle
@@ -101,9 +103,29 @@ STYLE: dict[str, Any] = {
 HALO = (withStroke(linewidth=1.8, foreground="white"),)  #: around lines and names over areas
 
 
+@lru_cache(maxsize=64)
+def extent_of(text: str, size: float = SIZE) -> tuple[float, float]:
+    """The width and the height of a text in a type size, points; one of a figure is asked for in each of its panels."""
+    lines = [TextPath((0, 0), line, size=size).get_extents() for line in text.splitlines()]
+    return max(line.width for line in lines), 1.2 * size * (len(lines) - 1) + lines[0].height
+
+
 def tint(colour: str, amount: float = 0.65) -> tuple[float, float, float]:
     """The colour mixed with this share of white."""
     r, g, b = ((1 - amount) * part + amount for part in to_rgb(colour))
+    return r, g, b
+
+
+def darker(colour: str) -> tuple[float, float, float]:
+    """The colour mixed with black until its contrast with white is 4.5 (WCAG 2.1, 1.4.3), as letters need.
+
+    >>> darker(BLACK), darker(YELLOW)[0] < 0.6
+    ((0.0, 0.0, 0.0), True)
+    """
+    shares = np.linspace(1, 0, 101)
+    given = shares[:, None] * to_rgb(colour)
+    linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
+    r, g, b = given[int(np.argmax(1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 4.5))].tolist()
     return r, g, b
 
 

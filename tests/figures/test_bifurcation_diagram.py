@@ -16,7 +16,7 @@ from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, Border, Window
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.words import encode
 from nsmaps.figures.parameters.bifurcation_diagram import bifurcation_diagram, sheets
-from nsmaps.figures.parameters.motions import intervals
+from nsmaps.figures.parameters.motions import Interval, intervals, strip
 from nsmaps.figures.parameters.raster import ROWS, raster
 from nsmaps.figures.style import BLACK, INK, INKS, MAGENTA
 from nsmaps.study.sections.parameters.bifurcation import DIAGRAMS
@@ -154,7 +154,7 @@ def test_a_name_that_does_not_fit_is_a_number_of_the_legend(ax):
     bifurcation_diagram(replace(diagram(["1:1/T"] * 60), windows=tuple(found)), ax)
     assert [text.get_text() for text in ax.texts] == ["1:1/T", "1", "C", "2:1/T"]
     entries = {text.get_text(): handle.get_marker() for text, handle in zip(*legend_of(ax), strict=True)}
-    assert entries == {"1:1/2T": "$1$"}
+    assert entries == {"1:1/2T": r"$\mathrm{1}$", "chaos": r"$\mathrm{C}$"}
     assert ticks(ax) == [0.6, 0.66, 0.68]
 
 
@@ -174,12 +174,21 @@ def test_a_diagram_without_an_attractor_says_so(ax):
     assert ax.get_legend() is None
 
 
+def test_a_number_has_one_meaning_in_all_panels(ax):
+    ax.set_xlim(0, 1)
+    narrow = Interval("1:1/4T", 0.5, 0.53), Interval("1:1/2T", 0.6, 0.63)
+    entries = strip(ax, {"": narrow[:1]}, (), others=[narrow[1:]])
+    assert [text.get_text() for text in ax.texts] == ["2"], "1 is of the other panel"
+    assert [(each.get_label(), each.get_marker()) for each in entries] == [("1:1/4T", r"$\mathrm{2}$")]
+
+
 def test_words_beyond_the_colours_are_one_entry(ax):
     words = ["B" + "T" * k + "B" for k in range(12)]
     made = diagram(["C"] * 12)
     codes = np.array([[[encode(word, WALLS)] * 2] for word in words])
     bifurcation_diagram(replace(made, codes=codes), ax)
-    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    *labels, chaos = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert chaos == "chaos"
     assert labels[-1] == f"{12 - len(labels) + 1} more words"
     assert set(labels[:-1]) < set(words)
     grey = np.isclose(ax.images[0].get_array(), to_rgb(INK)).all(axis=-1)

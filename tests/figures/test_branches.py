@@ -11,6 +11,7 @@ from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.parameters.branches import branches, sheets
+from nsmaps.figures.style import darker
 
 
 def test_lines_and_marks_are_those_of_the_branch(pair, ax):
@@ -35,7 +36,7 @@ def test_lines_and_marks_are_those_of_the_branch(pair, ax):
     assert set(names) == {"1:1/T", "1:1/2T"}
     for branch, name in ((one, "1:1/T"), (two, "1:1/2T")):
         line = next(line for line in ax.lines if np.array_equal(line.get_xdata(), branch.values))
-        assert names[name].get_color() == line.get_color()
+        assert names[name].get_color() == darker(line.get_color())
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", r"$\phi_{k}$ (rad)")
 
 

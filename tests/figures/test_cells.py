@@ -31,7 +31,7 @@ def test_what_stays_is_apart_from_what_is_left(result, ax):
     left = (made.left > 0) & (made.region >= 0)
     assert (drawn[left] == 1 + made.left[left]).all()
     assert (drawn[made.region < 0] == -1).all()
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["departure not proved", "periodic points"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["not proved", "periodic points"]
     assert np.array_equal(np.column_stack(ax.lines[0].get_data()), made.points)
 
 
@@ -41,7 +41,7 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
     sheet.panels[1](ax)
     drawn = shown(ax)
     assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.exit_times.arrived == 0).tolist()
-    assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["arrival not proved", "target"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not proved", "target"]
 
 
 def test_results_draw_themselves_and_name_their_axes(result):

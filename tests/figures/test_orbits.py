@@ -56,14 +56,18 @@ def test_an_attractor_that_is_small_and_no_point_is_enlarged(result, ax, extent,
 @pytest.mark.parametrize("corner", [[0, 0], [0, 1], [1, 0], [1, 1]])
 def test_an_inset_lies_where_nothing_else_is(ax, corner):
     ax.set(xlim=(0, 1), ylim=(0, 1))
-    name = ax.text(*np.clip(corner, 0.2, 0.8), "R")
+    name = ax.text(*np.clip(corner, 0.25, 0.75), "R")
     taken = np.random.default_rng(0).uniform(0, 1, (300, 2))
-    taken = taken[(np.abs(taken - corner) > 0.5).any(axis=1)]
-    inner = inset(ax, np.array([[0.45, 0.5], [0.55, 0.6]]), taken)
-    place = ax.transAxes.inverted().transform(inner.get_window_extent().get_points())
-    assert np.abs(place.mean(axis=0) - np.clip(corner, 0.23, 0.77)).max() < 0.01
+    taken = taken[(np.abs(taken - corner) > 0.6).any(axis=1)]
+    ax.plot(*taken.T, "o", ls="")
+    small = np.array([[0.62, 0.62], [0.7, 0.7]] if corner == [0, 0] else [[0.3, 0.3], [0.38, 0.38]])
+    inner = inset(ax, small, lambda inner: None)
+    ax.figure.draw_without_rendering()
+    place = ax.transAxes.inverted().transform(inner.get_tightbbox().get_points())
+    assert (np.abs(place.mean(axis=0) - corner) < 0.5).all()
     assert not ((taken > place[0]) & (taken < place[1])).all(axis=1).any()
     assert name not in ax.texts
+    assert min(len(axis.get_ticklabels()) for axis in (inner.xaxis, inner.yaxis)) >= 2
 
 
 def test_an_orbit_draws_itself_in_the_plane_and_over_the_returns(result, ax):

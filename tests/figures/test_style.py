@@ -132,15 +132,16 @@ def test_both_axes_of_a_phase_have_ticks_of_one_kind(ax):
 
 def test_a_long_title_is_broken_so_that_it_leaves_room_for_the_letter():
     long = "exact map, by fitted map R1+, update 1, not forward invariant"
-    panels = [lambda ax, text=text: ax.set_title(text) and ax for text in ("short", long)]
+    panels = [lambda ax, text=text: ax.set_title(text) and ax for text in ("short", "update 11: width 0.00582", long)]
     with rc_context(style.STYLE):
         figure = Sheet("envelopes", tuple(panels), 2, 0.76).figure()
-    short, broken = (ax.get_title() for ax in figure.axes)
-    assert short == "short"
+    short, middle, broken = (ax.get_title() or ax.get_title("right") for ax in figure.axes)
+    assert (short, middle) == ("short", "update 11: width 0.00582")
     assert broken.replace("\n", " ") == long
     figure.draw_without_rendering()
     for ax in figure.axes:
-        assert not ax.title.get_window_extent().overlaps(ax._left_title.get_window_extent())
+        for title in (ax.title, ax._right_title):
+            assert not title.get_text() or not title.get_window_extent().overlaps(ax._left_title.get_window_extent())
 
 
 def test_what_the_ticks_of_a_very_small_interval_share_is_in_the_label_of_its_axis(ax):

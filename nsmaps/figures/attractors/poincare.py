@@ -60,9 +60,7 @@ def poincare(found: "Found", ax: Axes, plane: tuple[int, int] = (0, 1), zoom: Wi
     _states(ax, shown)
     if len(shown) > MANY:
         corners = np.array(zoom, float).T if zoom else _densest(shown, low, high)
-        inner = inset(ax, corners, shown[:: max(len(shown) // 5000, 1)])
-        if inner is not None:
-            _states(inner, shown)
+        inset(ax, corners, partial(_states, shown=shown), beside=shown[:: max(len(shown) // 5000, 1)])
     ax.set_title(name_of(found))
     return dress(ax, (names[plane[0]], steps[0]), (names[plane[1]], steps[1]))
 

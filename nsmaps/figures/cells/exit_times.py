@@ -46,10 +46,7 @@ def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
         bar.set_label(f"returns until {'arrived' if arrives else 'left'}")
         if steps.max() > shades:
             bar.ax.set_yticklabels([*map(str, range(1, shades)), f"{shades}+"])
-    patches = [
-        Patch(color=greens[1], label=f"{'arrival' if arrives else 'departure'} not proved"),
-        Patch(color=greens[0], label="target"),
-    ]
+    patches = [Patch(color=greens[1], label="not proved"), Patch(color=greens[0], label="target")]
     handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
     ax.legend(handles=handles)
     ax.set(xlim=times.cells.window[0], ylim=times.cells.window[1])

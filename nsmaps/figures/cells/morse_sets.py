@@ -19,6 +19,7 @@ from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, YELLOW,
 _COLOURS = (BLUE, RED, GREEN, MAGENTA, ORANGE, SKY, YELLOW)
 _GREY = (0.8, 0.8, 0.8)
 LAST = 0.5  #: the share of an orbit, from its end, that is drawn
+_AROUND = 0.04  #: of the window, around the cells that are shown
 NAMED = 4  #: components with a line in the legend
 
 
@@ -28,7 +29,10 @@ def sheets(cover: MorseCover, orbits: Sequence[Orbit] | None = None) -> tuple[Sh
 
 
 def morse_sets(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = None) -> Axes:
-    """The cells of each component in a colour of its own, those between components grey, the exact orbits' last half as dots."""
+    """The cells of each component in a colour of its own, those between components grey, the exact orbits' last half as dots.
+
+    The part of the window is shown that holds them.
+    """
     count = len(cover.hulls)
     shades = [_GREY, *(tint(_COLOURS[k % len(_COLOURS)], 0.45) for k in range(count))]
     number = np.full(cover.cells.size, -1)
@@ -41,7 +45,11 @@ def morse_sets(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = Non
     if tails:
         handles += ax.plot(*np.concatenate(tails).T, ".", ms=1.8, color="k", mec="none", label="exact orbits")
     ax.legend(handles=handles)
-    ax.set(xlim=cover.cells.window[0], ylim=cover.cells.window[1])
+    places = np.transpose(np.unravel_index(cover.numbers, cover.cells.shape)) / cover.cells.shape
+    ends = np.clip([places.min(axis=0, initial=1) - _AROUND, places.max(axis=0, initial=0) + _AROUND], 0, 1)
+    window = np.array(cover.cells.window)
+    shown = window[:, :1] + ends.T * np.ptp(window, axis=1, keepdims=True) if len(places) else window
+    ax.set(xlim=shown[0], ylim=shown[1])
     return dress(ax, (cover.cells.coordinates[0], "k"), (cover.cells.coordinates[1], "k"))
 
 

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
-from matplotlib.textpath import TextPath
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt, minimum_filter
 
@@ -16,7 +15,7 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.lines import finite_states, last_tenth
-from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, fill_of, piece_colours, piece_label
+from nsmaps.figures.style import HALO, MOST, PIECES, REST, SIZE, extent_of, fill_of, piece_colours, piece_label
 from nsmaps.reduced.composite.composite import CompositeMap
 
 if TYPE_CHECKING:
@@ -149,20 +148,13 @@ def name_area(ax: Axes, grid: Grid, area: NDArray[np.bool_], name: str, sizes: t
     """Write a name into an area, of the grid's shape, in the first type size, in points, that fits; whether one does."""
     axes = np.array([ax.bbox.width, ax.bbox.height]) * _POINTS / ax.figure.dpi
     for size in sizes:
-        cells = np.ceil(_PADDING * np.array(_extent_of(name, size)) / axes * grid.shape).astype(int) + 1
+        cells = np.ceil(_PADDING * np.array(extent_of(name, size)) / axes * grid.shape).astype(int) + 1
         middles = minimum_filter(area, size=tuple(cells), mode="constant", cval=False)
         if middles.any():
             x, y = grid.states()[inmost(middles)]
             ax.text(x, y, name, ha="center", va="center", fontsize=size, color="black", zorder=8, path_effects=HALO)
             return True
     return False
-
-
-@lru_cache(maxsize=64)
-def _extent_of(name: str, size: float) -> tuple[float, float]:
-    """The width and the height of a name in a type size, points; one of a figure is asked for in each of its panels."""
-    lines = [TextPath((0, 0), line, size=size).get_extents() for line in name.splitlines()]
-    return max(line.width for line in lines), 1.2 * size * (len(lines) - 1) + lines[0].height
 
 
 def paint(ax: Axes, grid: Grid, number: NDArray[np.integer], colours: list[tuple[float, float, float]]) -> None:

@@ -1,5 +1,6 @@
 """Cobwebs of the composite map, a picture a coordinate: fig. glosmallic."""
 
+import re
 from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
@@ -65,14 +66,15 @@ def cobweb(
     ax.plot(values[:1], values[:1], "o", mfc="white", mec="black", mew=0.8, ms=4.2, zorder=6, label="start")
     look(ax, values, composite.coordinates[i])
     ends = last_tenth(values)
-    corners = np.column_stack(staircase(values))
-    inner = inset(ax, np.column_stack([ends[:-1], ends[1:]]), corners) if lasts else None
-    if inner is not None:
-        limits = inner.get_xlim(), inner.get_ylim()
+    span = ax.get_xlim()
+
+    def enlarged(inner: Axes) -> None:
         draw_pieces(composite, inner, i, grid, colours, visited)
-        inner.set(xlim=limits[0], ylim=limits[1])
-        diagonal(inner, *ax.get_xlim())
+        diagonal(inner, *span)
         _ends(inner, values)
+
+    if lasts:
+        inset(ax, np.column_stack([ends[:-1], ends[1:]]), enlarged)
     return ax
 
 
@@ -108,7 +110,10 @@ def look(ax: Axes, values: Floats, name: str) -> Axes:
     whole = angle and interval[1] - interval[0] >= TWO_PI * (1 - 1e-9)
     margin = 0.0 if whole else 0.03 * (top - bottom)
     ax.set(xlim=(low, high), ylim=interval if whole else (bottom - margin, top + margin))
-    ax.legend()
+    handles, names = ax.get_legend_handles_labels()
+    numbers = [re.match(r"\$\\mathcal\{R\}_\{(\d+)", name) for name in names]
+    order = sorted(range(len(names)), key=lambda k: int(found[1]) if (found := numbers[k]) else np.inf)
+    ax.legend([handles[k] for k in order], [names[k] for k in order])
     return dress(ax, (name, "k"), (name, "k+1"))
 
 

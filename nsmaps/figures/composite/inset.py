@@ -1,7 +1,8 @@
-"""An inset: what is small in a picture, enlarged in the corner in which least else is drawn."""
+"""An inset: what is small in a picture, enlarged at the place where least else is drawn."""
 
+from collections.abc import Callable, Iterator
 from itertools import product
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,21 +10,30 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from nsmaps.arrays import Floats
-from nsmaps.figures.style import HALO, SIZE
+from nsmaps.figures.style import SIZE
 
-_SIDE = 0.4  #: of the picture's sides
-_GAP = 0.03  #: between the inset and the frame
-_FULL = 10  #: digits below or above an inset, an inch
-_DIGITS = np.array([0.36, 0.16])  #: inches that numbers need beside and above an inset
+_SIDES = (0.4, 0.32)  #: of the picture's sides
+_GAP = 0.03  #: around the inset and its numbers
+_PLACES = 7  #: along each side of the picture, where it may stand
+_DIGIT, _LINE = 0.07, 0.16  #: inches, the width of a digit of the numbers beside an inset, and the height of those below it
 _SMALL, _POINT = 0.3, 1e-3  #: of the picture, between which an attractor is enlarged: a single point stays one
+_STEP, _MOST = 0.02, 50  #: of the picture, between points along a line, and how many of them a step of it has at most
 _AROUND = 0.15  #: of the extent of what is enlarged, around it
 
 
-def inset(ax: Axes, points: Floats, taken: Floats, above: bool = False) -> Axes | None:
-    """Axes that enlarge points (N, 2), in the corner that holds the fewest of others (K, 2); None where they are not small.
+def inset(
+    ax: Axes,
+    points: Floats,
+    draw: Callable[[Axes], object],
+    above: bool = False,
+    free: bool = False,
+    beside: Floats | None = None,
+) -> Axes | None:
+    """Axes that enlarge points (N, 2), where they hide the least of them and of all lines; None where the points are not small.
 
-    Its axes have numbers on the sides that face the middle of the picture, where a frame marks what is enlarged. The limits of
-    the picture are final, but that room for it can be made `above` what is drawn.
+    Others (K, 2) `beside` them are not to be hidden either. Its content is what `draw` draws, its numbers stand on white, and a
+    frame in the picture marks what is enlarged. The limits of the picture are final, but that room for it can be made `above`
+    what is drawn. One that must be `free` hides nothing, or there is none.
     """
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
     share = np.ptp(points, axis=0) / (high - low)
@@ -31,45 +41,69 @@ def inset(ax: Axes, points: Floats, taken: Floats, above: bool = False) -> Axes 
     if not inside or share.max() > _SMALL or share.max() < _POINT:
         return None
     if above:
-        high[1] += (high[1] - low[1]) * (_SIDE + _GAP) / (1 - _SIDE - _GAP)
+        high[1] += (high[1] - low[1]) * (_SIDES[0] + _GAP) / (1 - _SIDES[0] - _GAP)
         ax.set_ylim(top=high[1])
     middle, half = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
     half = (1 + 2 * _AROUND) * np.maximum(half, 0.2 * (half / (high - low)).max() * (high - low))
+    low_end, high_end = middle - half, middle + half
+    x, y = (_numbers(*ends) for ends in zip(low_end, high_end, strict=True))
+    wide = _DIGIT * max(map(len, y), default=0)
+    if sum(map(len, x)) * _DIGIT > _SIDES[-1] * ax.bbox.width / ax.figure.dpi:
+        x = dict([*x.items()][:: max(len(x) - 1, 1)])  # the first and the last
+    room = np.array([wide, _LINE]) * ax.figure.dpi / ax.bbox.size
     marked = middle + half * np.array(list(product((-1, 0, 1), repeat=2)))
-    corner = _corner(ax, *((each - low) / (high - low) for each in (marked, np.concatenate([taken, points]))))
+    others = np.concatenate([*_drawn(ax), points, *([] if beside is None else [beside])])
+    side, corner, hidden = _place(room, (marked - low) / (high - low), (others - low) / (high - low))
+    if free and hidden:
+        return None
     for text in list(ax.texts):  # a name below the inset would be cut by it
-        if (np.abs((np.array(text.get_position()) - low) / (high - low) - corner - _SIDE / 2) < _SIDE / 2 + 2 * _GAP).all():
+        if (np.abs((np.array(text.get_position()) - low) / (high - low) - corner - side / 2) < side / 2 + 2 * _GAP).all():
             text.remove()
-    inner = ax.inset_axes((*corner, _SIDE, _SIDE), zorder=20, facecolor="white")
-    inner.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
-    _number(inner, corner)
-    ax.add_patch(Rectangle((middle - half).tolist(), *(2 * half), fill=False, label="_", ec="0.2", lw=0.5, zorder=8))
+    inner = ax.inset_axes((*corner, side, side), zorder=20, facecolor="white")
+    limits = {"xlim": (low_end[0], high_end[0]), "ylim": (low_end[1], high_end[1])}
+    inner.set(**limits)
+    draw(inner)
+    if (legend := inner.get_legend()) is not None:
+        legend.remove()
+    inner.set(xlabel="", ylabel="", title="", **limits)
+    inner.set_xticks([*x.values()], [*x])
+    inner.set_yticks([*y.values()], [*y])
+    inner.tick_params(labelsize=SIZE, pad=1, size=2)
+    paper: dict[str, Any] = {"transform": ax.transAxes, "fc": "white", "ec": "none", "zorder": 19, "label": "_"}
+    ax.add_artist(Rectangle((corner - room).tolist(), *(room + side + _GAP / 2), **paper))
+    ax.add_patch(Rectangle(low_end.tolist(), *(2 * half), fill=False, label="_", ec="0.2", lw=0.5, zorder=8))
     return inner
 
 
-def _corner(ax: Axes, marked: Floats, taken: Floats) -> Floats:
-    """The lower left end of an inset, in shares of the picture, where it covers none of what it marks and least of all else."""
-    numbers = _DIGITS * ax.figure.dpi / [ax.bbox.width, ax.bbox.height]
-    corners = [np.array(corner) for corner in product((_GAP, 1 - _SIDE - _GAP), repeat=2)]
-    covered = []
-    for corner in corners:
-        low, high = corner - _GAP - numbers * (corner > _GAP), corner + _SIDE + _GAP + numbers * (corner == _GAP)
-        boxes = ((marked, corner, corner + _SIDE), (taken, low, high))
-        covered.append(tuple(int(((points >= a) & (points <= b)).all(axis=1).sum()) for points, a, b in boxes))
-    return corners[min(range(len(corners)), key=covered.__getitem__)]
+def _drawn(ax: Axes) -> Iterator[Floats]:
+    """Points along the lines of a picture, and its markers, each several times."""
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    for line in ax.lines:
+        if line.get_transform() == ax.transData:
+            points = np.column_stack(line.get_data())
+            steps = np.abs(np.diff(points, axis=0) / (high - low)).max(axis=1, initial=0.0)
+            shares = np.linspace(0, 1, int(np.clip(np.nanmax(steps, initial=0.0) / _STEP, 1, _MOST)), endpoint=False)
+            joined = points[:-1, None] + shares[:, None] * np.diff(points, axis=0)[:, None]
+            yield np.repeat(points, 5, axis=0) if line.get_linestyle() == "None" else joined.reshape(-1, 2)
 
 
-def _number(inner: Axes, corner: Floats) -> None:
-    """Two or three numbers on the axes of an inset, on the sides that face the middle of the picture."""
-    for axis, place, ends in ((inner.xaxis, corner[1], ("bottom", "top")), (inner.yaxis, corner[0], ("left", "right"))):
-        formatter = cast(Any, axis.get_major_formatter())
-        formatter.set_useOffset(False)
-        low, high = sorted(axis.get_view_interval())
-        ticks = [tick for tick in MaxNLocator(3, steps=[1, 2, 5, 10]).tick_values(low, high) if low <= tick <= high]
-        if axis is inner.xaxis and sum(map(len, formatter.format_ticks(ticks))) > _FULL * inner.bbox.width / inner.figure.dpi:
-            ticks = ticks[:: max(len(ticks) - 1, 1)]  # the first and the last
-        axis.set_ticks(ticks)
-        cast(Any, axis).set_ticks_position(ends[int(place == _GAP)])
-        axis.set_tick_params(labelsize=SIZE, pad=1, size=2)
-    for label in (*inner.get_xticklabels(), *inner.get_yticklabels()):
-        label.set_path_effects(list(HALO))
+def _place(room: Floats, marked: Floats, taken: Floats) -> tuple[float, Floats, int]:
+    """The side of an inset, its lower left end, in shares of the picture, and how many points it hides: least of what it marks.
+
+    `room` is what its numbers take on the left and below. Of equal places the largest nearest to a corner is chosen.
+    """
+    found = []
+    for side, *shares in product(_SIDES, *[np.linspace(0, 1, _PLACES)] * 2):
+        corner = _GAP + room + np.array(shares) * (1 - 2 * _GAP - room - side)
+        low, high = corner - room - _GAP / 2, corner + side + _GAP / 2
+        hidden = [int(((points >= low) & (points <= high)).all(axis=1).sum()) for points in (marked, taken)]
+        found.append((*hidden, -side, sum(min(share, 1 - share) for share in shares), corner.tolist()))
+    marks, points, less, _, place = min(found)
+    return -less, np.array(place), marks + points
+
+
+def _numbers(low: float, high: float) -> dict[str, float]:
+    """Two or three round numbers between the ends of an axis, by how they are written."""
+    ticks = MaxNLocator(3, steps=[1, 2, 5, 10]).tick_values(low, high)
+    decimals = max(0, -int(np.floor(np.log10(ticks[1] - ticks[0]) + 1e-9)))
+    return {f"{tick:.{decimals}f}": float(tick) for tick in ticks if low <= tick <= high}

@@ -99,9 +99,8 @@ def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None,
     ax.plot(*start.T, "o", mfc="white", mec="black", mew=0.8, ms=4.8, zorder=6, clip_on=False, label="start")
     ax.legend()
     lasting = [_settled(run, states) for states, run in zip(every, runs, strict=True) if not ended(run[0])]
-    inner = inset(ax, np.concatenate(lasting), np.concatenate([_between(states) for states in every])) if lasting else None
-    if inner is not None:
-        _last(inner, runs, every)
+    if lasting:
+        inset(ax, np.concatenate(lasting), partial(_last, runs=runs, every=every), free=True)
     return dress(ax, (coordinates[0], "k"), (coordinates[1], "k"))
 
 

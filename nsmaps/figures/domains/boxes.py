@@ -16,7 +16,7 @@ from nsmaps.cells.morse import MorseCover
 from nsmaps.dynamics.orbit import Orbit
 from nsmaps.figures.cells.morse_sets import morse_sets
 from nsmaps.figures.composite.inset import inset
-from nsmaps.figures.domains.looks import Domains, by_name, failed, heading
+from nsmaps.figures.domains.looks import Domains, by_name, heading
 from nsmaps.figures.lines import finite_states
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parts import invariant_or_first
@@ -31,12 +31,10 @@ def sheets(domains: Domains, orbits: Sequence[Orbit] | None = None, cover: Morse
     """One sheet: a panel for each domain that is forward invariant, or for the first."""
     named = by_name(domains)
     shown = invariant_or_first(named)
-    title = heading(*next(iter(shown.items()))) if len(shown) == 1 else failed(named)
     panels = tuple(
-        partial(boxes, domain, orbits=orbits, cover=cover, title="" if len(shown) == 1 else heading(name, domain))
-        for name, domain in shown.items()
+        partial(boxes, domain, orbits=orbits, cover=cover, title=heading(name, domain)) for name, domain in shown.items()
     )
-    return (Sheet("boxes", panels, min(len(panels), 2), 0.8, title=title, legend=True, share=1.0 if len(panels) > 1 else 0.8),)
+    return (Sheet("boxes", panels, min(len(panels), 2), 0.8, legend=True, share=1.0 if len(panels) > 1 else 0.8),)
 
 
 def boxes(
@@ -60,15 +58,10 @@ def boxes(
     below = list(legend.legend_handles) if (legend := ax.get_legend()) else []
     start = domain.boxes[0, plane, :]
     states = [finite_states(orbit)[:, plane] for orbit in orbits or ()]
-    taken = np.concatenate([start.T, *states])
     margin = _MARGIN * np.ptp(start, axis=1)
     ax.set(xlim=start[0] + margin[0] * np.array([-1, 1]), ylim=start[1] + margin[1] * np.array([-1, 1]))
     handles = _draw(ax, domain, plane, states)
-    inner = inset(ax, domain.box[plane, :].T, taken)
-    if inner is not None:
-        limits = inner.get_xlim(), inner.get_ylim()
-        _draw(inner, domain, plane, states)
-        inner.set(xlim=limits[0], ylim=limits[1])
+    inset(ax, domain.box[plane, :].T, partial(_draw, domain=domain, plane=plane, states=states))
     ax.legend(handles=[*below, *handles])
     ax.set_title(title)
     return dress(ax, (names[plane[0]], "k"), (names[plane[1]], "k"))
@@ -84,20 +77,12 @@ def _draw(ax: Axes, domain: AttractingDomain, plane: tuple[int, int], states: Se
         look: dict[str, Any] = {"fc": shade, "ec": BLACK, "lw": width, "ls": dashes}
         ax.add_patch(Rectangle((left, low), right - left, high - low, zorder=1.5, label="_", **look))
         if number in (0, 1, last):
-            handles.append(Patch(label=_name(domain, number), **look))
+            name = {0: "start box", 1: "after one update"}.get(number, "last box")
+            handles.append(Patch(label=name if number or domain.forward_invariant else f"{name}, not invariant", **look))
     for k, each in enumerate(states):
         ax.plot(*each[:_FIRST].T, color=ORANGE, lw=0.5, zorder=3, label="_")
-        handles += ax.plot(*each.T, ".", ms=2.6, mew=0, color=BLACK, zorder=4, label="orbits of the exact map" if not k else "_")[
-            : not k
-        ]
+        handles += ax.plot(*each.T, ".", ms=2.6, mew=0, color=BLACK, zorder=4, label="exact orbits" if not k else "_")[: not k]
     return handles
-
-
-def _name(domain: AttractingDomain, number: int) -> str:
-    """What the legend calls a box."""
-    if not number:
-        return "start box" if domain.forward_invariant else "start box, not forward invariant"
-    return f"box after {number} update{'s' * (number > 1)}"
 
 
 def _intervals(domain: AttractingDomain, ax: Axes) -> Axes:

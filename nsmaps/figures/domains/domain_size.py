@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from nsmaps.figures.domains.looks import Domains, by_name, failed, heading, look_of
+from nsmaps.figures.domains.looks import Domains, by_name, heading, look_of
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parts import invariant_or_first, position
 from nsmaps.figures.style import symbol, with_unit
@@ -18,11 +18,11 @@ _MARGIN = 0.06
 
 
 def sheets(domains: Domains) -> tuple[Sheet, ...]:
-    """One sheet: a panel a coordinate, and in its title the domains that are not forward invariant."""
+    """One sheet: a panel a coordinate."""
     named = by_name(domains)
     coordinates = next(iter(named.values())).coordinates
     panels = tuple(partial(domain_size, named, coordinate=name) for name in coordinates)
-    return (Sheet("domain_size", panels, min(len(panels), 2), 0.8, title=failed(named), legend=True),)
+    return (Sheet("domain_size", panels, min(len(panels), 2), 0.8, legend=True),)
 
 
 def domain_size(domains: Domains, ax: Axes, coordinate: str = "") -> Axes:

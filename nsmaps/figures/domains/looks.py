@@ -1,9 +1,8 @@
-"""What the figures of attracting domains share: the kind of a domain with its look and name, which are drawn, and the titles."""
+"""What the figures of attracting domains share: the kind of a domain with its look and name."""
 
 from collections.abc import Mapping
 
 from nsmaps.auxiliary.attracting_domain import AttractingDomain
-from nsmaps.figures.parts import invariant_or_first
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, RED
 
 Domains = AttractingDomain | Mapping[str, AttractingDomain]  #: one, or several by name
@@ -31,9 +30,3 @@ def heading(name: str, domain: AttractingDomain) -> str:
     kind = _KINDS[domain.status][1] if domain.status in _KINDS else domain.status
     beside = kind if name in domain.of else f"{domain.of}, {kind}"
     return f"{domain.of if name in domain.of else name}: {beside}"
-
-
-def failed(domains: Mapping[str, AttractingDomain]) -> str:
-    """A sentence on the domains that are not drawn."""
-    names = [name for name in domains if name not in invariant_or_first(domains)]
-    return f"Not drawn, as not forward invariant: {', '.join(f'“{name}”' for name in names)}" if names else ""

@@ -59,13 +59,14 @@ def second_iterate(polynomial: SecondIterate, ax: Axes, bounded: Bounded | None 
     dress(ax, (domain.coordinates[i], "k"), (domain.coordinates[i], "k+2"))
     last = steps[-1]
     small = np.tile(last.box[i][:, None], 2) if last.forward_invariant else np.empty((0, 2))
-    taken = np.concatenate([np.column_stack(line.get_data()) for line in ax.lines if line.get_transform() == ax.transData])
-    inner = inset(ax, small, taken[np.isfinite(taken).all(axis=1)], above=True) if len(small) else None
-    if inner is not None:
-        limits = inner.get_xlim(), inner.get_ylim()
+    span = ax.get_xlim()
+
+    def enlarged(inner: Axes) -> None:
         _draw(inner, polynomial, domain, i, [last], colours)
-        diagonal(inner, *ax.get_xlim())
-        inner.set(xlim=limits[0], ylim=limits[1])
+        diagonal(inner, *span)
+
+    if len(small):
+        inset(ax, small, enlarged, above=True)
     return ax
 
 

@@ -58,7 +58,8 @@ def fit_error(
     ax.set(xlim=ends[0], ylim=ends[1])
     bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
     bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$")
-    ax.set_title(rf"$\delta = {one.delta:g}$, {len(one.surface.start)} states", loc="right")
+    ax.set_title(rf"$\delta = {one.delta:g}$")
+    ax.text(0.04, 0.95, f"{len(one.surface.start)} states", va="top", transform=ax.transAxes)
     return dress(ax, (names[0], "k"), (names[1], "k"))
 
 

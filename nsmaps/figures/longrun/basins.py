@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, LogNorm
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
+from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI, is_angle
@@ -25,6 +26,7 @@ from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, 
 
 COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)  #: of attractors, by their number
 _MARKS = "oDs^vP"
+_SHOWN = (0.005, 0.95)  #: quantiles of the counts of returns, the ends of their colours
 _DECADE = 10  #: counts of returns that differ by more than this factor are shown on a logarithmic scale
 _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
 
@@ -97,21 +99,27 @@ def arrival(found: Basins, ax: Axes, title: str = "") -> Axes:
     if not len(some):
         ax.text(0.5, 0.5, "no start arrives", ha="center", va="center", transform=ax.transAxes)
         return _dressed(ax, found, title)
-    scale = LogNorm(some.min(), some.max()) if some.max() > _DECADE * some.min() else None
-    mesh = _paint(ax, found, np.maximum(shown, 1) if scale else shown, cmap="cividis", norm=scale)
+    low, high = (max(1.0, float(end)) for end in np.quantile(some, _SHOWN))
+    scale = LogNorm(low, high) if high > _DECADE * low else Normalize(low, high)
+    mesh = _paint(ax, found, np.maximum(shown, 1), cmap="cividis", norm=scale)
     figure = ax.get_figure()
     assert figure is not None
-    ticks: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": "%d"} if scale else {}
-    figure.colorbar(mesh, ax=ax, label="returns to arrive", **ticks).minorticks_off()
+    ticks: dict[str, Any] = {"ticks": LogLocator(subs=(1, 2, 5)), "format": "%d"} if isinstance(scale, LogNorm) else {}
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    ends = beyond[bool(some.min() < low), bool(some.max() > high)]
+    figure.colorbar(mesh, ax=ax, label="returns to arrive", extend=ends, **ticks).minorticks_off()
     return _dressed(ax, found, title)
 
 
 def _paint(ax: Axes, found: Basins, values: Floats, **look: Any) -> Any:
     """The values at the states of the grid as coloured cells."""
-    (left, right), (low, high) = _sides(found).tolist()
-    shown = values.reshape(tuple(axis.points for axis in _grid(found).varying.values())).T
+    sides, shown = _sides(found), values.reshape(tuple(axis.points for axis in _grid(found).varying.values()))
+    for k in np.flatnonzero(_turns(found)):  # half of the first cell is at the end of the turn
+        sides[k, 1] += np.ptp(sides[k]) / shown.shape[k]
+        shown = np.concatenate([shown, np.take(shown, [0], axis=k)], axis=k)
+    (left, right), (low, high) = sides.tolist()
     return ax.imshow(
-        shown, origin="lower", extent=(left, right, low, high), aspect="auto", interpolation="nearest", zorder=0, **look
+        shown.T, origin="lower", extent=(left, right, low, high), aspect="auto", interpolation="nearest", zorder=0, **look
     )
 
 
@@ -122,12 +130,18 @@ def _sides(found: Basins) -> Floats:
     return np.array([[axis.low - h, axis.high + h] for axis, h in zip(axes, half, strict=True)])
 
 
+def _turns(found: Basins) -> NDArray[np.bool_]:
+    """Which of the two coordinates are angles of a whole turn, without its last state, which is its first."""
+    names = [found.coordinates[k] for k in plane(_grid(found))]
+    spans = np.ptp(_sides(found), axis=1)
+    return np.array([is_angle(name) for name in names]) & (np.abs(spans / TWO_PI - 1) < 1e-9)
+
+
 def _dressed(ax: Axes, found: Basins, title: str) -> Axes:
     names = [found.coordinates[k] for k in plane(_grid(found))]
     ends = [(axis.low, axis.high) for axis in _grid(found).varying.values()]
-    for k, ((low, _), cells) in enumerate(zip(ends, _sides(found), strict=True)):
-        if is_angle(names[k]) and np.ptp(cells) >= TWO_PI * (1 - 1e-9):  # a turn without its last state, which is its first
-            ends[k] = low, low + TWO_PI
+    for k in np.flatnonzero(_turns(found)):
+        ends[k] = ends[k][0], ends[k][0] + TWO_PI
     ax.set(xlim=ends[0], ylim=ends[1])
     ax.set_title(title, loc="right")
     return dress(ax, (names[0], ""), (names[1], ""))

@@ -10,6 +10,7 @@ from matplotlib.patches import Patch
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
+from nsmaps.dynamics.motion import MEANING
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.longrun.basins import COLOURS
 from nsmaps.figures.page import Sheet
@@ -108,7 +109,7 @@ def _looks(found: GlobalContinuation) -> Iterator[tuple[int, str, str]]:
 
 def _name(found: GlobalContinuation, number: int) -> str:
     """The motions of one attractor, in the order of the values."""
-    names = list(dict.fromkeys(name for name in found.labels[:, number].tolist() if name))
+    names = list(dict.fromkeys(MEANING.get(name, name) for name in found.labels[:, number].tolist() if name))
     return ", ".join(names[:NAMES]) + (", ..." if len(names) > NAMES else "")
 
 

@@ -10,20 +10,35 @@ from matplotlib.lines import Line2D
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI
 from nsmaps.dynamics.manifolds.manifold import Manifold
+from nsmaps.figures.composite.inset import inset
 from nsmaps.figures.lines import cut
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, HALO, RED, dress
 
-_LOOKS = {"unstable": (RED, 0.8), "stable": (BLACK, 1.0)}  #: colour and width
+_LOOKS = {"unstable": (RED, 0.9), "stable": (BLACK, 1.0)}  #: colour and width
+_AROUND = 0.05  #: of the sides of the picture, on either side of the saddle that is enlarged
+
+Below = Callable[[Axes], Axes]
 
 
-def sheets(found: Manifold | Sequence[Manifold], below: Callable[[Axes], Axes] | None = None) -> tuple[Sheet, ...]:
+def sheets(found: Manifold | Sequence[Manifold], below: Below | None = None) -> tuple[Sheet, ...]:
     """One sheet of one panel; `below` draws what lies below the manifolds."""
     return (Sheet("manifolds", (partial(_panel, found, below),), 1, 0.85, legend=True),)
 
 
-def _panel(found: Manifold | Sequence[Manifold], below: Callable[[Axes], Axes] | None, ax: Axes) -> Axes:
-    return manifolds(found, below(ax) if below else ax)
+def _panel(found: Manifold | Sequence[Manifold], below: Below | None, ax: Axes) -> Axes:
+    """The manifolds, and enlarged the saddle farthest from the frame that has both a stable and an unstable one."""
+    found = [found] if isinstance(found, Manifold) else list(found)
+    manifolds(found, below(ax) if below else ax)
+    of = {which: np.concatenate([each.saddle for each in found if each.which == which] or [np.empty((0, 2))]) for which in _LOOKS}
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    both = of["stable"][np.isin(of["stable"], of["unstable"]).all(axis=1)]
+    if len(both):
+        shares = (both - low) / (high - low)
+        at = both[np.minimum(shares, 1 - shares).min(axis=1).argmax()]
+        window = at + np.array([[-1], [1]]) * _AROUND * (high - low)
+        inset(ax, window, lambda inner: manifolds(found, below(inner) if below else inner))
+    return ax
 
 
 def manifolds(found: Manifold | Sequence[Manifold], ax: Axes) -> Axes:
@@ -38,7 +53,8 @@ def manifolds(found: Manifold | Sequence[Manifold], ax: Axes) -> Axes:
     for each in found:
         for piece in each.lines:
             colour, width = _LOOKS[each.which]
-            ax.plot(*_within_a_turn(each, piece).T, color=colour, lw=width, path_effects=HALO)
+            halo = HALO if each.which == "stable" else ()
+            ax.plot(*_within_a_turn(each, piece).T, color=colour, lw=width, path_effects=halo)
     for each in found:
         ax.plot(*each.saddle.T, "X", color="white", ms=5.5, mec=BLACK, mew=0.8, ls="", zorder=4)
     kinds = dict.fromkeys(each.which for each in found)

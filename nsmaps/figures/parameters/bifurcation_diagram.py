@@ -130,7 +130,8 @@ def bifurcation_diagram(
     rows = intervals(diagrams, of) if named and ends is not None else {}
     ax.set_title(of if named else "", loc="right", pad=4 + ROW * len(rows))
     borders = [end for each in diagram.windows for end in (each.low, each.high)]
-    handles += strip(ax, rows, [end.value for end in borders if is_sharp(end, diagram)])
+    before = [row for each in list(diagrams)[: list(diagrams).index(of)] for row in intervals(diagrams, each).values()]
+    handles += strip(ax, rows, [end.value for end in borders if is_sharp(end, diagram)], before)
     if handles:
         ax.legend(handles=handles)
     return ax

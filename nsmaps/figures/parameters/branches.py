@@ -15,7 +15,7 @@ from nsmaps.figures.lines import cut, neighbours
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parameters.events import ASYMPTOTE, MARKERS, Found, by_parameter, colours_of, event_handles, mark
 from nsmaps.figures.parameters.multipliers import sheets as multiplier_sheets
-from nsmaps.figures.style import RED, dress
+from nsmaps.figures.style import RED, darker, dress
 
 _LOOKS = {True: ("-", "stable"), False: ((0, (3, 1.6)), "unstable"), None: (":", "of unknown stability")}  #: line, legend
 _WIDE, _HIGH, _GAP = 5.6, 9.0, 2.5  #: points: a letter's width, a line's height, and the distance of a name from its line
@@ -123,7 +123,7 @@ def _name_lines(ax: Axes, shown: Sequence[Branch], coordinate: int, colours: Map
         if (room > 1).any() and max(np.ptp(path, axis=0).max() for path in own) > half[0]:
             best = places[np.where(room > 1, _room(places, others, half), 0.0).argmax()]
             x, y = ax.transData.inverted().transform(best + ax.bbox.min).tolist()
-            ax.text(x, y, name, color=colour, ha="center", va="center", fontweight="bold")
+            ax.text(x, y, name, color=darker(colour), ha="center", va="center", fontweight="bold")
             named = np.concatenate([named, best + half * _CORNERS])
         else:
             left.append(name)

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import TICKUP
 from matplotlib.transforms import ScaledTranslation
 
-from nsmaps.dynamics.motion import CHAOS, kind_of
+from nsmaps.dynamics.motion import CHAOS, MEANING, kind_of
 from nsmaps.figures.style import BLACK
 
 if TYPE_CHECKING:
@@ -119,25 +119,37 @@ def _fewest(count: int) -> float:
     return max(_FEWEST * count, 2)
 
 
-def strip(ax: Axes, rows: Mapping[str, Sequence[Interval]], borders: Sequence[float]) -> list[Line2D]:
+def strip(
+    ax: Axes, rows: Mapping[str, Sequence[Interval]], borders: Sequence[float], others: Sequence[Sequence[Interval]] = ()
+) -> list[Line2D]:
     """The names of motions above a panel, between ticks at their borders, a row an orbit, the first one lowest.
 
-    Names that do not fit have a number instead; the entries of the legend that explain these.
+    Names that do not fit have a number instead; the entries of the legend that explain these, and letters such as C.
 
     Args:
         borders: of the first orbit.
+        others: rows of panels of the same width that have their numbers before these.
     """
     width, (left, right) = float(ax.bbox.width) / ax.figure.dpi, ax.get_xlim()
-    numbers = dict[str, int]()
+    numbers, shown = dict[str, int](), set[str]()
+
+    def short(name: str, low: float, high: float) -> str:
+        """A name, or what fits in its place."""
+        room = (min(high, right) - max(low, left)) / (right - left) * width
+        if room >= (_LETTER * (len(name) + 1) if len(name) > 1 else _NUMERAL):
+            return name
+        fits = room >= _NUMERAL and (name in numbers or len(numbers) < _NUMBERS)
+        return str(numbers.setdefault(name, len(numbers) + 1)) if fits else ""
+
+    for row in others:
+        for each in row:
+            short(*each)
     for k, (orbit, row) in enumerate(rows.items()):
         above = ax.get_xaxis_transform() + ScaledTranslation(0, (k * ROW + 1) / 72, ax.figure.dpi_scale_trans)
         for name, low, high in row:
-            room = (min(high, right) - max(low, left)) / (right - left) * width
-            text = name
-            if room < (_LETTER * (len(name) + 1) if len(name) > 1 else _NUMERAL):
-                fits = room >= _NUMERAL and (name in numbers or len(numbers) < _NUMBERS)
-                text = str(numbers.setdefault(name, len(numbers) + 1)) if fits else ""
-            ax.text((low + high) / 2, 1, text, transform=above, ha="center", va="bottom")
+            if text := short(name, low, high):
+                shown.add(name)
+                ax.text((low + high) / 2, 1, text, transform=above, ha="center", va="bottom")
         ends = [*(borders if k == 0 else ()), *(end for each in row for end in each[1:])]
         inner = np.unique([end for end in ends if left < end < right])
         inner = inner[np.diff(inner, prepend=-np.inf) > _APART / width * (right - left)]
@@ -146,6 +158,8 @@ def strip(ax: Axes, rows: Mapping[str, Sequence[Interval]], borders: Sequence[fl
             ax.plot(inner, np.ones(len(inner)), transform=above, **look)
         if len(rows) > 1:
             ax.annotate(orbit, (0, 1), (-3, k * ROW + 1), "axes fraction", "offset points", ha="right", va="bottom")
+    entries = [(str(numbers[name]), name) for name in numbers if name in shown]
+    entries += [(kind, meaning) for kind, meaning in MEANING.items() if len(kind) == 1 and kind in map(kind_of, shown)]
     return [
-        Line2D([], [], ls="", marker=f"${number}$", ms=5, mew=0.3, color=BLACK, label=name) for name, number in numbers.items()
+        Line2D([], [], ls="", marker=rf"$\mathrm{{{sign}}}$", ms=5, mew=0.3, color=BLACK, label=text) for sign, text in entries
     ]

@@ -81,8 +81,9 @@ class Manifolds(Entries[ManifoldSection]):
         StudyFigure(
             "longrun.manifolds",
             "The stable and unstable manifolds of saddles as lines in the plane of states.",
-            "The stable (blue) and unstable (orange) manifolds of the saddles (crosses), grown to the lengths of the study and "
-            "interrupted where the map jumps, over the basins or the words where the study has them.",
+            "The stable (black) and unstable (red) manifolds of the saddles (crosses), grown to the lengths of the study and "
+            "interrupted where the map jumps, over the basins or the words where the study has them. A saddle is enlarged of "
+            "which both manifolds are shown.",
             (MANIFOLDS, BELOW),
         ),
     )
