@@ -38,16 +38,8 @@ EXPLAINED = {
 
 def pages() -> dict[str, str]:
     """The text of every page by its name below `_generated`."""
-    makers = {
-        "api": api,
-        "arrays": arrays,
-        "commands": commands,
-        "figures": figures,
-        "keys": keys,
-        "names": names,
-        "rooms": rooms,
-    }
-    return {f"{name}.md": "\n".join(maker()) for name, maker in (makers | {"thumbnails": thumbnails}).items()}
+    makers = (api, arrays, commands, figures, keys, literature, names, rooms, thumbnails)
+    return {f"{maker.__name__}.md": "\n".join(maker()) for maker in makers}
 
 
 def api() -> Iterator[str]:
