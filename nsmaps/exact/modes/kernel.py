@@ -28,7 +28,7 @@ from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
 from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Record, memory
 from nsmaps.exact.modes.tables.nonlinear import write_variations
-from nsmaps.exact.modes.tables.tables import Tables, moved_of, tables_of
+from nsmaps.exact.modes.tables.tables import Tables, first_choices, moved_of, tables_of
 from nsmaps.exact.returns import Impacts, Itineraries
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.guards import HybridFormulas
@@ -87,7 +87,7 @@ class ModeKernel(MotionKernel):
 
     def itineraries(self, start: Floats, chatter: float, speeds: Floats | None = None) -> Itineraries:
         """Itineraries and margins of first returns, these as shares of speeds by transition, shape (T,), if they are given."""
-        units = np.ones(len(self.table.functions)) if speeds is None else speeds[self.table.chosen[self.table.choices[:-1]]]
+        units = np.ones(len(self.table.functions)) if speeds is None else speeds[first_choices(self.table)]
         rows, near = return_rows(start, 1, 0), np.zeros((1, len(start), NEAR))
 
         def run(k: slice) -> None:

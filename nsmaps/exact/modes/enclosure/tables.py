@@ -17,9 +17,9 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.flows.balls import many_digits, nearest_float
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.enclosure.zeros import facts_of, first_choices, mode_of
+from nsmaps.exact.modes.enclosure.zeros import facts_of
 from nsmaps.exact.modes.tables.rows import rows_of
-from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.tables import Tables, exponential, first_choices, longest_steps, mode_of
 from nsmaps.exact.modes.tables.vanishing import flows_of
 
 REACH = 1.0  #: a cell times the spectral radius of |Y|
@@ -27,7 +27,6 @@ POWERS = 20  #: of the series of a flow within a cell
 CELLS = 32  #: cells in a row whose flows are in the table; so many rows of cells follow
 RATES = 6  #: of guards, the function itself and its first five derivatives:
 VALUE, RATE, BEND, JERK, SNAP, CRACKLE = range(RATES)
-MOST_TERMS = 60  #: of an exponential series, beyond which terms are below rounding
 WIDER = 1.0 + 1e-12  #: more than the rounding of sums and products of numbers that are not negative
 
 
@@ -79,7 +78,7 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
         rows = rows_of(definition, np.array(definition.expansions.at(values), dtype=object))
         (rate, *_), *_ = definition.scalars.at(values)
         flows = flows_of(rows, rate)
-        cells = [cell_of(flow, table.horizon) for flow in flows]
+        cells = longest_steps(floats_of(flows), table.horizon, REACH).tolist()
         units = [flow * arb(cell) for flow, cell in zip(flows, cells, strict=True)]
         series = [series_of(unit) for unit in units]
         fields: dict[str, Any] = {key: np.array([each[key] for each in series]) for key in next(iter(series))}
@@ -95,21 +94,6 @@ def floats(matrix: arb_mat) -> Floats:
     return np.reshape([nearest_float(x) for x in matrix.entries()], (matrix.nrows(), matrix.ncols()))
 
 
-def cell_of(flow: arb_mat, horizon: float) -> float:
-    """The length of a cell, a float."""
-    radius = float(np.abs(np.linalg.eigvals(np.abs(floats(flow)))).max())
-    return min(REACH / radius, horizon) if radius > REACH / horizon else horizon
-
-
-def exponential_bound(matrix: Floats) -> Floats:
-    """An upper bound on the exponential of a matrix without negative entries and of a spectral radius up to `REACH`."""
-    total = term = np.eye(len(matrix))
-    for k in range(1, MOST_TERMS):
-        term = term @ matrix / k
-        total = total + term
-    return total * WIDER
-
-
 def series_of(unit: arb_mat) -> dict[str, Floats]:
     """The flow of a cell as a series, with a bound on what that leaves out, and the flows of whole cells."""
     power, powers = unit**0, [unit**0]
@@ -119,7 +103,7 @@ def series_of(unit: arb_mat) -> dict[str, Floats]:
     terms = floats_of(powers)
     _, flow, *_ = terms
     size = np.abs(flow)
-    grown = exponential_bound(size)
+    (grown,) = exponential(size[None])
     left_out = np.linalg.matrix_power(size, POWERS + 1) @ grown / factorial(POWERS + 1)
     return {
         "flows": flow,
@@ -156,5 +140,6 @@ def derived_of(functions: list[Any], table: Tables, units: list[arb_mat]) -> dic
         unit = units[mode_of(table, f)]
         *own, remainder = accumulate(repeat(unit, RATES), operator.mul, initial=arb_mat([list(function)]))
         rows.append(np.concatenate(list(map(floats, own))))
-        bounds.append((np.abs(floats(remainder)) @ exponential_bound(np.abs(floats(unit))) * WIDER).ravel())
+        (grown,) = exponential(np.abs(floats(unit))[None])
+        bounds.append((np.abs(floats(remainder)) @ grown * WIDER).ravel())
     return {"functions": np.array(rows), "bounds": np.array(bounds)}

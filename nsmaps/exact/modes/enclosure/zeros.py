@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from flint import arb_mat
 
-from nsmaps.arrays import Bools, Ints
+from nsmaps.arrays import Bools
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.tables import Tables, first_choices, mode_of
 from nsmaps.exact.modes.tables.vanishing import ball_rows, features_after, flows_of, independent_rows, is_combination, reduce_row
 
 
@@ -72,14 +72,3 @@ def facts_of(definition: Definition, values: Sequence[float], table: Tables) -> 
     functions = [arb_mat([list(rows.functions[k])]) for k in first_choices(table)]
     resets, starts = (list(map(features_after, states)) for states in (rows.resets, rows.starts))
     return Facts(table, flows_of(rows, rate), functions, resets, starts)
-
-
-def first_choices(table: Tables) -> Ints:
-    """A transition of each function that is watched."""
-    first = table.choices[:-1]
-    return table.chosen[first]
-
-
-def mode_of(table: Tables, function: int) -> int:
-    """The mode in which a function is watched."""
-    return int(np.searchsorted(table.watched, function, side="right")) - 1

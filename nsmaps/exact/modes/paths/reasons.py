@@ -29,7 +29,7 @@ from nsmaps.exact.modes.tables.memory import (
     memory,
     record,
 )
-from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.modes.tables.tables import Tables, mode_of
 from nsmaps.exact.outcome import Outcome
 
 FOLLOWED = 5_000  #: events of a motion that are looked at
@@ -137,7 +137,7 @@ def block_of_motion(definition: Definition, table: Tables, time: float, w: Memor
             f"{where}. A guard is positive for as long as its mode lasts, unless it is declared with `crossing=True`: then its "
             "event takes place whenever its function falls through zero."
         )
-    modes = " and ".join(repr(_mode_of(definition, table, f)) for f in (other, one))
+    modes = " and ".join(repr(definition.modes[mode_of(table, f)]) for f in (other, one))
     return (
         f"The events of {_both(definition, table, w)} follow one another at once without end, {where}: no time passes in the "
         f"modes {modes}. Where both lead to one surface, declare a `SlidingSurface` between them."
@@ -153,7 +153,7 @@ def doubt_of(definition: Definition, table: Tables, time: float, w: Memory) -> s
         return Outcome.undecided.advice
     return (
         f"{Outcome.undecided.advice} The guard is {_guards(definition, table, function)} in the mode "
-        f"{_mode_of(definition, table, function)!r}, {w.reals[DOUBT_TIME]:.10g} after the start."
+        f"{definition.modes[mode_of(table, function)]!r}, {w.reals[DOUBT_TIME]:.10g} after the start."
     )
 
 
@@ -169,12 +169,7 @@ def _both(definition: Definition, table: Tables, w: Memory) -> str:
 
 def _mode(definition: Definition, table: Tables, w: Memory) -> str:
     """The mode of the first of two functions."""
-    return _mode_of(definition, table, int(w.integers[FIRST_AT_ONCE]))
-
-
-def _mode_of(definition: Definition, table: Tables, function: int) -> str:
-    """The mode in which a function is watched."""
-    return definition.modes[definition.transitions[table.chosen[table.choices[function]]].mode]
+    return definition.modes[mode_of(table, int(w.integers[FIRST_AT_ONCE]))]
 
 
 def _guards(definition: Definition, table: Tables, function: int) -> str:

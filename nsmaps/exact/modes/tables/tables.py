@@ -156,7 +156,7 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
     """The fields of a table that describe the flows of its modes."""
     n = rows.rates.shape[1]
     flows = flow_matrices(rows.rates, rate)
-    steps = longest_steps(flows, horizon)
+    steps = longest_steps(flows, horizon, REACH)
     first, columns, coefficients = sparse(rows.rates * steps[:, None, None])
     return {
         "steps": steps,
@@ -220,11 +220,22 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
             turn += rate * turns[k]
     assert total is not None
     changes, functions, resets, states = total
-    first, later = table.choices[:-1], 0.0
+    later = 0.0
     if definition.clock >= 0:
         later = later_fall(table.functions[table.function[definition.clock]], functions[definition.clock], n, table.phase)
-    flows, leads = moved_flows(table, changes, turn), table.chosen[first]
+    flows, leads = moved_flows(table, changes, turn), first_choices(table)
     return Moved(True, turn, later, rates, flows, functions[leads], resets, states)
+
+
+def first_choices(table: Tables) -> Ints:
+    """A transition of each function that is watched, shape (S,)."""
+    first = table.choices[:-1]
+    return table.chosen[first]
+
+
+def mode_of(table: Tables, function: int) -> int:
+    """The mode in which a function is watched."""
+    return int(np.searchsorted(table.watched, function, side="right")) - 1
 
 
 def moved_flows(table: Tables, changes: Floats, turn: float) -> Floats:
@@ -253,10 +264,10 @@ def exponential(matrices: Floats) -> Floats:
     return total * OUTWARD
 
 
-def longest_steps(flows: Floats, horizon: float) -> Floats:
-    """The longest step of each mode: within it the bounds grow by about exp(REACH), whatever the units."""
+def longest_steps(flows: Floats, horizon: float, reach: float) -> Floats:
+    """The longest step of each mode: within it the bounds grow by about exp(reach), whatever the units."""
     radii = np.abs(np.linalg.eigvals(np.abs(flows))).max(axis=1).tolist()
-    return np.array([min(REACH / radius, horizon) if radius > REACH / horizon else horizon for radius in radii])
+    return np.array([min(reach / radius, horizon) if radius > reach / horizon else horizon for radius in radii])
 
 
 def sparse(rates: Floats) -> tuple[Ints, Ints, Floats]:
