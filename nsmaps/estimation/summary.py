@@ -89,7 +89,7 @@ def _is_curved(problem: Problem, found: Found, number: int, error: float, noise:
         x = found.fit.x + sign * step
         if not ((x >= problem.limits[0]) & (x <= problem.limits[1])).all():
             return True
-        residuals, _ = problem.shooting.residuals(x, found.fit.pairings, WEIGHTS[-1])
+        residuals = problem.shooting.values(x, found.fit.pairings, WEIGHTS[-1])
         rise = float((residuals**2).sum() - (found.fit.residuals**2).sum())
         if not abs(rise / expected - 1) < 0.3:
             return True

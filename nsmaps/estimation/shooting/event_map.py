@@ -85,6 +85,7 @@ class Formulas:
     rate: Any  #: the rate of the phase, of the parameters, with its derivatives
 
 
+@lru_cache(maxsize=64)
 def formulas_of(definition: "Definition", timed: "Definition") -> Formulas:
     """The formulas of a class from its definition, whose coordinates give the starts, and from that of the timed class."""
     import sympy as sp
@@ -153,6 +154,7 @@ class EventModel:
         self.letters = tuple(letter for letter in self.timed.letters if letter != INSTANT)
         self.section = self.definition.alphabet.section or ()
         self.is_impact = isinstance(system, ImpactFormulas)
+        self._last: tuple[dict[str, float], EventMap] | None = None
 
     @cached_property
     def formulas(self) -> Formulas:
@@ -161,7 +163,10 @@ class EventModel:
 
     def at(self, values: Sequence[float] | Floats) -> "EventMap":
         """The map at values of the free parameters. ParameterError for values that the system does not accept."""
-        return EventMap(self, self.system.at(**dict(zip(self.free, map(float, values), strict=True))))
+        given = dict(zip(self.free, map(float, values), strict=True))
+        if self._last is None or self._last[0] != given:
+            self._last = given, EventMap(self, self.system.at(**given))
+        return self._last[1]
 
 
 class EventMap:
@@ -178,23 +183,24 @@ class EventMap:
         self.rate, *by = map(float, model.formulas.rate(*self.values))
         self.rate_by = np.array(by)[self.places]
 
-    def events(self, starts: Floats, offsets: Floats, n: int) -> Events:
+    def events(self, starts: Floats, offsets: Floats, n: int, derivative: bool = True) -> Events:
         """The first n events of motions from starts, shape (S, c + 1), with the phases `offsets`, shape (S,), at time zero.
 
-        Directions are the c coordinates, the time of the start, the free parameters and the offset.
+        Directions are the c coordinates, the time of the start, the free parameters and the offset; none without `derivative`.
         """
         state, by = self._full(starts, offsets, RUN_DOWN)
-        found = self.kernel.orbits(state, n - 1, True, SUMMED_SPEED)
+        found = self.kernel.orbits(state, n - 1, derivative, SUMMED_SPEED)
         count, m = state.shape
-        slopes = found.slopes.reshape(n - 1, count, m, m)
-        moved = self._moved(found.start).reshape(n - 1, count, m, -1)
         images, times = found.image.reshape(n - 1, count, m), found.time.reshape(n - 1, count)
         tangents, first = [by], by.shape[-1] - 1 - len(self.model.free)
-        for slope, move in zip(slopes, moved, strict=True):
-            after = slope @ tangents[-1]
-            after[..., first:-1] += move
-            tangents.append(after)
+        if derivative:
+            moved = self._moved(found.start).reshape(n - 1, count, m, -1)
+            for slope, move in zip(found.slopes.reshape(n - 1, count, m, m), moved, strict=True):
+                after = slope @ tangents[-1]
+                after[..., first:-1] += move
+                tangents.append(after)
         states, states_by = np.concatenate([state[None], images]).swapaxes(0, 1), np.stack(tangents, axis=1)
+        states_by = states_by if derivative else np.zeros((count, n, m, by.shape[-1]))
         time = starts[:, -1:] + np.concatenate([np.zeros((1, count)), times.cumsum(axis=0)]).T
         time_by = -states_by[:, :, self.timer]
         time_by[:, :, starts.shape[1] - 1] += 1.0

@@ -13,6 +13,7 @@ WEIGHTS = (0.3, 3.0, 30.0, 300.0)  #: of continuity, in turn; the last makes it 
 FIRST_SCALE = 0.12  #: of the mean interval of impacts, by which these are first aligned
 TIGHTER = 3.0  #: robust standard deviations of the residuals, by which they are aligned afterwards
 ROUNDS, EVALUATIONS = 12, 20  #: of pairing, and of least squares in each
+FINE, COARSE = 1e-8, 1e-5  #: accuracy of the cost at a minimum, and along a profile
 HOPELESS, BETTER = 100.0, 0.8  #: mean squared residual that is not of noise, and its share in a round worth another
 TO_SIGMA = 1.4826  #: from the median of absolute residuals to a standard deviation
 
@@ -27,7 +28,6 @@ class Fit:
     residuals: Floats
     jacobian: Floats  #: of all residuals by the unknowns, those of continuity included, weighted by the loss
     unpaired: int  #: impacts that were missed or are spurious, and samples outside of the motion
-    evaluations: int
     converged: bool  #: whether the last pairing is that of the fit, and least squares converged
 
     @property
@@ -37,33 +37,53 @@ class Fit:
 
 
 def fit(problem: Problem, x: Floats) -> Fit | None:
-    """The minimum reached from a guess of all unknowns; None where the guess has no motion."""
+    """The minimum reached from a guess of all unknowns; None where the guess has no motion.
+
+    Where impacts are unpaired at a minimum, they are aligned there as loosely as at first, as long as this leads to a better one.
+    """
+    best = found = fitted(problem, x)
+    while found is not None and found.unpaired:
+        found = fitted(problem, found.x)
+        if found is None or best is None or found.cost >= best.cost:
+            break
+        best = found
+    return best
+
+
+def fitted(problem: Problem, x: Floats) -> Fit | None:
+    """The minimum reached from a guess by alignments that tighten; None where the guess has no motion."""
     shooting = problem.shooting
     scales = [FIRST_SCALE * mean_interval(record) for record in shooting.records]
     joined = any(len(record.segments) > 2 for record in shooting.records)
-    x, pairings, evaluations, last, steady, error = np.clip(x, *problem.limits), list[Pairing](), 0, False, False, np.inf
+    x, pairings, found, error = np.clip(x, *problem.limits), list[Pairing](), None, np.inf
+    converged = False
     for number in range(0 if joined else len(WEIGHTS) - 1, ROUNDS):
         weight = WEIGHTS[min(number, len(WEIGHTS) - 1)]
         before, pairings = pairings, shooting.pair(x, scales)
-        last = steady and number >= len(WEIGHTS) and all(a.same(b) for a, b in zip(pairings, before, strict=True))
+        if number >= len(WEIGHTS) and found.status > 0 and all(a.same(b) for a, b in zip(pairings, before, strict=True)):
+            converged = True
+            break
         found = minimize(problem, x, pairings, weight)
         if found is None:
             return None
-        x, evaluations = found.x, evaluations + found.nfev
-        mean = float(np.mean(found.fun**2))
-        if last or (number > len(WEIGHTS) and mean > max(HOPELESS, BETTER * error)):
+        x, mean = found.x, float(np.mean(found.fun**2))
+        if number > len(WEIGHTS) and mean > max(HOPELESS, BETTER * error):
             break
         error = mean
-        tighter = _scales(problem, x, pairings)
-        steady = all(new >= 0.9 * old for new, old in zip(tighter, scales, strict=True))
-        scales = [min(new, old) for new, old in zip(tighter, scales, strict=True)]
+        scales = [min(new, old) for new, old in zip(_scales(problem, x, pairings), scales, strict=True)]
     values, _ = shooting.residuals(x, pairings, WEIGHTS[-1])
     chi2, alone = measured_chi2(shooting, values, pairings), unpaired(shooting, pairings)
-    return Fit(x, tuple(pairings), chi2, values, found.jac, alone, evaluations, bool(last and found.status > 0))
+    return Fit(x, tuple(pairings), chi2, values, found.jac, alone, converged)
 
 
-def minimize(problem: Problem, x: Floats, pairings: Sequence[Pairing], weight: float, evaluations: int = EVALUATIONS) -> Any:
-    """Least squares with given pairings, the result of scipy; None where the start has no motion."""
+def minimize(
+    problem: Problem, x: Floats, pairings: Sequence[Pairing], weight: float, evaluations: int = EVALUATIONS, accuracy: float = FINE
+) -> Any:
+    """Least squares with given pairings, the result of scipy; None where the start has no motion.
+
+    Args:
+        accuracy: relative change of the cost at which it stops.
+    """
     from scipy.optimize import least_squares
 
     low, high = problem.limits
@@ -80,7 +100,7 @@ def minimize(problem: Problem, x: Floats, pairings: Sequence[Pairing], weight: f
         loss=problem.loss,
         max_nfev=evaluations,
         xtol=1e-10,
-        ftol=1e-9,
+        ftol=accuracy,
         gtol=1e-12,
     )
 

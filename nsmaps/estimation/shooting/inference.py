@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.estimation.shooting.fitting import WEIGHTS, Fit, measured_chi2, minimize
+from nsmaps.estimation.shooting.fitting import COARSE, WEIGHTS, Fit, measured_chi2, minimize
 from nsmaps.estimation.shooting.problem import Problem
 
 SINGULAR = 1e-12  #: of the largest singular value, below which one is rounding
@@ -82,7 +82,7 @@ def held(problem: Problem, found: Fit, guess: Floats, number: int, value: float)
     narrow = 1e-9 * problem.scale[number]
     low[number], high[number] = value - narrow, value + narrow
     guess = np.clip(guess, low, high)
-    result = minimize(replace(problem, limits=(low, high)), guess, found.pairings, WEIGHTS[-1], 12)
+    result = minimize(replace(problem, limits=(low, high)), guess, found.pairings, WEIGHTS[-1], 12, COARSE)
     return None if result is None else np.asarray(result.x, float)
 
 

@@ -156,14 +156,20 @@ class Shooting:
             self._known = key, weight, self._residuals(x, pairings, weight)
         return self._known[2]
 
-    def _residuals(self, x: Floats, pairings: Sequence[Pairing], weight: float) -> tuple[Floats, Floats]:
+    def values(self, x: Floats, pairings: Sequence[Pairing], weight: float) -> Floats:
+        """The residuals without their derivatives."""
+        return self._residuals(x, pairings, weight, False)[0]
+
+    def _residuals(
+        self, x: Floats, pairings: Sequence[Pairing], weight: float, derivative: bool = True
+    ) -> tuple[Floats, Floats]:
         try:
             event_map = self.model.at(x[: len(self.model.free)])
         except ParameterError:
             event_map = None
         values, slopes = [], []
         for number, pairing in enumerate(pairings):
-            parts = self.parts(event_map, x, number, pairing) if event_map else None
+            parts = self.parts(event_map, x, number, pairing, derivative) if event_map else None
             if parts is None:
                 size = sum(self.sizes(number, pairing))
                 values.append(np.full(size, np.inf))
@@ -182,10 +188,12 @@ class Shooting:
         samples = np.isfinite(record.samples[pairing.sampled]).sum()
         return len(pairing.impacts), int(speeds), int(samples), len(pairing.nodes) * self.width
 
-    def parts(self, event_map: EventMap, x: Floats, number: int, pairing: Pairing) -> list[tuple[Floats, Floats]] | None:
+    def parts(
+        self, event_map: EventMap, x: Floats, number: int, pairing: Pairing, derivative: bool = True
+    ) -> list[tuple[Floats, Floats]] | None:
         """The residuals of times, speeds, samples and continuity of a record with derivatives; None if a motion ends before."""
         record, (starts, offsets) = self.records[number], self.starts(x, number)
-        events = event_map.events(starts, offsets, max(pairing.events, 2))
+        events = event_map.events(starts, offsets, max(pairing.events, 2), derivative)
         row, k = pairing.rows, pairing.impacts
         times = (events.time[row] - record.times[k]) / record.noise[k]
         found = [(times, self._by(number, row[0], events.time_by[row] / record.noise[k, None]))]
