@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import wrap
 from nsmaps.estimation.records import Record
-from nsmaps.estimation.result import LEVELS, Estimate, Minima, Pairs, Profile
+from nsmaps.estimation.result import LEVELS, POOR, Estimate, Minima, Pairs, Profile
 from nsmaps.estimation.shooting.event_map import EventMap
 from nsmaps.estimation.shooting.fitting import WEIGHTS, Fit
 from nsmaps.estimation.shooting.inference import ProfileLine, Spread, crossing, misleads, profile
@@ -39,6 +39,8 @@ def estimate_of(problem: Problem, found: list[Found], records: tuple[Record, ...
     noise = 1.0 if known else float(np.sqrt(best.chi2 / max(dof, 1)))
     errors = noise * np.sqrt(np.diag(spread.covariance))
     errors[errors > problem.scale[:free] * 1e6] = np.inf
+    probability = float(distribution.sf(best.chi2, dof)) if known and dof > 0 else float("nan")
+    profiled = False if profiled is None and probability < POOR else profiled  # the errors of a false minimum say nothing
     lines = _profiles(problem, found[0], errors, noise, profiled)
     intervals, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
     return Estimate(
@@ -55,7 +57,7 @@ def estimate_of(problem: Problem, found: list[Found], records: tuple[Record, ...
         chi2=best.chi2 / noise**2,
         dof=dof,
         noise=noise,
-        probability=float(distribution.sf(best.chi2, dof)) if known and dof > 0 else float("nan"),
+        probability=probability,
         converged=best.converged,
         minima=minima_of(found, free, noise),
         profiles={

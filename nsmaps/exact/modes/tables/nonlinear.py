@@ -85,8 +85,6 @@ def write_by_law(table: Any, address: int, states: Floats, phase: Floats, shape:
 
 def states_to_recompute(definition: Definition, one: Transition) -> list[int]:
     """The positions of the derived states that a transition may change: those of own states that its reset changes."""
-    if not definition.derived:
-        return []
     own = len(definition.states)
     moving = {
         variable
