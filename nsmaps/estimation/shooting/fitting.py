@@ -55,8 +55,8 @@ def fitted(problem: Problem, x: Floats) -> Fit | None:
     shooting = problem.shooting
     scales = [FIRST_SCALE * mean_interval(record) for record in shooting.records]
     joined = any(len(record.segments) > 2 for record in shooting.records)
-    x, pairings, found, error = np.clip(x, *problem.limits), list[Pairing](), None, np.inf
-    converged = False
+    x, pairings, error, converged = np.clip(x, *problem.limits), list[Pairing](), np.inf, False
+    found: Any = None
     for number in range(0 if joined else len(WEIGHTS) - 1, ROUNDS):
         weight = WEIGHTS[min(number, len(WEIGHTS) - 1)]
         before, pairings = pairings, shooting.pair(x, scales)
@@ -77,7 +77,12 @@ def fitted(problem: Problem, x: Floats) -> Fit | None:
 
 
 def minimize(
-    problem: Problem, x: Floats, pairings: Sequence[Pairing], weight: float, evaluations: int = EVALUATIONS, accuracy: float = FINE
+    problem: Problem,
+    x: Floats,
+    pairings: Sequence[Pairing],
+    weight: float,
+    evaluations: int = EVALUATIONS,
+    accuracy: float = FINE,
 ) -> Any:
     """Least squares with given pairings, the result of scipy; None where the start has no motion.
 

@@ -160,9 +160,7 @@ class Shooting:
         """The residuals without their derivatives."""
         return self._residuals(x, pairings, weight, False)[0]
 
-    def _residuals(
-        self, x: Floats, pairings: Sequence[Pairing], weight: float, derivative: bool = True
-    ) -> tuple[Floats, Floats]:
+    def _residuals(self, x: Floats, pairings: Sequence[Pairing], weight: float, derivative: bool = True) -> tuple[Floats, Floats]:
         try:
             event_map = self.model.at(x[: len(self.model.free)])
         except ParameterError:
