@@ -137,9 +137,9 @@ def test_fold_of_the_pair_in_40_digits(pair):
     system = pair(0.35)
     stable, saddle = (nsmaps.periodic_orbit(system, guess) for guess in ([0.8, 0.4], [0.34325, 2.87685]))
     for start, other in ((stable, saddle), (saddle, stable)):
-        made = continue_branch(system, "r", start, 0.5, (0, 1), direction="down")
+        made = continue_branch(system, "r", start, 0.5, (0, 0.6), direction="down")
         assert abs(only(made, "fold").value - float(r)) < 1e-11
-        assert made.ended == "the range ends at 1"
+        assert made.ended == "the range ends at 0.6"
         after = np.flatnonzero(np.diff(np.sign(made.values - 0.5)))[-1]
         passed = nsmaps.periodic_orbit(system, made.points[after][0])
         assert np.allclose(passed.states, other.states, atol=1e-10)
@@ -261,20 +261,20 @@ def test_doublings_of_the_henon_map():
     def henon(a):
         return Plane(a, "henon")
 
-    fixed = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2])
-    down = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="down")
+    fixed, bounds = nsmaps.periodic_orbit(henon(0.2), [0.2, 0.2]), (-1, 0.95)
+    down = continue_branch(henon, "p", fixed, 0.2, bounds, direction="down")
     assert abs(only(down, "fold").value + 0.49 / 4) < 1e-8
     assert np.allclose(down.values, down.points[:, 0, 0] ** 2 + 0.7 * down.points[:, 0, 0], atol=1e-9)
-    up = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="up")
+    up = continue_branch(henon, "p", fixed, 0.2, bounds, direction="up")
     doubling = only(up, "period doubling")
     assert abs(doubling.value - 3 * 0.49 / 4) < 1e-8
-    two = switch_branch(henon, "p", doubling, (-1, 1.3))
+    two = switch_branch(henon, "p", doubling, bounds)
     assert abs(only(two, "period doubling").value - (0.49 + 1.69 / 4)) < 1e-8
-    back = continue_branch(henon, "p", two.orbits[-1], 1.3, (-1, 1.3), direction="down")
+    back = continue_branch(henon, "p", two.orbits[-1], 0.95, bounds, direction="down")
     assert back.ended == "period halving"
     assert abs(only(back, "period halving").value - doubling.value) < 1e-8
     with pytest.raises(NsmapsError, match="the event is a fold"):
-        switch_branch(henon, "p", down.of_kind("fold")[0], (-1, 1.3))
+        switch_branch(henon, "p", down.of_kind("fold")[0], bounds)
 
 
 def test_a_branch_in_both_directions_is_one():
@@ -336,7 +336,7 @@ def test_a_doubled_branch_leads_back_to_where_it_began():
         lambda a: Plane(a, "henon"), "a", nsmaps.periodic_orbit(Plane(0.2, "henon"), [0.1, 0.1]), 0.2, within
     )
     doubled = switch_branch(lambda a: Plane(a, "henon"), "a", only(branch, "period doubling"), within)
-    for orbit, a in zip(doubled.orbits[2::9], doubled.values[2::9], strict=True):
+    for orbit, a in zip(doubled.orbits[2::24], doubled.values[2::24], strict=True):
         back = continue_branch(lambda a: Plane(a, "henon"), "a", orbit, a, within, direction="down")
         assert back.ended == "period halving"
         assert only(back, "period halving").value == pytest.approx(0.3675, abs=1e-9)
@@ -504,11 +504,11 @@ def test_a_follower_detaches_from_its_cam():
     with mp.workdps(30):
         _, w = mp.findroot(lambda x, w: [force(w)(x), mp.diff(force(w), x)], [0.0, 29.0])
         assert min(force(w)(2 * mp.pi * j / 500) for j in range(500)) > -1e-6
-    locked = CompleteChatter(Cam(w=1.05 * float(w), r=0.3, k=80, c=0.7, preload=35, a=0.03, b=0.004))
+    locked = CompleteChatter(Cam(w=1.02 * float(w), r=0.3, k=80, c=0.7, preload=35, a=0.03, b=0.004))
     start = nsmaps.periodic_orbit(locked, nsmaps.orbit(locked, [0.1, 2.0], 100).final)
     assert start.words == ("B~B",)
     branch = continue_branch(
-        lambda w: locked.at(w=w), "w", start, 1.05 * float(w), (0.5 * float(w), 1.5 * float(w)), direction="down", step=0.1
+        lambda w: locked.at(w=w), "w", start, 1.02 * float(w), (0.5 * float(w), 1.5 * float(w)), direction="down", step=0.1
     )
     event = only(branch, "detachment")
     assert branch.ended == "detachment"

@@ -68,7 +68,7 @@ def test_exact_images_lie_in_the_image_boxes(name, size):
     assert keys_of(name)
     for key in keys_of(name):
         made = system(name, reference(name)["parameters"][key])
-        states, found, *_ = missed(made, boxes_near(starts_of(name, key), rng, 25, size), rng, 1e-12)
+        states, found, *_ = missed(made, boxes_near(starts_of(name, key), rng, 12, size), rng, 1e-12)
         assert len(states) == 0
         assert found.bounded.any()
 
@@ -254,7 +254,7 @@ class Coulomb(nsmaps.HybridSystem):
 def test_sliding_and_starts_outside_of_the_domain():
     """Of half of the starts the friction falls: they are at the section, but not at its event, and have no image."""
     rng, made = np.random.default_rng(7), Coulomb()
-    phi, side = rng.uniform(0, 6.28, 60), rng.choice([-1, 1], 60)
+    phi, side = rng.uniform(0, 6.28, 30), rng.choice([-1, 1], 30)
     starts = np.column_stack([side * 0.6 - 0.02 + 0.3 * np.cos(phi), phi])
     for size in (1e-6, 1e-3, 2e-2):
         states, found, _, _, valid = missed(made, np.stack([starts - size / 2, starts + size / 2], axis=-1), rng, 1e-11)

@@ -477,7 +477,7 @@ def test_both_ways_tell_what_coexists() -> None:
     """The shipped study around its window, whose ends are a fold at 0.227713761 and a crisis between 0.22504 and 0.22506."""
     whole = YAML(typ="safe").load(study_files("vi_pair")["bistable"].read_text())
     part = {key: whole[key] for key in ("system", "parameters", "bifurcation_diagram")}
-    part["bifurcation_diagram"] |= {"from": 0.22, "to": 0.23, "points": 201}  # of its own values
+    part["bifurcation_diagram"] |= {"from": 0.22, "to": 0.23, "points": 101}  # of its own values
     Path("part.yaml").write_text(json.dumps(part))
     result = run_study("part.yaml", out="both")
     assert result.bifurcation_diagram["exact"].held.all()
