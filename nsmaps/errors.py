@@ -66,6 +66,13 @@ def check_choice(name: str, value: object, choices: Iterable[object]) -> None:
         raise NsmapsError(f"{name} is {value!r}; expected: {', '.join(listed[:-1])} or {listed[-1]}")
 
 
+def check_known(what: str, name: object, known: Iterable[str], kind: type[NsmapsError] = NsmapsError) -> None:
+    """Raise an error unless a name is one of those known, such as: no coordinate 'Phi', did you mean 'phi'?; expected: v, phi."""
+    listed = [str(each) for each in known]
+    if name not in listed:
+        raise kind(f"{what} {name!r}{near_match(str(name), listed)}; expected: {', '.join(listed) or 'none'}")
+
+
 def near_match(word: str, known: Iterable[str]) -> str:
     """`, did you mean 'x'?` for the closest of the known words, whatever their case, or nothing.
 

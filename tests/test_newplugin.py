@@ -90,7 +90,7 @@ def test_a_map_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])
 def test_a_name_that_is_none_is_told(name: str, tmp_path: Path) -> None:
-    with pytest.raises(NsmapsError, match="is not a valid system name; expected: small letters"):
+    with pytest.raises(NsmapsError, match="is not a valid system name"):
         new_plugin(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

@@ -141,7 +141,7 @@ def test_a_file_serves_as_a_plugin(tmp_path: Path) -> None:
 
 def test_errors_about_a_file(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
-    with pytest.raises(UnknownSystemError, match=r"no file .*mine.py' to load 'Mine' from; expected: path/to/mine.py:Class"):
+    with pytest.raises(UnknownSystemError, match=r"no file .*mine.py' to load 'Mine' from"):
         plugins.load_system(f"{file}:Mine")
     file.write_text(SYSTEM.format(name="Mine"))
     with pytest.raises(UnknownSystemError, match=r"has no class 'Mien', did you mean 'Mine'"):

@@ -63,7 +63,7 @@ def run(
     if not names or (against and against not in names):
         why = "; ".join(f"{name}: {text}" for name, text in skipped.items())
         who = f"{against!r} is not available{near_match(against, names)}" if against else "no solver is available"
-        raise NsmapsError(f"{who} (taking part: {', '.join(names) or 'none'}; not: {why or 'none'})")
+        raise NsmapsError(f"{who}; expected: one of {', '.join(names) or 'none'}; not available are {why or 'none'}")
     for k in range(rounds):
         beat(0.5 + 0.5 * k / rounds, "timing")
         for entry in entries[k % len(entries) :] + entries[: k % len(entries)]:

@@ -124,7 +124,8 @@ def figures(
         lettered = _lettered(letters or [])
         paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style)
         if unknown := set(lettered) - {path.stem for path in paths} - set(result.undrawn):
-            raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not among the files drawn")
+            drawn = ", ".join(path.stem for path in paths)
+            raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not drawn; expected: {drawn}")
         if out is None and (folder / "report.html").is_file():
             from nsmaps.report.page import write_report
 

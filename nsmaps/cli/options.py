@@ -46,4 +46,4 @@ def of_run(folder: Path) -> Iterator[None]:
             raise
         except Exception as error:
             why = " ".join(f"{type(error).__name__}: {error}".split())
-            raise NsmapsError(f"{folder} is not as `nsmaps run` writes it ({why}); run the study again") from error
+            raise NsmapsError(f"{folder} is not as `nsmaps run` writes it ({why}); expected: a run of this version") from error

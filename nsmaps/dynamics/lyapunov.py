@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.exponents.growth import batch_error, growth_of, last_outcome
-from nsmaps.dynamics.returnmap import Model, followed, map_along, starts_under
+from nsmaps.dynamics.returnmap import Model, check_values, followed, map_along, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -209,8 +209,7 @@ def lyapunov(
     if parameter is None:
         return exponents_of(system, starts, n_returns, transient)
     map_of, along = map_along(system, parameter), np.atleast_1d(np.asarray(values, float))
-    if along.ndim != 1 or not len(along) or not np.isfinite(along).all():
-        raise NsmapsError(f"the values have shape {along.shape}; expected: one or more finite numbers, shape (V,)")
+    check_values(along)
     now = starts_under(map_of, along, starts)
     order = np.argsort(-along if direction == "down" else along, kind="stable")
     cuts = [order] if direction else [order[cut] for cut in parallel.cuts(len(order))]

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import StateLike, as_numbers, as_starts
 from nsmaps.dynamics.chatter.complete import CompleteChatter
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_known
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import System
@@ -29,6 +29,19 @@ class Ended(Protocol):
 Run = TypeVar("Run", bound=Ended)
 
 
+def check_values(values: Floats) -> None:
+    """NsmapsError unless values of a parameter are one or more finite numbers, shape (V,)."""
+    if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
+        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers, shape (V,)")
+
+
+def check_range(value: float, bounds: tuple[float, float]) -> None:
+    """NsmapsError unless bounds of a parameter contain a value."""
+    low, high = bounds
+    if not low <= value <= high or not low < high:
+        raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")
+
+
 Model = System | CompleteChatter | Callable[..., ReturnMap]  #: a map with parameters, or a function of their values
 
 
@@ -41,10 +54,7 @@ def map_along(model: Model, *parameters: str) -> Callable[..., ReturnMap]:
     if not isinstance(model, System | CompleteChatter):
         return model
     for name in parameters:
-        if name not in model.parameters:
-            raise NsmapsError(
-                f"there is no parameter {name!r}{near_match(name, model.parameters)}; expected: {', '.join(model.parameters)}"
-            )
+        check_known("there is no parameter", name, model.parameters)
     return Along(model, *parameters)
 
 

@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_known
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -77,7 +77,7 @@ def export_iterate(
 ) -> dict[str, str]:
     """The n-th iterate of a piece of a result's composite map, all coordinates, as texts by file name; errors as `export`."""
     if result.composite is None:
-        raise NsmapsError("the result has no composite map, of whose pieces there are iterates in closed form")
+        raise NsmapsError("the result has no composite map; expected: one, of whose pieces there are iterates in closed form")
     closed = symbolic_iterate(result.composite, n, piece=piece)
     source = piece if piece is not None else result.composite.pieces[0].name
     (name,) = identifiers([f"{source} iterate {n}"])
@@ -99,8 +99,7 @@ def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> Non
 
 def _writer(language: str) -> Callable[[Exportable, str, Sequence[str]], dict[str, str]]:
     """The function that writes a language."""
-    if language not in LANGUAGES:
-        raise NsmapsError(f"the language {language!r}{near_match(str(language), LANGUAGES)}; expected: {', '.join(LANGUAGES)}")
+    check_known("the language", language, LANGUAGES)
     return import_module(f"nsmaps.exports.languages.{language}").files
 
 

@@ -40,7 +40,7 @@ def plot(
             return panel(result, ax, **options)
         sheets: tuple[Sheet, ...] = module.sheets(result, **options)
         if not sheets:
-            raise NsmapsError(f"this {type(result).__name__} has nothing that can be drawn")
+            raise NsmapsError(f"this {type(result).__name__} has nothing that can be drawn; expected: a result that is not empty")
         figure = sheets[0].figure(width=width, kind=Picture)
         lay_out(figure)
         return figure

@@ -46,7 +46,7 @@ def json_of(text: str) -> Any:
     try:
         data = json.loads(text)
     except RecursionError:
-        raise NsmapsError("nested too deeply to be read") from None
+        raise NsmapsError("nested too deeply to be read; expected: lists and objects of a few levels") from None
     except ValueError as error:
         if isinstance(error, json.JSONDecodeError):
             raise

@@ -11,7 +11,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, RootModel
 from pydantic.fields import FieldInfo
 
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import check_known
 from nsmaps.plugins import ANALYSIS, class_names, class_of
 from nsmaps.study.reading.classes import Instance
 
@@ -69,8 +69,7 @@ def table_of(section: str) -> KeyTable:
     from nsmaps.study.study import Study
 
     tables = {table.of or "study": table for table in key_tables(Study).values()}
-    if section not in tables:
-        raise NsmapsError(f"no section {section!r}; expected: {', '.join(tables)}{near_match(section, tables)}")
+    check_known("no section", section, tables)
     return tables[section]
 
 

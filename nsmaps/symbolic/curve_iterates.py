@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, overload, runtime_checkable
 
 from nsmaps.coordinates import Coordinates
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_known, near_match
 from nsmaps.results import Result
 
 if TYPE_CHECKING:
@@ -201,8 +201,7 @@ def _held_iterate(f: "Formula", name: str, held: Sequence[Mapping[str, Any]]) ->
 
 def _variable(f: "Formula", name: str | None) -> str:
     chosen = f.coordinates[0] if name is None else name
-    if chosen not in f.coordinates:
-        raise NsmapsError(f"no coordinate {chosen!r}{near_match(chosen, f.coordinates)}; expected: {', '.join(f.coordinates)}")
+    check_known("no coordinate", chosen, f.coordinates)
     if chosen in f.absolute:
         raise NsmapsError(
             f"the absolute value of {chosen!r} is taken, whose iterates are not polynomials; expected: a coordinate without one"
@@ -253,8 +252,7 @@ def _substituted(curves: Sequence[Any], variable: Any, values: Mapping[str, Any]
 
     known = sorted({str(s) for curve in curves for s in curve.free_symbols - {variable}})
     for name in values:
-        if name not in known:
-            raise NsmapsError(f"no symbol {name!r}{near_match(name, known)}; expected: {', '.join(known) or 'none is left'}")
+        check_known("no symbol", name, known)
     return [curve.subs({symbol(name): exact(value) for name, value in values.items()}) for curve in curves]
 
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates
-from nsmaps.errors import NsmapsError, check_class, near_match
+from nsmaps.errors import NsmapsError, check_class, check_known
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import CompositeMap
@@ -38,9 +38,7 @@ class ClosedMap(WithCoordinates):
         from nsmaps.symbolic.formula import exact, symbol
 
         for name in values:
-            if name not in self.symbols:
-                known = ", ".join(self.symbols) or "none is left"
-                raise NsmapsError(f"no symbol {name!r}{near_match(name, self.symbols)}; expected: {known}")
+            check_known("no symbol", name, self.symbols)
         swaps = {symbol(name): exact(value) for name, value in values.items()}
         images = {name: image.subs(swaps) for name, image in self.images.items()}
         return replace(self, images=images, symbols=tuple(name for name in self.symbols if name not in values))
@@ -71,9 +69,7 @@ class ClosedMap(WithCoordinates):
         return PolyMap.of_monomials(names, monomials, sides, self.absolute)
 
     def _image(self, output: str) -> Any:
-        if output not in self.images:
-            known = ", ".join(self.coordinates)
-            raise NsmapsError(f"no coordinate {output!r}{near_match(output, self.coordinates)}; expected: {known}")
+        check_known("no coordinate", output, self.images)
         return self.images[output]
 
     def _variables(self) -> list[Any]:

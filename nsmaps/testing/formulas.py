@@ -9,7 +9,7 @@ import mpmath as mp
 import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.errors import CheckError, near_match
+from nsmaps.errors import CheckError, check_known
 from nsmaps.exact.flows.alternatives import FORCING
 from nsmaps.exact.flows.formulas import in_symbols
 from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
@@ -84,8 +84,7 @@ def check_units(system: System) -> None:
     states = system.states if isinstance(system, HybridSystem) else ()
     cls, known = type(system).__name__, list(dict.fromkeys([*system.coordinates, *states, *system.parameters, *MOTION]))
     for name, unit in system.units.items():
-        if name not in known:
-            raise CheckError(f"{cls}.units has {name!r}{near_match(name, known)}; expected: {', '.join(known)}")
+        check_known(f"{cls}.units has", name, known, CheckError)
         if not (isinstance(unit, str) and unit.strip()):
             raise CheckError(f"the unit of {name!r} in {cls}.units is {unit!r}; expected: a text such as 'm/s'")
     if system.dimensionless and system.units:

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from nsmaps.errors import FitError, near_match
+from nsmaps.errors import FitError, check_known
 from nsmaps.reduced.composite.printed import TabulatedMap
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps_vi_pair.system import VIPair
@@ -18,7 +18,6 @@ def published_map(region: str, d: float) -> PolyMap:
     The coefficients are carried over to Chebyshev products of the region's box in rational arithmetic, so that what
     cancels in the print (it reaches 1e11) costs no digits. FitError for a region that has none.
     """
-    if region not in REGIONS:
-        raise FitError(f"no printed map of {region!r}{near_match(region, REGIONS)}; expected: {', '.join(REGIONS)}")
+    check_known("no printed map of", region, REGIONS, FitError)
     printed = TabulatedMap.model_validate(json.loads(FILE.read_text(encoding="utf-8"))[region])
     return printed.at(VIPair(d=d, r=0.5, g_bar=0).coordinates, None if printed.parameter is None else d)

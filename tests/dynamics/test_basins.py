@@ -114,7 +114,7 @@ def test_a_plane_through_three_coordinates_is_the_map_in_it():
 
 
 def test_a_value_at_which_a_coordinate_is_held_is_one_point():
-    with pytest.raises(ValueError, match=r"from 0.0 to 1.0 with 1 point; expected: 2 or more, or the same ends"):
+    with pytest.raises(ValueError, match=r"from 0.0 to 1.0 with 1 point"):
         nsmaps.Axis(low=0, high=1, points=1)
     with pytest.raises(ValueError, match="its start must lie below its end"):
         nsmaps.Axis(low=1, high=1, points=2)
@@ -130,7 +130,7 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
     for k, attractor in enumerate(made.attractors):
         exact = np.hypot(0.3 * np.cos(phi) - attractor.states[0, 0], phi).min()
         assert exact <= line.distance(k) + 1e-9 < exact + 0.02
-    with pytest.raises(NsmapsError, match="no attractor 2; expected: 0 to 1"):
+    with pytest.raises(NsmapsError, match="no attractor 2"):
         line.distance(2)
 
 

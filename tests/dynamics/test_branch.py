@@ -291,7 +291,7 @@ def test_a_branch_in_both_directions_is_one():
     assert whole.ended == f"the range ends at 1.3; {up.ended}"
     assert (np.diff(whole.arclength) > 0).all()
     assert whole.values[whole.arclength == 0] == [0.2]
-    with pytest.raises(NsmapsError, match="direction is 'left'; expected: 'up', 'down' or 'both'"):
+    with pytest.raises(NsmapsError, match="direction is 'left'"):
         continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="left")
 
 
@@ -426,7 +426,7 @@ def test_only_kinds_that_are_asked_for_are_located_and_others_still_end_a_branch
     assert not made.stable[-1]
     made = continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), direction="up", kinds=(), until=("period doubling",))
     assert [event.kind for event in made.events] == ["period doubling"]
-    with pytest.raises(NsmapsError, match="unknown kinds of events 'folds'; expected: period doubling, fold, branch"):
+    with pytest.raises(NsmapsError, match="unknown kinds of events 'folds'"):
         continue_branch(henon, "p", fixed, 0.2, (-1, 1.3), kinds=("folds",))
     with pytest.raises(NsmapsError, match=r"0\.2 is not between 0\.2 and 0\.2"):
         continue_branch(henon, "p", fixed, 0.2, (0.2, 0.2))

@@ -279,11 +279,11 @@ def test_orbits_of_the_oscillator_with_incomplete_chatter_accumulate_so_too():
 def test_what_has_no_chatter_or_no_cascade_is_refused():
     with pytest.raises(NsmapsError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
         CompleteChatter(nsmaps.load_system("buck_converter", E=12.0))
-    with pytest.raises(NsmapsError, match="the restitution coefficient is 1; expected: between 0 and 1"):
+    with pytest.raises(NsmapsError, match="the restitution coefficient is 1"):
         chatter_scaling(1.0)
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
     event = nsmaps.dynamics.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
-    with pytest.raises(NsmapsError, match="3 orbits at a fold; expected: one or more at an end of complete chatter"):
+    with pytest.raises(NsmapsError, match="3 orbits at a fold"):
         chatter_cascade(BALL, "Gamma", event, (1.0, 2.0), 3)
     with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
         nsmaps.observe(BALL.system, orbit, ["loss"])

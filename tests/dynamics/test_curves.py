@@ -150,13 +150,11 @@ def test_a_condition_that_always_holds_makes_no_points(kind, way, form, both):
 
 def test_what_has_no_curve_is_refused(pair):
     event = event_of(lambda a: Henon(a, 0.3), [0.9, 0.27], 0.1, (-1.5, 4), "fold", "down")
-    with pytest.raises(NsmapsError, match=r"the value 0\.7 is not between 0.2 and 0.5; expected: bounds that contain it"):
+    with pytest.raises(NsmapsError, match=r"the value 0\.7 is not between 0.2 and 0.5"):
         nsmaps.bifurcation_curve(Henon, WITHIN, event, 0.7)
-    with pytest.raises(NsmapsError, match=r"0 orbits, step 0\.02; expected: at least one orbit"):
+    with pytest.raises(NsmapsError, match=r"0 orbits, step 0\.02"):
         nsmaps.bifurcation_curve(Henon, WITHIN, event, 0.3, max_points=0)
-    with pytest.raises(NsmapsError, match=r"no fold near -0\.1225, 0\.45; expected: an orbit at the event"):
+    with pytest.raises(NsmapsError, match=r"no fold near -0\.1225, 0\.45"):
         nsmaps.bifurcation_curve(lambda a, b: Henon(a + 10, b), WITHIN, event, 0.45)
-    with pytest.raises(
-        NsmapsError, match="a str: a curve in two parameters begins at an event of a branch; expected: BifurcationPoint"
-    ):
+    with pytest.raises(NsmapsError, match="a str: a curve in two parameters begins at an event of a branch"):
         nsmaps.bifurcation_curve(Henon, WITHIN, "fold", 0.3)

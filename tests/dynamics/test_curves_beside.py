@@ -159,7 +159,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
 
 def test_an_orbit_that_is_at_no_border_has_no_curve():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
-    with pytest.raises(NsmapsError, match=r"the map has no border within 0\.0001 of the orbit; expected: an orbit at the border"):
+    with pytest.raises(NsmapsError, match=r"the map has no border within 0\.0001 of the orbit"):
         nsmaps.bifurcation_curve(
             Moved, {"p": (-1, 2), "q": (-1, 1)}, BifurcationPoint("border collision", 1.2, 1e-9, orbit), -0.5
         )

@@ -222,7 +222,7 @@ def test_wrong_calls_are_errors(pair):
 
 def test_sweeps_of_no_points_are_errors(pair):
     for values in ([], [np.nan], [[0.3, 0.3]]):
-        with pytest.raises(NsmapsError, match=r"the values have shape .*; expected: one or more finite numbers, shape"):
+        with pytest.raises(NsmapsError, match="the values have shape "):
             lyapunov(lambda d: pair(d), "d", values, [0.8, 0.4], n_returns=640)
 
 

@@ -206,10 +206,10 @@ class Line(ReturnMap):
 def test_what_has_no_manifold_is_refused(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    with pytest.raises(NsmapsError, match=r"the orbit has the multipliers .*; expected: a saddle, one below 1"):
+    with pytest.raises(NsmapsError, match="the orbit has the multipliers "):
         nsmaps.manifold(system, fixed)
     saddle = nsmaps.periodic_orbit(system, [0.34, 2.87])
-    with pytest.raises(NsmapsError, match="the manifold is 'both'; expected: 'unstable' or 'stable'"):
+    with pytest.raises(NsmapsError, match="the manifold is 'both'"):
         nsmaps.manifold(system, saddle, "both")
     with pytest.raises(NsmapsError, match=r"length 0, gap 0.02, .* expected: positive lengths"):
         nsmaps.manifold(system, saddle, length=0)
@@ -217,7 +217,7 @@ def test_what_has_no_manifold_is_refused(pair):
         nsmaps.manifold(Bent(), nsmaps.periodic_orbit(Bent(), [0.1, 0.1]), "stable")
     with pytest.raises(NsmapsError, match="the inverse does not lead back along the saddle"):
         nsmaps.manifold(Bent(), nsmaps.periodic_orbit(Bent(), [0.1, 0.1]), "stable", inverse=Henon())
-    with pytest.raises(NsmapsError, match="the map has 1 coordinates; expected: two"):
+    with pytest.raises(NsmapsError, match="the map has 1 coordinates"):
         nsmaps.manifold(Line(), fixed)
     lost = system.at(r=0.0)
     with pytest.raises(NsmapsError, match="VIPair in reversed time: an impact on B leaves no speed"):

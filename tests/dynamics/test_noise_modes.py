@@ -306,13 +306,13 @@ class Taken(Linear):
 
 def test_systems_without_noise_say_so():
     block = RockingBlock(**dict.fromkeys(RockingBlock.parameter_names(), 0.5))
-    with pytest.raises(NsmapsError, match=r"RockingBlock has no noise; expected: a name for it in the class"):
+    with pytest.raises(NsmapsError, match="RockingBlock has no noise"):
         noisy_orbits(block, np.full(len(block.coordinates), 0.5), LOUD, n_returns=5)
     with pytest.raises(SystemDefinitionError, match=r"Silent.noise is 'hiss', and no rate or guard has it"):
         noisy_orbits(Silent(zeta=0.1, w=1), [0, 0], LOUD, n_returns=5)
-    with pytest.raises(SystemDefinitionError, match=r"Taken.noise is 'x'; expected: a name of its own"):
+    with pytest.raises(SystemDefinitionError, match=r"Taken.noise is 'x'"):
         Taken(zeta=0.1, w=1).first_return([[0, 0]])
-    with pytest.raises(NsmapsError, match=r"the start has shape \(2, 4\); expected: \(4,\) or \(3, 4\)"):
+    with pytest.raises(NsmapsError, match=r"the start has shape \(2, 4\)"):
         noisy_orbits(PAIR, [[0.8, 0.4, 0.1, 0.2]] * 2, LOUD, n_returns=5, n_realisations=3)
 
 

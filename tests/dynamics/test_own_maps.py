@@ -170,17 +170,13 @@ def test_a_chart_needs_parameters():
     whole = nsmaps.CompositeMap(
         nsmaps.exact.Coordinates(("x",)), (), (nsmaps.reduced.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),)
     )
-    with pytest.raises(
-        NsmapsError, match=r"a plane of parameters of a CompositeMap; expected: .* its parameters.*stability_diagram"
-    ):
+    with pytest.raises(NsmapsError, match="a plane of parameters of a CompositeMap"):
         nsmaps.parameter_plane(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
-    with pytest.raises(
-        NsmapsError, match=r"a plane of parameters of the class Lozi; expected: an object of it, with its parameters"
-    ):
+    with pytest.raises(NsmapsError, match="a plane of parameters of the class Lozi"):
         nsmaps.parameter_plane(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=r"Lozi has no parameter 'c'"):
         nsmaps.parameter_plane(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
-    with pytest.raises(NsmapsError, match=r"the plane is of no parameter; expected: two .* of a Bare, which has none"):
+    with pytest.raises(NsmapsError, match="the plane is of no parameter"):
         nsmaps.parameter_plane(Bare(), {}, [0.3])
 
 
@@ -197,7 +193,7 @@ def test_an_edited_map_is_another_one(tmp_path):
 
 
 def test_a_class_without_coordinates_is_refused():
-    with pytest.raises(SystemDefinitionError, match=r"Nameless has no `coordinates`; expected: names"):
+    with pytest.raises(SystemDefinitionError, match="Nameless has no `coordinates`"):
 
         class Nameless(System):
             def first_return(self, states, derivative=False):
@@ -206,7 +202,7 @@ def test_a_class_without_coordinates_is_refused():
 
 def test_what_a_map_lacks_is_named():
     for call in (nsmaps.periodic_orbit, lambda return_map, state: nsmaps.lyapunov(return_map, starts=state, n_returns=100)):
-        with pytest.raises(NsmapsError, match=r"the map has no derivative; expected: .*of_map"):
+        with pytest.raises(NsmapsError, match="the map has no derivative"):
             call(Sine(smooth=False), [0.4])
     with pytest.raises(NsmapsError, match=r"a ndarray: `first_return` of a Bare gives what `Returns.of_map` makes"):
         nsmaps.orbit(Bare(), [0.3], 3)

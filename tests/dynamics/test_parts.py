@@ -273,5 +273,5 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
 
 
 def test_two_parameters_need_two_values() -> None:
-    with pytest.raises(TypeError, match=r"1 values of d and r; expected: 2"):
+    with pytest.raises(TypeError, match="1 values of d and r"):
         nsmaps.exact.Along(PAIR, "d", "r")(0.3)

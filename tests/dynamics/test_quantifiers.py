@@ -50,7 +50,7 @@ def test_a_plane_has_quantifiers_at_each_pixel_and_draws_them():
     ax = Figure().subplots()
     drawn = made.plot(ax, by="mean").collections[0].get_array()
     assert drawn.tolist() == made.quantifiers["mean"][..., 0].tolist()
-    with pytest.raises(nsmaps.NsmapsError, match="no observable or quantifier 'men'; expected: period, turns, mean"):
+    with pytest.raises(nsmaps.NsmapsError, match="no observable or quantifier 'men'"):
         made.plot(ax, by="men")
 
 
@@ -80,7 +80,7 @@ def test_processes_receive_functions_of_modules():
         parallel = nsmaps.Parallel(executor=executor)
         made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, parallel=parallel)
         assert made.quantifiers["mean"][1, 1, 0] == pytest.approx(2 * 4.2 / 6.4)
-        with pytest.raises(nsmaps.NsmapsError, match=r"quantifier 'm' is .*<lambda>.* not a function of a module; expected"):
+        with pytest.raises(nsmaps.NsmapsError, match=r"quantifier 'm' is .*<lambda>.* not a function of a module"):
             nsmaps.parameter_plane(
                 Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, parallel=parallel
             )
@@ -115,5 +115,5 @@ def test_pixels_that_are_continued_have_those_of_their_own_cycles():
 
 def test_values_have_one_shape():
     plane, how = {"r": [2.5, 3.2], "height": [1.0]}, {"n_returns": 64, "transient": 1000, "max_period": 4}
-    with pytest.raises(nsmaps.NsmapsError, match=r"'all' returns arrays of the shapes \(1,\) and \(2,\); expected"):
+    with pytest.raises(nsmaps.NsmapsError, match=r"'all' returns arrays of the shapes \(1,\) and \(2,\)"):
         nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"all": lambda states, return_map: states[:, 0]})

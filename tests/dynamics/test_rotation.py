@@ -34,7 +34,7 @@ def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
 def test_what_is_counted_is_named_or_known():
     gap = BorderCollision1(a_L=0.5, a_R=0.5, mu=0.3, jump=-1.0)
     assert nsmaps.rotation_number(gap, {"x": 0.1}, of="L").fraction == Fraction(3, 5)
-    with pytest.raises(NsmapsError, match="rotation number of 'Q'; expected: `of`, one of L, R"):
+    with pytest.raises(NsmapsError, match="rotation number of 'Q'"):
         nsmaps.rotation_number(gap, [0.1], of="Q")
     with pytest.raises(NsmapsError, match=r"the orbit of \[0.1\] ends or escapes"):
         nsmaps.rotation_number(gap.at(a_R=3.0, a_L=3.0), [0.1])

@@ -157,7 +157,7 @@ def test_all_functions_of_returns_have_the_rule(system):
     seen = [nsmaps.observe(system, start[0], number, n_returns=1, n_batches=1, chatter=share) for share in (0, np.inf)]
     assert seen[0].outcome == Outcome.returned
     assert seen[1].outcome == Outcome.stuck
-    with pytest.raises(StateError, match=r"chatter is -1; expected: a share >= 0"):
+    with pytest.raises(StateError, match="chatter is -1"):
         system.first_return(start, chatter=-1)
 
 

@@ -138,7 +138,7 @@ def test_release_by_a_second_mass() -> None:
         (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v + 1}, rests="table"), "is not an impact"),
         (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v, "x": 1}, rests="table"), "changes the function of the guard"),
         (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v}, rests="flight"), "has the name of a mode"),
-        (lambda s, y: Guard("fall", y.x, reset={"v": -s.r * y.v}, rests="table"), "'fall'; expected: one of flight"),
+        (lambda s, y: Guard("fall", y.x, reset={"v": -s.r * y.v}, rests="table"), "'fall'; expected: flight"),
         (lambda s, y: Guard("flight", y.x, ends=True, rests="table"), "concerns several modes"),
     ],
 )  # fmt: skip

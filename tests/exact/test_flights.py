@@ -174,7 +174,7 @@ def test_words_have_one_grammar():
 def test_a_parameter_is_validated_and_unknown_ones_are_named(pair):
     with pytest.raises(NsmapsError, match="unknown parameter 'dd'"):
         pair(0.35).at(dd=1)
-    with pytest.raises(ParameterError, match=r"VIPair: d is -1; expected: greater than 0$"):
+    with pytest.raises(ParameterError, match="VIPair: d is -1"):
         pair(0.35).at(d=-1)
     assert pair(0.35).at(d=0.3).d == 0.3
     with pytest.raises(ValidationError, match="s given but not used"):

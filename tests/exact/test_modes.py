@@ -191,9 +191,9 @@ def broken(**changes):
     [
         ({"modes": lambda self, t, y: {"free": {"x": y.v, "v": y.x * y.v}, "contact": {}}}, "expected: of x, v"),
         ({"modes": lambda self, t, y: {"free": {"x": y.v}, "contact": {"x": 0, "v": 0}}}, "rates of x; expected: of x, v"),
-        ({"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}}, "'fre'; expected: one of free, contact, did you"),
+        ({"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}}, "'fre', did you mean 'free'"),
         ({"guards": lambda self, t, y: {"C": nsmaps.Guard("free", y.x, reset={"z": 0})}}, "resets 'z'"),
-        ({"section": lambda self, t, y: nsmaps.PoincareSection("D", ("v", "phi"))}, "'D'; expected: one of C, F"),
+        ({"section": lambda self, t, y: nsmaps.PoincareSection("D", ("v", "phi"))}, "'D'; expected: C, F"),
         ({"section": lambda self, t, y: nsmaps.PoincareSection("C", ("phi",))}, "leaves x and v open"),
         ({"period": lambda self: None}, "has no `period`"),
     ],

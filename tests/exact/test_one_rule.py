@@ -102,7 +102,7 @@ def test_a_horizon_is_a_positive_number():
         def displacement(self, t, hit):
             return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2
 
-    with pytest.raises(SystemDefinitionError, match=r"horizon is 0.0; expected: a positive number"):
+    with pytest.raises(SystemDefinitionError, match=r"horizon is 0.0"):
         Never().first_return([[1.0, 0.0]])
 
 
@@ -118,7 +118,7 @@ def test_a_horizon_is_a_positive_number():
 )
 def test_a_direction_has_parameters_alone(return_map):
     states = np.full((1, len(return_map.coordinates.names)), 0.3)
-    with pytest.raises(ParameterError, match="unknown parameter 'nothing'; expected: "):
+    with pytest.raises(ParameterError, match="unknown parameter 'nothing'"):
         return_map.sensitivity(states, {"nothing": 1.0})
     with pytest.raises(ParameterError, match="is nan; expected: a finite number"):
         return_map.sensitivity(states, {getattr(return_map, "system", return_map).parameter_names()[0]: np.nan})

@@ -209,9 +209,9 @@ def test_one_lost_part_leaves_the_others_to_their_workers(tmp_path: Path) -> Non
 
 
 def test_what_is_no_executor_or_no_part_is_refused() -> None:
-    with pytest.raises(nsmaps.NsmapsError, match=r"the executor is a int; expected: a concurrent\.futures\.Executor"):
+    with pytest.raises(nsmaps.NsmapsError, match="the executor is a int"):
         Parallel(2)
-    with pytest.raises(nsmaps.NsmapsError, match="a part has 0 items; expected: at least 1"):
+    with pytest.raises(nsmaps.NsmapsError, match="a part has 0 items"):
         Parallel(part=0)
 
 

@@ -143,7 +143,7 @@ def test_motions_that_end_are_told_by_wall_mode_and_time():
     assert "expected: a finite number" in SYSTEMS["pair"].reasons([[np.nan, 0.0]])[0]
     outside = SYSTEMS["pair"].arrival_reasons([[0.5, 0.0, 1.0]])[0]
     assert "in the mode 'flight' the guard 'B' is -0.325" in outside
-    with pytest.raises(StateError, match="'fly' is not a mode; expected: one of flight, rest on B, rest on T"):
+    with pytest.raises(StateError, match="'fly' is not a mode"):
         SYSTEMS["pair"].arrivals([[0.0, 0.0, 1.0]], "fly")
 
 
@@ -179,7 +179,7 @@ def test_motions_end_at_a_wall_that_ends_them():
 
 def test_a_base_wall_does_not_end_motions():
     walls = {"walls": lambda self: {"B": Wall(at=0, side=-1, ends=True)}, "__module__": __name__}
-    with pytest.raises(SystemDefinitionError, match=r"Gone.walls ends motions at the base wall 'B'; expected: a base wall after"):
+    with pytest.raises(SystemDefinitionError, match=r"Gone.walls ends motions at the base wall 'B'"):
         type("Gone", (BouncingBall,), walls)
 
 

@@ -143,7 +143,7 @@ class Nonlinear(BeforeWall):
 
 def test_what_cannot_be_written_is_refused_by_name():
     values = {"zeta": 0.1, "w": 1.0, "A": 0.5, "wall": -0.2, "r": 0.8}
-    with pytest.raises(NsmapsError, match=r"Nonlinear as 'c': its flights are nonlinear, .*; expected: latex, or c and julia of"):
+    with pytest.raises(NsmapsError, match="Nonlinear as 'c': its flights are nonlinear, "):
         nsmaps.export(Nonlinear(**values), "c")
     with pytest.raises(NsmapsError, match="the name 'memory', by which the program would have memory twice"):
         nsmaps.export(SYSTEMS["soft"][0](), "julia", name="memory")

@@ -151,7 +151,7 @@ def test_panels_have_the_letters_that_are_given(result, tmp_path):
     for path in draw(result, ["cobweb", "slices"], tmp_path, ["svg"], letters=letters):
         told = re.findall(r">\(([a-z]+)\)<", path.read_text(encoding="utf-8"))
         assert "".join(told) == {"cobweb": "ab", "cobweb-2": "cd", "slices": "ab"}[path.stem]
-    with pytest.raises(NsmapsError, match="'cobweb' has 2 panels, its letters are 'abc'; expected: one a panel"):
+    with pytest.raises(NsmapsError, match="'cobweb' has 2 panels, its letters are 'abc'"):
         draw(result, ["cobweb"], tmp_path, letters={"cobweb": "abc"})
 
 
@@ -161,7 +161,7 @@ def test_letters_on_the_command_line_are_of_files_that_are_drawn(tmp_path):
     done = CliRunner().invoke(app, [*words, "--letters", "cobweb=ef"])
     assert done.exit_code == 0, done.output
     assert re.findall(r">\(([a-z]+)\)<", (tmp_path / "cobweb.svg").read_text(encoding="utf-8")) == ["e", "f"]
-    for wrong, said in (("words=a", "--letters for words, which is not among the files drawn"), ("a", "expected: FILE=LETTERS")):
+    for wrong, said in (("words=a", "--letters for words, which is not drawn"), ("a", "expected: FILE=LETTERS")):
         done = CliRunner().invoke(app, [*words, "--letters", wrong])
         assert done.exit_code == 2
         assert said in " ".join(done.output.split())
@@ -213,7 +213,7 @@ class Three(VIPair):
 
 
 def test_pictures_of_the_plane_need_two_coordinates(result, tmp_path):
-    with pytest.raises(NsmapsError, match=r"the figure 'projections' .* needs a system of 2 coordinates; this one has 3"):
+    with pytest.raises(NsmapsError, match=r"the figure 'projections' is a picture of a plane and the system has 3 coordinates"):
         draw(replace(result, system=Three(**result.system.parameters)), ["projections"], tmp_path)
 
 
@@ -239,7 +239,7 @@ def test_a_plane_through_four_coordinates_is_drawn(tmp_path):
 def test_a_grid_of_three_directions_is_no_plane(tmp_path):
     (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "{from: 0, to: 0.1, points: 2}"))
     made = nsmaps.run_study(nsmaps.load_study(tmp_path / "plane.yaml"))
-    with pytest.raises(NsmapsError, match=r"the grid varies along v, v2, phi; expected: two coordinates, with the others held"):
+    with pytest.raises(NsmapsError, match="the grid varies along v, v2, phi"):
         draw(made, ["words"], tmp_path)
 
 

@@ -66,9 +66,9 @@ def test_the_diagonal_has_rows_for_the_values_that_the_study_names(result):
     study = study_of(diagonal={**section, "shown": [0.1, 0.3, 0.3 - 0.2 / 3]})
     (sheet,) = CATALOGUE["diagonal"].sheets(replace(result, study=study))
     assert [panel.keywords["value"] for panel in sheet.panels[::2]] == [3, 0, 1]
-    with pytest.raises(ValueError, match=r"'shown' has 0\.2, which the sweep lacks; expected: one of its 4, such as 0\.23"):
+    with pytest.raises(ValueError, match=r"'shown' has 0\.2, which the sweep lacks"):
         study_of(diagonal={**section, "shown": [0.2]})
-    with pytest.raises(ValueError, match=r"'shown' has 0\.3, which the sweep lacks; expected: none without"):
+    with pytest.raises(ValueError, match=r"'shown' has 0\.3, which the sweep lacks"):
         study_of(diagonal={"family": "BTB", "delta": 1.2, "shown": [0.3]})
 
 
@@ -213,7 +213,7 @@ def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
 def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
     none = (replace(result.near[0], surface=surface.restrict(np.zeros(len(surface.start), bool)), maps={}),)
-    with pytest.raises(NsmapsError, match="no state is near the diagonals; expected: a larger 'delta'"):
+    with pytest.raises(NsmapsError, match="no state is near the diagonals"):
         CATALOGUE["orders"].sheets(result.with_parts({"near": none}))
 
 

@@ -175,7 +175,7 @@ def test_surfaces_have_every_member_at_its_image_and_end_at_the_edge(result, ax3
 
 
 def test_surfaces_say_that_they_need_three_dimensions(result, ax):
-    with pytest.raises(NsmapsError, match="projection='3d'"):
+    with pytest.raises(NsmapsError, match="the axes of the figure"):
         panel(surfaces, result, ax)
 
 

@@ -79,7 +79,7 @@ def test_the_data_are_complete():
     assert maps["R4"]["images"]["v"]["v**8"] == [-251148526, 3431234055, -17535685854, 39732483684, -33678323446]
     assert maps["R3"]["images"]["phi"]["1"] == -4.708e-05
     assert list(maps["R1"]["images"]["v"]) == ["1", "phi", "v", "phi**2", "phi*v", "v**2", "phi**2*v", "phi*v**2", "v**3"]
-    with pytest.raises(FitError, match=r"no printed map of 'R6'.*; expected: R1, R2, R3, R4, R5"):
+    with pytest.raises(FitError, match="no printed map of 'R6'"):
         published_map("R6", 0.3)
 
 

@@ -203,7 +203,7 @@ def test_the_word_of_a_piece_is_the_commonest_of_its_data():
 
 def test_pieces_by_name():
     assert MAP.piece("R2") is MAP.pieces[2]
-    with pytest.raises(NsmapsError, match=r"no piece 'resett', did you mean 'reset'\?; expected: reset, R1, R2, R3"):
+    with pytest.raises(NsmapsError, match=r"no piece 'resett', did you mean 'reset'\?"):
         MAP.piece("resett")
 
 
@@ -261,7 +261,7 @@ def test_a_family_without_data_is_named():
     [
         ([fitted("R", "v > 0", "BTTB")], "piece 'R': no surface of a family 'BTTB', did you mean 'BTB'"),
         ([R1, R1], "piece 'R1': two pieces have this name"),
-        ([fitted("R", "v > 0.99", "BTB")], "piece 'R': v': the data are all at 1.0 of v; degree 1 needs 2 distinct"),
+        ([fitted("R", "v > 0.99", "BTB")], "piece 'R': v': the data are all at 1.0 of v"),
         ([where("R", "v > 0", reset={"w": 1})], "piece 'R': reset: no coordinate 'w'; expected: v, phi"),
     ],
 )

@@ -118,7 +118,7 @@ def test_fits_are_compared_for_each_delta_once():
 def test_a_fit_that_fails_names_its_delta_and_its_order():
     surface = surface_of(lambda v, phi: (0.5 * np.ones_like(v), phi))
     orders = {"high": PolynomialFit(degrees={"v": 9, "phi": 1})}
-    with pytest.raises(FitError, match=r"delta 1\.1: fit 'high': .*degree 9 needs 10 distinct values"):
+    with pytest.raises(FitError, match=r"delta 1\.1: fit 'high': .*expected: 10 values"):
         compare_deltas(NearDiagonal(delta=1.8), surface, [1.1], orders)
 
 

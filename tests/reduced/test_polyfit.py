@@ -283,9 +283,9 @@ def test_collinear_points():
     v = np.linspace(0.6, 0.9, 50)
     with pytest.raises(FitError, match=r"50 data points distinguish only \d+ of 9 terms"):
         POLY23.fit(scattered(np.column_stack([v, v])))
-    with pytest.raises(FitError, match=r"v': the data are all at 0\.3\d* of phi; degree 2 needs 3 distinct values"):
+    with pytest.raises(FitError, match=r"v': the data are all at 0\.3\d* of phi; expected: 3 values"):
         POLY23.fit(scattered(np.column_stack([v, np.full(50, 0.3)])))
-    with pytest.raises(FitError, match="at 2 values of phi; degree 2 needs 3"):
+    with pytest.raises(FitError, match="at 2 values of phi"):
         POLY23.fit(scattered(np.column_stack([v, np.where(v > 0.7, 0.3, 0.4)])))
     line = scattered(np.column_stack([v, np.full(50, 0.3)]), lambda v, phi: (v**3, phi))
     along = SeparableFit(degrees={"v": 3, "phi": 0}).fit(line)

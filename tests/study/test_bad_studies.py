@@ -676,7 +676,7 @@ def test_a_study_that_is_not_there(name: str, message: str) -> None:
 
 def test_a_list_without_brackets(good: str) -> None:
     Path("one.yaml").write_text(good + "\nfigures: cobweb\n" if "figures:" not in good else good)
-    with pytest.raises(StudyError, match=r"one.yaml:\d+:\d+: figures is 'cobweb'; expected: a list, in brackets"):
+    with pytest.raises(StudyError, match=r"one.yaml:\d+:\d+: figures is 'cobweb'"):
         load_study("one.yaml")
 
 
@@ -688,7 +688,7 @@ def test_a_study_of_no_system() -> None:
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
 def test_a_file_that_is_no_mapping(text: str) -> None:
     Path("bad.yaml").write_text(text)
-    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections; expected: name, title, "):
+    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections"):
         load_study("bad.yaml")
 
 

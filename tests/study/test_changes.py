@@ -119,7 +119,7 @@ def test_a_copy_runs_names_a_schema_that_is_there_and_refuses_to_overwrite() -> 
     assert study.name == "pd"
     assert study.model_copy(update={"name": "vi_pair/pd"}) == nsmaps.load_study("vi_pair/pd")
     path.write_text("mine")
-    with pytest.raises(NsmapsError, match=r"pd\.yaml is there already; expected: .* nsmaps copy vi_pair/pd FILE"):
+    with pytest.raises(NsmapsError, match=r"pd\.yaml is there already"):
         copy_study("vi_pair/pd")
     assert path.read_text() == "mine"
 

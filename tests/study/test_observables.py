@@ -100,5 +100,5 @@ def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, ent
 
 def test_a_study_with_nothing_to_observe_is_refused(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text("system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\nobserve: {observables: [loss]}\n")
-    with pytest.raises(StudyError, match="nothing to observe; expected: one of the sections orbits, bifurcation_diagram, b"):
+    with pytest.raises(StudyError, match="nothing to observe"):
         nsmaps.run_study(tmp_path / "study.yaml")

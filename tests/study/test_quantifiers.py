@@ -99,5 +99,5 @@ def test_what_is_not_a_function_is_refused_at_its_place(folder: Path, before: st
 
 def test_its_file_is_not_run_with_installed_only(folder: Path) -> None:
     (folder / "s.yaml").write_text(STUDY.replace("mine.py:Logistic", "circle_map"))
-    with pytest.raises(StudyError, match=r"the function is the file .*mean', which would be executed; expected: an installed"):
+    with pytest.raises(StudyError, match=r"the function is the file .*mean', which would be executed"):
         nsmaps.load_study(folder / "s.yaml", installed_only=True)

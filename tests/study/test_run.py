@@ -310,7 +310,7 @@ def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
     with pytest.raises(NsmapsError, match=r"printed.yaml:4:.*no file 'maps/printed.json#near'"):
         load_study("printed.yaml")
     Path("maps/printed.json").write_text(NEAR.replace('"near"', '"nera"'))
-    with pytest.raises(NsmapsError, match="unknown polynomial 'near'; expected: nera, did you mean 'nera'"):
+    with pytest.raises(NsmapsError, match="unknown polynomial 'near'"):
         load_study("printed.yaml")
 
 

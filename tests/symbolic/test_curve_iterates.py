@@ -121,7 +121,7 @@ def test_nth_iterates_at_a_sequence_of_values():
     assert len(iterate.alpha) == 82
     assert iterate(0.62) == pytest.approx(value, rel=1e-12)
     assert iterate.domain == {"v": (0.5, 1.0)}
-    with pytest.raises(NsmapsError, match="iterate 5 has degree 243 and up to 244 terms; expected: degree 100"):
+    with pytest.raises(NsmapsError, match="iterate 5 has degree 243 and up to 244 terms"):
         second_iterate(polymap, held=[*held, 0.2])
 
 
@@ -142,7 +142,7 @@ def test_d_stays_a_symbol_in_the_coefficients():
     for value in (0.26, 0.3, 0.35):
         plain = second_iterate(parametric.at(value), 0.2, 0.4, piece="P0")
         assert iterate.at(d=value)(0.7) == pytest.approx(plain(0.7), abs=1e-13)
-    with pytest.raises(NsmapsError, match="no piece is named; expected: one of P0, P1"):
+    with pytest.raises(NsmapsError, match="no piece is named"):
         second_iterate(parametric, 0.2, 0.4)
     with pytest.raises(NsmapsError, match="no piece 'P2'"):
         second_iterate(parametric, 0.2, 0.4, piece="P2")
@@ -153,7 +153,7 @@ def test_envelopes_in_closed_form_are_two_curves():
     envelope = SimpleNamespace(coordinate="v", kind="closed form", held=np.array([[np.nan, np.nan], [0.9, 0.1]]))
     lower, upper = envelope_curves(polymap, envelope)
     assert [lower(0.7), upper(0.7)] == pytest.approx(polymap([[0.7, 0.9], [0.7, 0.1]])[:, 0].tolist(), abs=1e-15)
-    with pytest.raises(NsmapsError, match="the envelope of 'v' is numeric; expected: one in closed form"):
+    with pytest.raises(NsmapsError, match="the envelope of 'v' is numeric"):
         envelope_curves(polymap, SimpleNamespace(coordinate="v", kind="numeric", held=None))
 
 
@@ -161,7 +161,7 @@ def test_bad_calls_are_errors():
     with pytest.raises(NsmapsError, match="order is 'upper'"):
         second_iterate(POLY23, order="upper")
     three = PolyMap.reset(("x", "y", "z"), {})
-    with pytest.raises(NsmapsError, match=r"one value 0\.2 for y, z; expected: a mapping"):
+    with pytest.raises(NsmapsError, match=r"one value 0\.2 for y, z"):
         second_iterate(three, 0.2, 0.4)
     with pytest.raises(NsmapsError, match="held: 'w'"):
         second_iterate(three, {"w": 1.0})
@@ -175,9 +175,7 @@ def test_bad_calls_are_errors():
         second_iterate(POLY23).at(c_0=1)
     with pytest.raises(NsmapsError, match="no value is given"):
         second_iterate(POLY23, held=[])
-    with pytest.raises(
-        NsmapsError, match="iterate 3 has degree 27 and up to 3981263 terms; expected: degree 100 and 60000 terms"
-    ):
+    with pytest.raises(NsmapsError, match="iterate 3 has degree 27 and up to 3981263 terms"):
         second_iterate(POLY23, held=[None] * 3)
 
 

@@ -52,7 +52,7 @@ def test_a_word_of_regions_is_read_from_the_left():
     np.testing.assert_allclose(last.over()(STATES), three(one(STATES)), rtol=0, atol=1e-13)
     with pytest.raises(NsmapsError, match="iterate 2 depends on 'v', of which an absolute value was taken"):
         compose_pieces(composite, ["R3", "R1"])
-    with pytest.raises(NsmapsError, match="the word is 'R1'; expected: a sequence of one or more of R1, R2, R3"):
+    with pytest.raises(NsmapsError, match="the word is 'R1'"):
         compose_pieces(composite, "R1")
     with pytest.raises(NsmapsError, match="no piece 'R4'"):
         compose_pieces(composite, ["R4"])
@@ -73,7 +73,7 @@ def test_a_word_with_d_and_with_a_reset():
     after = compose_pieces(CompositeMap(exported.NAMES, ("B",), (piece("R1", 1), reset)), ["up", "R1"])
     v = sp.Symbol("v", real=True)
     assert after.images["phi"].free_symbols == {v}
-    with pytest.raises(NsmapsError, match="'v' has no bounded domain; expected: a box"):
+    with pytest.raises(NsmapsError, match="'v' has no bounded domain"):
         after.over()
     box = [[0.5, 1.0], [0.1, 0.9]]
     assert np.array_equal(after.over({"phi": box[1], "v": box[0]})([[0.7, 0.2]]), after.over(box)([[0.7, 0.2]]))
@@ -100,7 +100,7 @@ def test_general_coefficients_and_refusals():
     x, b0, b1 = sp.symbols("x b_0 b_1", real=True)
     assert sp.expand(line.images["x"] - (b0 + b1 * (b0 + b1 * (b0 + b1 * x)))) == 0
     assert line.at(b_0=0.5, b_1=-1).images["x"] == sp.Rational(1, 2) - x
-    with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms; expected: degree 100 and 3000 terms"):
+    with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms"):
         symbolic_iterate(PLANE, 4)
     with pytest.raises(NsmapsError, match="n is 0"):
         symbolic_iterate(PLANE, 0)

@@ -109,7 +109,7 @@ def test_a_region_that_is_none(region, why):
 def test_trial_states_of_a_region_may_be_given():
     check_region(Disc(coordinates=NAMES))
     small = Disc(coordinates=NAMES, within=1e-4)
-    with pytest.raises(CheckError, match="none of 10000 trial states lies in Disc; expected: `states` of which some do"):
+    with pytest.raises(CheckError, match="none of 10000 trial states lies in Disc"):
         check_region(small)
     check_region(small, [[0.5, 1.0], [0.6, 1.0]])
     with pytest.raises(CheckError, match="'v > 0' is not a region"):
@@ -243,7 +243,7 @@ def test_families_pass():
     check_family(
         WordFamily(name="BB", words=("BB",)), nsmaps.load_system("bouncing_ball", Gamma=1.2, r=0.5), [[4.0, 0.5], [0.3, 1.0]]
     )
-    with pytest.raises(CheckError, match=r"'right' is not a family; expected: .* nsmaps\.ReturnFamily"):
+    with pytest.raises(CheckError, match="'right' is not a family"):
         check_family("right", Pair())
 
 

@@ -17,7 +17,7 @@ from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, quantified, quantifiers_of
-from nsmaps.dynamics.returnmap import map_along, map_or_reason
+from nsmaps.dynamics.returnmap import check_values, map_along, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
@@ -100,8 +100,7 @@ def global_continuation(
 
 
 def _check(values: Floats, samples: int, step: float) -> None:
-    if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
-        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers, shape (V,)")
+    check_values(values)
     if samples < 1 or not step > 0:
         raise NsmapsError(f"{samples} samples, a step of {step}; expected: at least 1 sample, a step above 0")
 

@@ -19,7 +19,7 @@ from nsmaps.dynamics.curves.crossing import CrossingCurve
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.dynamics.returnmap import Model, map_along, map_or_reason
+from nsmaps.dynamics.returnmap import Model, check_range, map_along, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
@@ -291,8 +291,7 @@ def _sides(return_map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...
 
 
 def _check(event: BifurcationPoint, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
-    for value, (low, high) in zip((event.value, second), bounds, strict=True):
-        if not (low <= value <= high and low < high):
-            raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")
+    for value, ends in zip((event.value, second), bounds, strict=True):
+        check_range(value, ends)
     if not 10 * SMALLEST < step <= 1 or max_points < 1:
         raise NsmapsError(f"{max_points} orbits, step {step:g}; expected: at least one orbit, a step up to 1")

@@ -12,7 +12,7 @@ from nsmaps.coordinates import StateLike
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, diagram_so_far, unnamed
 from nsmaps.dynamics.diagrams.parts import Sweep, attractors_at
 from nsmaps.dynamics.diagrams.windows import windows
-from nsmaps.dynamics.returnmap import map_along, starts_under
+from nsmaps.dynamics.returnmap import check_values, map_along, starts_under
 from nsmaps.errors import NsmapsError, check_choice
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
@@ -112,8 +112,7 @@ def _beside(one: BifurcationDiagram, other: BifurcationDiagram) -> BifurcationDi
 
 
 def _check(values: Floats, n_returns: int, transient: int, direction: object) -> None:
-    if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
-        raise NsmapsError(f"the values have shape {values.shape}; expected: one or more finite numbers, shape (V,)")
+    check_values(values)
     if n_returns < 1 or transient < 0:
         raise NsmapsError(f"{n_returns} returns after {transient}; expected: at least 1 after at least 0")
     check_choice("direction", direction, ("up", "down", "both", None))

@@ -102,7 +102,7 @@ def stability_diagram(
         return diagram(concatenated([found.get(k, part) for k, part in enumerate(missing)]))
 
     if not parts:
-        raise NsmapsError("none of 0 rows has a map: no value across")
+        raise NsmapsError("there is no value across; expected: one or more, each of which is a row")
     found = diagram(concatenated(parallel.run(_rows, parts, unfinished)))
     if all(found.reasons) and (found.outcome == Outcome.invalid).all():
         raise NsmapsError(f"none of {len(rows)} rows has a map: {found.reasons[0]}")

@@ -60,7 +60,7 @@ def cycle_means(
     single = _single(system)
     found, way = resolve_observables(single, observables), single.direction(rates or {})
     if not np.isfinite(orbit.states).all():
-        raise NsmapsError("the orbit does not exist")
+        raise NsmapsError("the orbit does not exist; expected: one that was found, `orbit.converged`")
     every = (*found, ELAPSED if isinstance(single, FlowSystem) else ELAPSED.model_copy(update={"of": "returns"}))
     passed = tuple(letter + mark for letter in single.section_letters if letter for mark in (CHATTER, REST))
     whole = [word for word in orbit.words if word.startswith(passed) and word not in passed]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.errors import DataError, near_match
+from nsmaps.errors import DataError, check_known
 from nsmaps.estimation.records import Record
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import mean_interval
@@ -83,8 +83,5 @@ def _check_names(model: EventModel, record: Record) -> None:
     cls, label = type(model.system).__name__, record.name or "the record"
     walls = [wall for wall in dict.fromkeys(record.walls.tolist()) if wall]
     for what, names, known in (("wall", walls, model.letters), ("state", record.samples, model.definition.states)):
-        for name in (name for name in names if name not in known):
-            near = near_match(name, known)
-            raise DataError(
-                f"{label} has the {what} {name!r}, and {cls} has {', '.join(known)}{near}; is it a record of this system?"
-            )
+        for name in names:
+            check_known(f"{label} is not of {cls}: there is no {what}", name, known, DataError)

@@ -103,7 +103,7 @@ class Decomposition:
             for a, x in total.items():
                 for b, y in part.items():
                     if a.state and b.state:
-                        raise SystemDefinitionError(f"{text_of(expr)} is not linear in hit.z and hit.w")
+                        raise SystemDefinitionError(f"{text_of(expr)} is not linear in hit.z and hit.w; expected: a sum")
                     rate = Number(self.program, a.rate) + Number(self.program, b.rate)
                     harmonic, degree = a.harmonic + b.harmonic, a.degree + b.degree
                     self._add(product, Term(a.power + b.power, rate.place, harmonic, degree, a.state + b.state), x * y)

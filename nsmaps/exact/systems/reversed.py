@@ -183,7 +183,7 @@ def signs_of(system: HybridFormulas, definition: "Definition") -> Signs:
         before, after = definition.modes[one.mode], definition.modes[one.target]
         sign, values = _after_event(what, definition, one, tuple(system.parameters.values()))
         if signs.setdefault(one.name, sign) != sign:
-            raise NsmapsError(f"{what}: the guard {one.name!r} is on either side of its surface after its event")
+            raise NsmapsError(f"{what}: the guard {one.name!r} is on both sides of its surface after its event; expected: one")
         key = after, *(f"{x:.9e}" for x in values / np.abs(values).max())
         if not one.where and passed.setdefault(key, before) != before:
             raise NsmapsError(

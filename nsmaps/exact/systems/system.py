@@ -169,7 +169,7 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
 def _check_class(cls: type[ImpactSystem]) -> None:
     if "rebound" not in vars(cls) and cls.rebound is ImpactSystem.rebound and "r" not in cls.model_fields:
         raise SystemDefinitionError(
-            f"{cls.__name__} has no parameter r for Newton's restitution; declare `r: float` or write its `rebound`"
+            f"{cls.__name__} has no parameter r for Newton's restitution; expected: a field `r: float`, or a method `rebound`"
         )
     if "sympy" in sys.modules:
         from nsmaps.exact.systems.checks import check_definition

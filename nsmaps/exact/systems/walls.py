@@ -50,7 +50,7 @@ class ImpactFormulas(HybridFormulas):
 
         A class that has both is followed by its displacement.
         """
-        raise SystemDefinitionError(f"{type(self).__name__} is given by its displacement and has no acceleration")
+        raise SystemDefinitionError(f"{type(self).__name__} is given by its displacement; expected: an `acceleration`")
 
     @classmethod
     def flight(cls) -> str:
@@ -136,4 +136,4 @@ class ImpactFormulas(HybridFormulas):
 
 def _no_closed_form(system: ImpactFormulas, t: Any, hit: SimpleNamespace) -> Any:
     """The displacement of a system that is given by its acceleration."""
-    raise NsmapsError(f"{type(system).__name__} is given by its acceleration, and its displacement is not known in closed form")
+    raise NsmapsError(f"{type(system).__name__} is given by its acceleration; expected: a `displacement`")

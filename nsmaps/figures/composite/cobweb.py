@@ -91,7 +91,7 @@ def composite_orbit(pairs: "Sequence[OrbitPair]", number: int = 0) -> "Orbit":
         raise NsmapsError(f"there is no orbit {number + 1}; the result has {len(pairs)}")
     orbit = pairs[number].composite
     if orbit is None:
-        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; name 'composite' in the study")
+        raise NsmapsError("the figure 'cobweb' needs the orbit of the composite map; expected in the study: 'composite'")
     return orbit
 
 

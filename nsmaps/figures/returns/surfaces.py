@@ -83,7 +83,7 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
     All are one collection, so that each triangle is sorted by depth among all others.
     """
     if ax.name != "3d":
-        raise NsmapsError(f"the figure {figure!r} needs axes made with projection='3d'; these are {ax.name!r}")
+        raise NsmapsError(f"the axes of the figure {figure!r} are {ax.name!r}; expected: axes made with projection='3d'")
     space = cast(Any, ax)
     points = np.concatenate([part[0] for part in parts])
     ends = np.cumsum([0, *(len(part[0]) for part in parts)])

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from nsmaps.arrays import ArrayLike, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, as_states
-from nsmaps.errors import FitError, NsmapsError, near_match
+from nsmaps.errors import FitError, NsmapsError, check_known
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface
@@ -247,11 +247,10 @@ def _returns_of(data: Surface) -> int:
 def data_of(coordinates: Coordinates, surfaces: Mapping[str, Surface], piece: PieceLike) -> Surface:
     """The data of a piece: its family's surface within the region of its data. FitError where there is none."""
     family, region = piece.family or "", (piece.data or piece.region).over(coordinates)
-    if family not in surfaces:
-        raise FitError(f"no surface of a family {family!r}{near_match(family, surfaces)}; expected: {', '.join(surfaces)}")
+    check_known("no surface of a family", family, surfaces, FitError)
     surface = surfaces[family]
     if surface.coordinates != coordinates:
-        raise FitError(f"the surface has coordinates {surface.coordinates}, not {coordinates}")
+        raise FitError(f"the surface has the coordinates {surface.coordinates}; expected: {coordinates}")
     inside = surface.restrict(region.contains(coordinates.wrap(surface.start)))
     if not len(inside.start):
         raise FitError(f"no data of family {family!r} where {region.condition()}; {_whereabouts(surface)}")

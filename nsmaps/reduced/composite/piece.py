@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from nsmaps.coordinates import Coordinates, WithCoordinates
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import check_known
 from nsmaps.reduced.conditions.region import Region
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.results import Result
@@ -33,11 +33,9 @@ class Piece(Result):
 
 def piece_named(pieces: Sequence[Piece], name: str) -> Piece:
     """The piece of a name among some."""
-    for piece in pieces:
-        if piece.name == name:
-            return piece
-    names = [piece.name for piece in pieces]
-    raise NsmapsError(f"no piece {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+    named = {piece.name: piece for piece in reversed(pieces)}
+    check_known("no piece", name, [piece.name for piece in pieces])
+    return named[name]
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from nsmaps.coordinates import Coordinates
-from nsmaps.errors import FitError, near_match
+from nsmaps.errors import FitError, check_known, near_match
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.reduced.fit.polymap import PolyMap
@@ -85,11 +85,10 @@ class TabulatedMap(BaseModel):
         for text, coefficient in terms.items():
             powers = _powers(text)
             for name in powers:
-                if name not in names:
-                    raise FitError(f"the monomial {text!r}: no coordinate {name!r}{near_match(name, names)}")
+                check_known(f"the monomial {text!r}: no coordinate", name, names, FitError)
             key = tuple(powers.get(str(name), 0) for name in names)
             if key in found:
-                raise FitError(f"the monomial {text!r} is given twice")
+                raise FitError(f"the monomial {text!r} is given twice; expected: one coefficient of each")
             found[key] = _at(coefficient, value)
         return found
 

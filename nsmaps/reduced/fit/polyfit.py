@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from nsmaps.arrays import Bools, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, is_angle, nearest_turn
-from nsmaps.errors import ConditionError, FitError, near_match
+from nsmaps.errors import ConditionError, FitError, check_known
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Number
@@ -217,8 +217,7 @@ def up_to(highest: Sequence[int], total: int) -> list[tuple[int, ...]]:
 
 def known(name: str, names: Sequence[str], what: str) -> None:
     """Raise a FitError about `what` unless a name is one of some."""
-    if name not in names:
-        raise FitError(f"{what}: no coordinate {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+    check_known(f"{what}: no coordinate", name, names, FitError)
 
 
 def _check(what: str, start: Floats, x: Floats, y: Floats, exponents: Ints, names: Sequence[str]) -> None:
@@ -236,7 +235,7 @@ def _check(what: str, start: Floats, x: Floats, y: Floats, exponents: Ints, name
         distinct = len(np.unique(values)) if degree else 1
         if distinct <= degree:
             here = f"all at {float(values[0])!r}" if distinct == 1 else f"at {distinct} values"
-            raise FitError(f"{what}: the data are {here} of {name}; degree {degree} needs {degree + 1} distinct values")
+            raise FitError(f"{what}: the data are {here} of {name}; expected: {degree + 1} values or more")
 
 
 def scaling(x: Floats, exponents: Sequence[Ints] | None) -> tuple[Floats, Floats]:

@@ -10,7 +10,7 @@ from numpy.polynomial.chebyshev import chebder, chebvander
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box, as_states
-from nsmaps.errors import FitError, near_match
+from nsmaps.errors import FitError, check_known
 from nsmaps.reduced.fit.monomials import changed, dense_exactly, in_chebyshev, in_powers, paper_order, terms_of
 from nsmaps.reduced.fit.variables import expression, jacobian_of, sum_of_products, values_of
 from nsmaps.results import NONE, Result, array
@@ -287,6 +287,5 @@ def _sums(exponents: Sequence[Ints], coefficients: Sequence[Floats], scaled: Flo
 
 
 def _index(name: str, names: Sequence[str], what: str) -> int:
-    if name not in names:
-        raise FitError(f"{what}: no coordinate {name!r}{near_match(name, names)}; expected: {', '.join(names)}")
+    check_known(f"{what}: no coordinate", name, names, FitError)
     return list(names).index(name)

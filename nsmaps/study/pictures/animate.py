@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d import Axes3D
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import nearest_turn
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_known
 from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.exact.surfaces.sweep import surfaces as surfaces_of
 from nsmaps.figures.composite.areas import colours_over
@@ -79,12 +79,11 @@ def animate(
         NsmapsError: an unknown animation or format; data that the result lacks; `mp4` without ffmpeg.
     """
     for kind, word, accepted in (("animation", name, FILMS), ("format", file_format, _WRITERS)):
-        if word not in accepted:
-            raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
+        check_known(f"there is no {kind}", word, accepted)
     if not _WRITERS[file_format].isAvailable():
         raise NsmapsError(
-            f"an animation in {file_format} is written by the program ffmpeg, which is not on the path; install it "
-            "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or ask for gif"
+            f"an animation in {file_format} is written by the program ffmpeg, which is not on the path; expected: ffmpeg "
+            "(apt install ffmpeg, brew install ffmpeg, conda install ffmpeg), or the format gif"
         )
     path = Path(folder) / f"{name}.{file_format}"
     with drawing(units_of(result.system)):
@@ -98,7 +97,7 @@ def animate(
                 _write(film, writer, unfinished, dpi, held)
             except CalledProcessError as error:
                 raise NsmapsError(
-                    f"no {file_format} was written: ffmpeg ended with exit code {error.returncode}; ask for gif"
+                    f"no {file_format} was written: ffmpeg ended with exit code {error.returncode}; expected: the format gif"
                 ) from error
             os.replace(unfinished, path)
     return path

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from nsmaps.errors import NsmapsError, near_match
+from nsmaps.errors import NsmapsError, check_known
 from nsmaps.study.pictures.catalogue import figures_of
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ def draw(
     figures = figures_of(result.study.kinds())
     for kind, asked, accepted in (("figure", names := list(names), figures), ("format", list(formats), known)):
         for word in asked:
-            if word not in accepted:
-                raise NsmapsError(f"there is no {kind} {word!r}{near_match(word, accepted)}; expected: {', '.join(accepted)}")
+            check_known(f"there is no {kind}", word, accepted)
     sheets = [(sheet, figures[name].caption) for name in dict.fromkeys(names) for sheet in figures[name].sheets(result, first)]
     for sheet, _ in sheets:
         given = (letters or {}).get(sheet.name, "")

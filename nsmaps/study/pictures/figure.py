@@ -70,8 +70,8 @@ def _check_plane(coordinates: Sequence[str], figure: str) -> None:
     """An error unless there are two coordinates."""
     if len(coordinates) != 2:
         raise NsmapsError(
-            f"the figure {figure!r} is a picture of a plane and needs a system of 2 coordinates; this one has "
-            f"{len(coordinates)} ({', '.join(coordinates)}); envelopes and domain_size take any number"
+            f"the figure {figure!r} is a picture of a plane and the system has {len(coordinates)} coordinates "
+            f"({', '.join(coordinates)}); expected: 2, or envelopes and domain_size, which take any number"
         )
 
 

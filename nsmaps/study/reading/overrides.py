@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from nsmaps.errors import StudyError, near_match
+from nsmaps.errors import StudyError, check_known
 from nsmaps.exact.systems.parameters import with_parameters
 from nsmaps.files.complaints import accepted_keys
 from nsmaps.plugins import system_class
@@ -36,8 +36,7 @@ def changed(study: Study, parameters: Mapping[str, Any]) -> Study:
         cls = system_class(study.system)
         known = accepted_keys(cls, ())
         for name in parameters:
-            if name not in known:
-                raise StudyError(f"unknown parameter {name!r}; expected: {', '.join(known)}{near_match(name, known)}")
+            check_known("unknown parameter", name, known, StudyError)
         values = {name: scalar(value) for name, value in parameters.items()}
         with_parameters(cls, {**study.parameters, **values})
     except ValueError as error:

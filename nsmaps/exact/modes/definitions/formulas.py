@@ -7,7 +7,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 
-from nsmaps.errors import SystemDefinitionError, near_match
+from nsmaps.errors import SystemDefinitionError, check_known
 from nsmaps.exact.flows.alternatives import DELAY, FORCING
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.laws import replace_functions
@@ -116,5 +116,4 @@ def check_periodic(expr: sp.Expr, what: str) -> None:
 def check_names(what: str, names: Iterable[str], known: tuple[str, ...]) -> None:
     """Refuse a name that is not one of the known ones."""
     for name in names:
-        if name not in known:
-            raise SystemDefinitionError(f"{what} {name!r}; expected: one of {', '.join(known)}{near_match(name, known)}")
+        check_known(what, name, known, SystemDefinitionError)

@@ -15,7 +15,7 @@ from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
-from nsmaps.study.sections.sets.exit_times import exits_finding, row_numbers
+from nsmaps.study.sections.sets.exit_times import composite_of, exits_finding, row_numbers
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -82,10 +82,9 @@ class AuxiliaryMapSection(Analysis):
         from nsmaps.cells.morse import forward_invariant_box
         from nsmaps.cells.times import exit_times
 
-        bound, return_map, updates = plan.bound["auxiliary_map"], result.composite, result.domains[self.domain].updates
+        bound, updates = plan.bound["auxiliary_map"], result.domains[self.domain].updates
         with plan.study.source.located(("auxiliary_map",)):
-            if return_map is None:
-                raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+            return_map = composite_of(result)
             if self.update > len(updates):
                 raise NsmapsError(
                     f"update is {self.update}, and domain {self.domain!r} has {len(updates)}; expected: one of these"

@@ -18,6 +18,7 @@ from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
     from nsmaps.cells.times import ExitTimes, TransientRow
+    from nsmaps.reduced.composite.composite import CompositeMap
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -75,14 +76,13 @@ class ExitTimesSection(Analysis):
         target = closed if closed is not None and closed.forward_invariant else None
         how: Any = {"depth": self.depth, "n_cells": self.n_cells}
         with plan.study.source.located(("exit_times",)):
-            if result.composite is None:
-                raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+            composite = composite_of(result)
             first, then = (plan.portion(half, 2).progress for half in (0, 1))
             found = None
             if self.max_period:
                 found = find_cycles(plan.system, window, max_period=self.max_period, **how, progress=first)
             cycles = found.cycles if found else ()
-            times = exit_times(plan.system, result.composite, window, **how, target=target, cycles=cycles, progress=then)
+            times = exit_times(plan.system, composite, window, **how, target=target, cycles=cycles, progress=then)
         return {"cycles": found, "exit_times": times}
 
     def describe(self, study: "Study") -> str:
@@ -124,6 +124,13 @@ class ExitTimesSection(Analysis):
         return (
             f"{at(result)}{shape} cells; of those in a region {100 * left:.4g} % are left by all their orbits of the {found.of}."
         )
+
+
+def composite_of(result: "StudyResult") -> "CompositeMap":
+    """The composite map of a result. NsmapsError for a map of strips."""
+    if result.composite is None:
+        raise NsmapsError("a map of strips has no regions; expected: a 'composite' map, or a 'partition' of closed forms")
+    return result.composite
 
 
 def exits_finding(found: "ExitTimes", of: str, whole: "TransientRow") -> Finding:
