@@ -52,7 +52,8 @@ def formula(display: str) -> Callable[[Any, Any], None]:
         from docutils.nodes import SkipNode
         from latex2mathml.converter import convert
 
-        writer.body.append(convert(node.astext(), display=display))
+        text = convert(node.astext(), display=display)
+        writer.body.append(text if display == "inline" else f'<div class="formula">{text}</div>')
         raise SkipNode
 
     return visit
