@@ -33,6 +33,7 @@ def draw_listed(
     first: bool = False,
     letters: Mapping[str, str] | None = None,
     style: str = "",
+    grey: bool = False,
 ) -> "tuple[list[Path], StudyResult]":
     """Figures of a run, drawn into a folder, its own if omitted, and the result, which says of each why if it was not drawn.
 
@@ -49,7 +50,7 @@ def draw_listed(
         beat(number / len(every), f"{name} ({number + 1} of {len(every)})")
         try:
             with listed(folder, place) as beside, _settled():
-                drawn = draw(result, [name], beside, kinds, dpi, width, first, letters, style)
+                drawn = draw(result, [name], beside, kinds, dpi, width, first, letters, style, grey)
             paths += [place / path.name for path in drawn]
         except OSError:
             raise
@@ -107,6 +108,10 @@ def figures(
         typer.Option(metavar="FILE=LETTERS", help="The letters of the panels of a file, as cobweb=cd, a blank for none."),
     ] = None,
     style: Drawn = "",
+    grey: Annotated[
+        bool,
+        typer.Option("--grey", help="Also without colour, as grey-NAME.png, with the entries of legends that then look alike."),
+    ] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
@@ -114,6 +119,7 @@ def figures(
     Of a figure with a sheet for every domain that of the first is drawn; `--only` draws all. A report that is in the folder is
     brought up to date.
     """
+    from nsmaps.figures.page import GREY
     from nsmaps.study.pictures.catalogue import named_by
     from nsmaps.study.store.archive import read_result
 
@@ -122,7 +128,7 @@ def figures(
         kinds = [kind.value for kind in formats or [Format.png]]
         names = only or named_by(result)
         lettered = _lettered(letters or [])
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style, grey)
         if unknown := set(lettered) - {path.stem for path in paths} - set(result.undrawn):
             drawn = ", ".join(path.stem for path in paths)
             raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not drawn; expected: {drawn}")
@@ -132,6 +138,8 @@ def figures(
             write_report(result, folder)
     for path in paths:
         typer.echo(str(path))
+        if path.name.startswith(GREY) and path.suffix == ".txt":
+            say(f"alike in grey: {'; '.join(path.read_text(encoding='utf-8').splitlines())}")
     if say_undrawn(result, names):
         raise typer.Exit(BAD)
 

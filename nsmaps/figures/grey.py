@@ -1,4 +1,4 @@
-"""What colours become in print without colour: which entries of a legend then look alike."""
+"""What pictures become in print without colour, and which entries of a legend then look alike."""
 
 from collections.abc import Iterator, Mapping
 from itertools import combinations
@@ -9,6 +9,9 @@ from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from nsmaps.figures.style import luminance
 
 CLOSE = 10.0  #: difference in lightness L* of CIELAB, from 0, black, to 100, white
 
@@ -42,10 +45,18 @@ def lightness(colour: Any) -> float:
     (100, 0, 53.4)
     """
     *parts, opacity = to_rgba(colour)
-    given = opacity * np.array(parts) + 1 - opacity
-    linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
-    luminance = float(linear @ [0.2126, 0.7152, 0.0722])
-    return float(116 * np.cbrt(luminance) - 16) if luminance > (6 / 29) ** 3 else luminance * (29 / 3) ** 3
+    light = float(luminance(opacity * np.array(parts) + 1 - opacity))
+    return float(116 * np.cbrt(light) - 16) if light > (6 / 29) ** 3 else light * (29 / 3) ** 3
+
+
+def in_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Opaque pixels, shape (height, width, 4), as greys of the same luminance."""
+    colours, place = np.unique(pixels.view(np.uint32), return_inverse=True)
+    light = luminance(colours.view(np.uint8).reshape(-1, 4)[:, :3] / 255)
+    grey = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    shades = np.repeat(np.round(255 * grey).astype(np.uint8)[:, None], 4, axis=1)
+    shades[:, 3] = 255
+    return shades[place.ravel()].reshape(pixels.shape)
 
 
 def _looks(figure: Figure) -> Iterator[tuple[str, tuple[Any, Any]]]:

@@ -20,6 +20,7 @@ from matplotlib.ticker import AutoLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
+from nsmaps.figures.grey import alike_in_grey, in_grey
 from nsmaps.figures.png import write_png
 from nsmaps.figures.style import SIZE, extent_of, noted, settings
 from nsmaps.files.storage import file_part
@@ -32,6 +33,7 @@ COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied math
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
 _BESIDE, _APART = 0.5, 0.2  #: inches, beside a panel, and of its letter with the space behind it
 _TICKS = 6  #: of an axis that has no ticks of its own, at most
+GREY = "grey-"  #: before the names of files without colour
 Panel = Callable[[Axes], Axes]
 
 
@@ -80,8 +82,11 @@ class Sheet:
             return self.letters[number].strip()
         return _letter(number) if len(self.panels) > 1 else ""
 
-    def save(self, folder: Path, formats: Sequence[str], dpi: float, width: float = COLUMN) -> list[Path]:
-        """The files written, one a format, `width` inches wide; the figure is drawn in the style of the package, and let go."""
+    def save(self, folder: Path, formats: Sequence[str], dpi: float, width: float = COLUMN, grey: bool = False) -> list[Path]:
+        """The files written, one a format, `width` inches wide; the figure is drawn in the style of the package, and let go.
+
+        With `grey` also a PNG without colour, and a text with the entries of the legend that then look alike, if there are any.
+        """
         paths = [folder / f"{self.name}.{suffix}" for suffix in formats]
         with matplotlib.rc_context(settings()):  # type: ignore[arg-type]
             figure = self.figure(dpi, width)
@@ -91,7 +96,17 @@ class Sheet:
                     write_png(path, _pixels(figure), dpi)
                 else:
                     figure.savefig(path, dpi=dpi)
-        return paths
+            return [*paths, *_without_colour(figure, folder / f"{GREY}{self.name}", dpi)] if grey else paths
+
+
+def _without_colour(figure: Figure, stem: Path, dpi: float) -> Iterator[Path]:
+    """The files of a figure in grey."""
+    write_png(stem.with_name(f"{stem.name}.png"), in_grey(_pixels(figure)), dpi)
+    yield stem.with_name(f"{stem.name}.png")
+    if pairs := alike_in_grey(figure):
+        lines = [f"{pair.one!r} and {pair.other!r} differ by {pair.difference:.1f} of 100 in lightness" for pair in pairs]
+        stem.with_name(f"{stem.name}.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        yield stem.with_name(f"{stem.name}.txt")
 
 
 def _entitle(ax: Axes, letter: str, width: float, pad: float) -> None:

@@ -21,6 +21,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import MultipleLocator
 
+from nsmaps.arrays import Floats
 from nsmaps.coordinates import is_angle
 from nsmaps.errors import NsmapsError, near_match
 from nsmaps.figures.ticks import angle_ticks, decimal_ticks
@@ -122,11 +123,15 @@ def darker(colour: str) -> tuple[float, float, float]:
     >>> darker(BLACK), darker(YELLOW)[0] < 0.6
     ((0.0, 0.0, 0.0), True)
     """
-    shares = np.linspace(1, 0, 101)
-    given = shares[:, None] * to_rgb(colour)
-    linear = np.where(given <= 0.04045, given / 12.92, ((given + 0.055) / 1.055) ** 2.4)
-    r, g, b = given[int(np.argmax(1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 4.5))].tolist()
+    shades = np.linspace(1, 0, 101)[:, None] * to_rgb(colour)
+    r, g, b = shades[int(np.argmax(1.05 / (luminance(shades) + 0.05) >= 4.5))].tolist()
     return r, g, b
+
+
+def luminance(colours: Floats) -> Floats:
+    """The luminance Y of colours (..., 3) in sRGB, from 0 to 1 (IEC 61966-2-1)."""
+    linear = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+    return np.asarray(linear @ [0.2126, 0.7152, 0.0722])
 
 
 def fill_of(colour: str) -> tuple[float, float, float]:

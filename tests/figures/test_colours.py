@@ -5,8 +5,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from PIL import Image
 
-from nsmaps.figures.grey import alike_in_grey, lightness
+from nsmaps.figures.grey import alike_in_grey, in_grey, lightness
+from nsmaps.figures.longrun.basins import COLOURS, basin_colour
+from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, FAMILIES, INK, INKS, LOOKS, MOTIONS, OPEN, OTHERS, PIECES, QUASI, REST, fill_of, tint
 
 #: From linear RGB to what is seen: Machado, Oliveira and Fernandes, IEEE Trans. Vis. Comput. Graph. 15 (2009), severity 1.
@@ -89,3 +92,35 @@ def test_what_is_alike_in_grey_is_named(ax):
     assert [(pair.one, pair.other) for pair in pairs] == [("red", "grey"), ("red line", "grey line")]
     assert max(pair.difference for pair in pairs) < 1e-3
     assert lightness("#ff0000") == pytest.approx(53.24, abs=0.01)
+
+
+def test_basins_differ_in_lightness():
+    light = sorted(lightness(basin_colour(colour)) for colour in COLOURS)
+    assert len(light) == 6
+    assert np.diff(light).min() >= 10
+
+
+def test_pixels_without_colour_keep_their_luminance():
+    """The grey of pure red is the one above; black, white and greys stay."""
+    pixels = np.array([[[255, 0, 0, 255], [0, 0, 0, 255], [255, 255, 255, 255], [90, 90, 90, 255]]], np.uint8)
+    grey = round(255 * (1.055 * 0.2126 ** (1 / 2.4) - 0.055))
+    assert in_grey(pixels)[0].tolist() == [[each] * 3 + [255] for each in (grey, 0, 255, 90)]
+
+
+@pytest.mark.parametrize(("colour", "said"), [("#ff0000", True), ("#0000ff", False)])
+def test_a_sheet_in_grey_names_what_is_alike(tmp_path, colour, said):
+    """L* of pure red is 53.2, of pure green 87.7, of pure blue 32.3, of grey 0.5 53.4 (CIE 15)."""
+
+    def panel(ax):
+        for name, own in (("one", colour), ("grey", "0.5")):
+            ax.fill_between([0, 1], 1, color=own, label=name)
+        ax.legend()
+        return ax
+
+    paths = Sheet("areas", (panel,), 1).save(tmp_path, ("png",), 40, grey=True)
+    assert [path.name for path in paths] == ["areas.png", "grey-areas.png", "grey-areas.txt"][: 2 + said]
+    with Image.open(paths[1]) as picture:
+        pixels = np.asarray(picture)
+    assert (pixels[..., :1] == pixels[..., :3]).all()
+    if said:
+        assert paths[2].read_text().startswith("'one' and 'grey' differ by 0.")

@@ -15,6 +15,7 @@ import nsmaps
 from nsmaps.cli.cli import app
 from nsmaps.plugins import study_names
 from nsmaps.study.sections.longrun.orbits import Orbits
+from nsmaps.study.store.archive import FORMAT
 
 ORBIT = "system: ball\nparameters: {a: 0.2}\norbits: [{start: {v: 0.3, phi: 1}, n_returns: 3}]\n"
 SQUARED = """
@@ -135,6 +136,19 @@ def test_figures_are_drawn_and_drawn_again() -> None:
     assert answer.exit_code == 0
     (line,) = answer.stdout.split()
     assert Path(line).read_text().startswith("<?xml")
+
+
+def test_figures_in_grey_say_what_looks_alike(tmp_path: Path) -> None:
+    """Of the envelopes a grey line of 0.4 and blue #0072B2 have L* 43.2 and 46.0 (CIE 15); the sizes have one line."""
+    run = Path(__file__).parents[1] / "data" / f"run-format-{FORMAT}" / "run"
+    only = ("--only", "domain_size", "--only", "envelopes")
+    answer = CliRunner().invoke(app, ["figures", str(run), *only, "--grey", "--out", str(tmp_path), "--dpi", "30"])
+    assert answer.exit_code == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"domain_size.png", "grey-domain_size.png", "grey-envelopes.png", "grey-envelopes.txt"} <= names
+    assert "grey-domain_size.txt" not in names
+    told = " ".join(answer.stdout.split())
+    assert "alike in grey: 'upper map' and 'orbit, both maps in turn' differ by 2.8 of 100 in lightness" in told
 
 
 def test_figures_of_no_run() -> None:

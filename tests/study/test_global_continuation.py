@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 
 import nsmaps
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.basins import COLOURS
+from nsmaps.figures.longrun.basins import COLOURS, basin_colour
 from nsmaps.figures.longrun.global_continuation import global_continuation
-from nsmaps.figures.style import tint
 from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.store.archive import FORMAT
 
@@ -63,14 +62,14 @@ def test_bands_have_the_shares_as_heights(result, found):
     ax = Figure().subplots()
     global_continuation(found, ax)
     fills = ax.collections
-    assert [fill.get_facecolor()[0].tolist() for fill in fills] == [list(to_rgba(tint(colour, 0.35))) for colour in COLOURS[:2]]
+    assert [fill.get_facecolor()[0].tolist() for fill in fills] == [list(to_rgba(basin_colour(colour))) for colour in COLOURS[:2]]
     for k, fill in enumerate(fills):
         vertices = fill.get_paths()[0].vertices
         for value, share in zip(found.values, np.nan_to_num(found.share[:, k]), strict=True):
             inside = vertices[np.abs(vertices[:, 0] - value) < 0.51 * np.diff(found.values)[0], 1]
             assert {0.0, 1.0} & {inside.min(), inside.max()}
             assert share <= np.ptp(inside) + 1e-12
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["2:1/T", "C"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["2:1/T", "chaos"]
 
 
 def test_dots_are_the_distances_and_an_arrow_is_beyond_the_kicks(result, found):

@@ -22,9 +22,10 @@ from nsmaps.exact.surfaces.surface import Grid
 from nsmaps.figures.attractors.poincare import name_of
 from nsmaps.figures.page import Panel, Sheet
 from nsmaps.figures.parts import plane
-from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, dress, tint
+from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, MAGENTA, ORANGE, SKY, dress, tint
 
-COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, RED)  #: of attractors, by their number
+COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, BROWN)  #: of attractors, by their number
+FILLS = {SKY: 0.8, ORANGE: 0.42, GREEN: 0.36}  #: of white in the colours of basins, so that they differ in lightness, too
 _MARKS = "oDs^vP"
 _SHOWN = (0.005, 0.95)  #: quantiles of the counts of returns, the ends of their colours
 _DECADE = 10  #: counts of returns that differ by more than this factor are shown on a logarithmic scale
@@ -67,7 +68,7 @@ def basins(found: Basins | BasinBoundary, ax: Axes, title: str = "", same: Ints 
     same = np.arange(len(found.attractors)) if same is None else same
     places = [int(number) if number >= 0 else -1 - k for k, number in enumerate(same.tolist())]
     present = [k for k in (*range(len(found.attractors)), *_KINDS) if (found.label == k).any()]
-    colours = [_KINDS[k][1] if k < 0 else tint(COLOURS[places[k] % len(COLOURS)], 0.35) for k in present]
+    colours = [_KINDS[k][1] if k < 0 else basin_colour(COLOURS[places[k] % len(COLOURS)]) for k in present]
     numbers = np.select([found.label == k for k in present], range(len(present)), 0)
     _paint(ax, found, numbers, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(present) - 0.5)
     handles, shown = list[Artist](), plane(_grid(found))
@@ -84,6 +85,11 @@ def basins(found: Basins | BasinBoundary, ax: Axes, title: str = "", same: Ints 
         handles.append(Line2D([], [], marker="o", mfc="white", mec=BLACK, mew=0.9, ls="", label="states of the attractors"))
     ax.legend(handles=handles)
     return _dressed(ax, found, title)
+
+
+def basin_colour(colour: str) -> tuple[float, float, float]:
+    """The colour of the basin of an attractor of a colour."""
+    return tint(colour, FILLS.get(colour, 0.0))
 
 
 def _motion(attractor: Attractor) -> str:

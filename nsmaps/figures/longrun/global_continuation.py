@@ -12,9 +12,9 @@ from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.motion import MEANING
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.longrun.basins import COLOURS
+from nsmaps.figures.longrun.basins import COLOURS, basin_colour
 from nsmaps.figures.page import Sheet
-from nsmaps.figures.style import BLACK, label, tint
+from nsmaps.figures.style import BLACK, label
 
 QUANTITIES = ("share", "distance", "return_time")
 AXES = {"share": "share", "distance": "distance to\nboundary", "return_time": "return time\n(returns)"}
@@ -67,7 +67,7 @@ def _bands(found: GlobalContinuation, ax: Axes, sides: Floats) -> None:
     layers = [(np.nan_to_num(found.share[:, k]), colour, name) for k, colour, name in _looks(found)]
     layers += [(found.unresolved, UNRESOLVED, "unresolved"), (found.ended, ENDED, "ended")]
     for share, colour, name in layers:
-        top, fill = low + share, tint(colour, 0.35) if colour.startswith("#") else colour
+        top, fill = low + share, basin_colour(colour) if colour.startswith("#") else colour
         if np.nansum(share):
             ax.fill_between(edges, np.repeat(low, 2), np.repeat(top, 2), color=fill, lw=0)
             entries.setdefault(name, Patch(fc=fill, ec="0.3", label=name))

@@ -22,6 +22,7 @@ def draw(
     first: bool = False,
     letters: Mapping[str, str] | None = None,
     style: str = "",
+    grey: bool = False,
 ) -> list[Path]:
     """The files of the named figures, written into `folder`, which is made if it is not there; `width` in inches.
 
@@ -32,6 +33,9 @@ def draw(
 
     In the `style` of a `journal` type has serifs, and a text file beside each figure has its caption, with the titles of panels
     and the units that are then missing in the picture.
+
+    With `grey` each figure is also drawn without colour, as `grey-NAME.png`, and a text of this name has the entries of its
+    legend whose lightness differs by less than 10 of 100, if there are any.
 
     Nothing is written if one of the figures cannot be drawn for want of data.
 
@@ -58,7 +62,7 @@ def draw(
     paths: list[Path] = []
     for sheet, caption in sheets:
         with drawing(units_of(result.system), style) as notes:
-            paths += replace(sheet, letters=(letters or {}).get(sheet.name, "")).save(Path(folder), formats, dpi, width)
+            paths += replace(sheet, letters=(letters or {}).get(sheet.name, "")).save(Path(folder), formats, dpi, width, grey)
             if style:
                 paths.append(Path(folder, f"{sheet.name}.txt"))
                 paths[-1].write_text("\n".join(f"{text.rstrip('.')}." for text in dict.fromkeys([caption, *notes])) + "\n")
