@@ -118,7 +118,7 @@ def check(
     max_memory: MaxMemory = None,
     max_hours: MaxHours = None,
 ) -> None:
-    """Read a study and say what a run of it would compute, without computing it.
+    """Read a study and print what a run would compute, without computing it.
 
     A study with a class in a file is checked against that class; a warning that the file is executed comes first.
 
@@ -174,7 +174,7 @@ def run(
     no_figures: Annotated[bool, typer.Option("--no-figures", help="Draw no figures.")] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Write no report.html.")] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Resume a run of the same study that was stopped.")] = False,
-    workers: Annotated[int, typer.Option(metavar="N", min=1, help="The number of processes that compute.")] = 1,
+    workers: Annotated[int, typer.Option(metavar="N", min=1, help="Number of processes; the numbers computed are the same.")] = 1,
     installed_only: InstalledOnly = False,
     max_memory: MaxMemory = None,
     max_hours: MaxHours = None,
@@ -212,12 +212,14 @@ def run(
 
 @app.command(epilog=examples("nsmaps bench --returns 2000", "nsmaps bench --start"))
 def bench(
-    returns: Annotated[int, typer.Option(help="First returns to ask of each program.")] = 10_000,
-    start: Annotated[bool, typer.Option("--start", help="Take the time to a first result instead: some minutes.")] = False,
+    returns: Annotated[int, typer.Option(help="Number of first returns that each program computes.")] = 10_000,
+    start: Annotated[
+        bool, typer.Option("--start", help="Measure the time to a first result instead; takes some minutes.")
+    ] = False,
     out: Annotated[Path | None, typer.Option(help="A folder for bench.md and bench.png, or for start.md.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
 ) -> None:
-    """Race the exact map of vi_pair against the other programs installed here: time and error on the same first returns."""
+    """Compare the exact map of vi_pair with other installed programs: time and error on the same first returns."""
     from nsmaps.bench import BenchResult, figure, run
     from nsmaps.bench import start as take
 

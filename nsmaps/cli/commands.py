@@ -31,10 +31,10 @@ def add_to(app: typer.Typer) -> None:
 
 def show(
     folder: Folder,
-    verdicts: Annotated[bool, typer.Option("--verdicts", help="Print every verdict, too.")] = False,
+    verdicts: Annotated[bool, typer.Option("--verdicts", help="Print every verdict with its reasons.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Print the result of a run, also of an old one: headline, main numbers, all tables, counts of verdicts.
+    """Print the result of a run, also of one that was stopped: headline, main numbers, all tables, counts of verdicts.
 
     Nothing is computed or written.
     """
@@ -49,12 +49,15 @@ def export(
     to: Annotated[str, typer.Option(metavar="FORMAT", help=f"A language: {', '.join(LANGUAGES)}.")],
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/export", file_okay=False)] = None,
     iterate: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Instead the N-th iterate of one piece, all coordinates.")
+        int | None, typer.Option(metavar="N", min=1, help="Write only the N-th iterate of one piece, all coordinates.")
     ] = None,
-    piece: Annotated[str | None, typer.Option(help="The piece of `--iterate`; needed if there are several.")] = None,
+    piece: Annotated[str | None, typer.Option(help="The piece of --iterate; required if there are several.")] = None,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Write the maps and closed forms of a run in another language, in c and julia the exact map too; others are reported."""
+    """Write the maps and closed forms of a run in another language, in C and Julia also the exact map.
+
+    Results without a closed form, such as an envelope whose curves cross, are listed on standard error.
+    """
     import nsmaps
     from nsmaps.exports.write import export_iterate, left_out
     from nsmaps.study.store.run_folder import listed
@@ -78,7 +81,7 @@ def copy(
         Path | None, typer.Argument(metavar="[FILE]", help="The file to write, or its folder.", show_default="<study>.yaml")
     ] = None,
 ) -> None:
-    """Copy a study that an installed system ships, to be edited; what it refers to is copied beside it.
+    """Copy a study that an installed system ships, for editing, with the files to which it refers.
 
     Nothing is overwritten. The copy's first line names the schema that is installed, for editors.
     """
@@ -90,14 +93,12 @@ def copy(
 
 
 def new_plugin(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Of the system: small letters, digits and _.")],
-    into: Annotated[Path, typer.Option(help="The folder in which the project's own folder is made.", file_okay=False)] = Path(),
-    hybrid: Annotated[bool, typer.Option("--hybrid", help="Of a system with modes instead of an impact system.")] = False,
-    formulas: Annotated[
-        bool, typer.Option("--map", help="Of a map given by formulas in pieces instead of an impact system.")
-    ] = False,
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the system: small letters, digits and _.")],
+    into: Annotated[Path, typer.Option(help="The folder for the folder of the project.", file_okay=False)] = Path(),
+    hybrid: Annotated[bool, typer.Option("--hybrid", help="Write a system with modes instead of an impact system.")] = False,
+    formulas: Annotated[bool, typer.Option("--map", help="Write a map given by formulas instead of an impact system.")] = False,
 ) -> None:
-    """Write a little project for a system of your own: class, study, test and pyproject."""
+    """Write a project for a system of your own: class, study, test and pyproject."""
     from nsmaps.cli.newplugin import new_plugin
 
     with reported_errors():
@@ -111,12 +112,14 @@ def schema(
     section: Annotated[
         str | None, typer.Argument(metavar="[SECTION]", help="Print the keys of this section instead.", show_default=False)
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write it to a file, and say how a study names it.", dir_okay=False)] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Write the schema to a file, and print the line by which a study names it.", dir_okay=False),
+    ] = None,
 ) -> None:
-    """Print the JSON Schema of studies, by which an editor completes keys, says what they mean, and marks what is wrong.
+    """Print the JSON Schema of studies, by which an editor completes keys, shows their meaning, and marks errors.
 
-    An editor with a YAML language server reads it by the first line of a study, which names the schema's file. With SECTION
-    the keys of that section are printed, with their types, defaults and meanings; `study` is the study as a whole.
+    With SECTION the keys of that section are printed, with their types, defaults and meanings; `study` is the study as a whole.
     """
     from importlib.resources import files
 
@@ -138,7 +141,7 @@ def schema(
 
 def cite(
     folder: Annotated[
-        Path | None, typer.Argument(metavar="[DIR]", help="A run's folder, to be cited too.", show_default=False)
+        Path | None, typer.Argument(metavar="[DIR]", help="The folder of a run, to be cited as well.", show_default=False)
     ] = None,
     installed_only: InstalledOnly = False,
 ) -> None:

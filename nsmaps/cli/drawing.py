@@ -18,7 +18,12 @@ from nsmaps.progress import beat
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-Drawn = Annotated[str, typer.Option("--style", metavar="NAME", help="journal: serif type, units and titles in a caption.")]
+Drawn = Annotated[
+    str,
+    typer.Option(
+        "--style", metavar="NAME", help="journal: serif type; units and titles of panels in a text file with the caption."
+    ),
+]
 Format = StrEnum("Format", ["png", "svg", "pdf"])  #: file formats of figures
 
 
@@ -94,18 +99,21 @@ def figures(
     ] = None,
     formats: Annotated[
         list[Format] | None,
-        typer.Option("--format", metavar="FORMAT", help="The file format: png, if omitted, svg or pdf; may be repeated."),
+        typer.Option("--format", metavar="FORMAT", help="File format: png (the default), svg or pdf; may be repeated."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
     dpi: Annotated[
-        float, typer.Option(metavar="N", min=10, help="Dots per inch of png, and of what is dense in svg and pdf.")
+        float, typer.Option(metavar="N", min=10, help="Dots per inch of png, and of dense parts of svg and pdf.")
     ] = 300,
     width: Annotated[
-        float, typer.Option(metavar="N", min=2, max=40, help="The width of a figure, inches; type stays at 8 points.")
+        float, typer.Option(metavar="N", min=2, max=40, help="Width of a figure in inches; type stays at 8 points.")
     ] = 5.1,
     letters: Annotated[
         list[str] | None,
-        typer.Option(metavar="FILE=LETTERS", help="The letters of the panels of a file, as cobweb=cd, a blank for none."),
+        typer.Option(
+            metavar="FILE=LETTERS",
+            help="Letters of the panels of a file, as cobweb=cd, a blank for none; a, b, c, ... by default; may be repeated.",
+        ),
     ] = None,
     style: Drawn = "",
     grey: Annotated[
@@ -114,7 +122,7 @@ def figures(
     ] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Draw figures of a run again, from the arrays it kept: those that its study names, or any that it has the data for.
+    """Draw figures of a run again from its arrays: those that its study names, or any others for which it has the data.
 
     Of a figure with a sheet for every domain that of the first is drawn; `--only` draws all. A report that is in the folder is
     brought up to date.
@@ -155,7 +163,7 @@ def _lettered(given: Sequence[str]) -> dict[str, str]:
 
 def animate(
     folder: Folder,
-    name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, turning round once, or cobweb, step by step.")],
+    name: Annotated[str, typer.Argument(metavar="NAME", help="surfaces, in one rotation, or cobweb, step by step.")],
     file_format: Annotated[
         str | None,
         typer.Option("--format", metavar="FORMAT", help="gif, or mp4, which needs the program ffmpeg.", show_default="gif"),
@@ -163,16 +171,16 @@ def animate(
     out: Annotated[
         Path | None, typer.Option(help="The folder to write to, or the file, ending in .gif or .mp4.", show_default="DIR/figures")
     ] = None,
-    orbit: Annotated[int, typer.Option(metavar="N", min=1, help="Of cobweb: which of the study's orbits.")] = 1,
+    orbit: Annotated[int, typer.Option(metavar="N", min=1, help="For cobweb: the number of the orbit in the study.")] = 1,
     frames: Annotated[
-        int | None, typer.Option(metavar="N", min=2, help="How many pictures.", show_default="72, or 40 steps at most")
+        int | None, typer.Option(metavar="N", min=2, help="Number of frames.", show_default="72, or 40 steps at most")
     ] = None,
-    fps: Annotated[int | None, typer.Option(metavar="N", min=1, help="Pictures a second.", show_default="12, or 1")] = None,
+    fps: Annotated[int | None, typer.Option(metavar="N", min=1, help="Frames per second.", show_default="12, or 1")] = None,
     dpi: Annotated[float, typer.Option(metavar="N", min=10, help="Dots per inch.")] = 100,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Write an animation of a run: its surfaces turning round, or a cobweb of its composite map growing step by step."""
+    """Write an animation of a run: its return surfaces in one rotation, or a cobweb of its composite map step by step."""
     from nsmaps.study.pictures.animate import animate
     from nsmaps.study.store.archive import read_result
     from nsmaps.study.store.run_folder import listed
@@ -191,7 +199,7 @@ def animate(
 
 
 def report(folder: Folder, installed_only: InstalledOnly = False) -> None:
-    """Write report.html of a run again: verdicts, what was asked, figures, numbers, timings, versions, how to cite.
+    """Write report.html of a run again, also of a run that was stopped: verdicts, figures, numbers, timings, versions.
 
     It is one file that needs nothing but a browser, on a phone or on paper too. It holds the figures that are in the folder now.
     """

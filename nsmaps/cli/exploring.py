@@ -20,14 +20,16 @@ def explore(
         str, typer.Argument(metavar="DIR|STUDY", help="A folder that `nsmaps run` wrote; with --live a study or a system too.")
     ],
     live: Annotated[bool, typer.Option("--live", help="Serve a page that computes while it is used, until Ctrl-C.")] = False,
-    port: Annotated[int, typer.Option(help="Of --live: the port, 0 for any that is free.")] = 0,
-    no_browser: Annotated[bool, typer.Option("--no-browser", help="Of --live: do not open a browser.")] = False,
-    out: Annotated[Path, typer.Option(help="Of --live: the folder to which studies are saved.", file_okay=False)] = Path(),
+    port: Annotated[int, typer.Option(help="With --live: the port; 0 is any free one.")] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="With --live: do not open a browser, print the address only.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="With --live: the folder for saved studies.", file_okay=False)] = Path(),
     set_: Settings = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")] = False,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Write explore.html beside the report of a run, a page to be explored by hand without a network; or serve a live one.
+    """Write explore.html beside the report of a run, a page to be explored without a network, or serve a live page.
 
     The page shows diagrams, branches, planes and basins of the run. Of a composite map it follows the parameter, in JavaScript,
     beside exact flights and return surfaces.

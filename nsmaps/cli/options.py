@@ -11,13 +11,13 @@ from nsmaps.cli.terminal import reported_errors
 from nsmaps.errors import NsmapsError
 
 InstalledOnly = Annotated[
-    bool, typer.Option("--installed-only", help="Refuse a study whose system is a class in a file, which would be run.")
+    bool, typer.Option("--installed-only", help="Refuse a study whose system is a class in a file, which would be executed.")
 ]
 MaxMemory = Annotated[
     float | None,
     typer.Option(
         metavar="GB",
-        help="Gigabytes that a run may need, as estimated; if omitted NSMAPS_MAX_MEMORY, or those of the machine.",
+        help="Limit of the estimated memory in gigabytes; by default NSMAPS_MAX_MEMORY, or that of the machine.",
         show_default=False,
     ),
 ]
@@ -25,7 +25,7 @@ MaxHours = Annotated[
     float | None,
     typer.Option(
         metavar="HOURS",
-        help="Hours on one core that a run may need, as estimated; if omitted NSMAPS_MAX_HOURS, or 24.",
+        help="Limit of the estimated hours on one core; by default NSMAPS_MAX_HOURS, or 24.",
         show_default=False,
     ),
 ]
