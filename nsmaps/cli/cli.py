@@ -122,7 +122,8 @@ def check(
 
     A study with a class in a file is checked against that class; a warning that the file is executed comes first.
 
-    The memory and time of a run are estimated, and refused beyond a limit, as in a run.
+    The memory and time of a run are estimated, and refused beyond a limit, as in a run. `nsmaps schema SECTION` prints the keys
+    of a section.
 
     Each error is reported on one line with file, line, column, what is expected and a near match; the exit code is then 2.
     Formulas of the system that are inconsistent, such as a displacement that does not start at its impact, are errors too.
