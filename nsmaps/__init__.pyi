@@ -25,7 +25,6 @@ from nsmaps.dynamics.continuation.follow import switch_branch as switch_branch
 from nsmaps.dynamics.curves.curve import bifurcation_curve as bifurcation_curve
 from nsmaps.dynamics.design.optimum import optimize as optimize
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram as bifurcation_diagram
-from nsmaps.dynamics.diagrams.stability import stability_diagram as stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov as lyapunov
 from nsmaps.dynamics.manifolds.manifold import manifold as manifold
 from nsmaps.dynamics.noise.law import Noise as Noise

@@ -100,9 +100,9 @@ STARTED = {
 SWEPT = {
     "bifurcation": lambda of, state: nsmaps.bifurcation_diagram(of, "p", [0.34, 0.35], state, n_returns=3, transient=2).states,
     "lyapunov over values": lambda of, state: nsmaps.lyapunov(of, "d", [0.34, 0.35], state, n_returns=32, transient=2).exponents,
-    "stability_diagram": lambda of, state: (
-        nsmaps.stability_diagram(
-            lambda d, r: of(d).at(r=r), {"d": [0.34, 0.35], "r": [0.5]}, state, max_period=2, transient=9
+    "parameter_plane": lambda of, state: (
+        nsmaps.parameter_plane(
+            lambda d, r: of(d).at(r=r), {"d": [0.34, 0.35], "r": [0.5]}, state, max_period=2, n_returns=4, transient=9
         ).period
     ),
     "impact_diagram": lambda of, state: (

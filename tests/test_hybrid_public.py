@@ -156,9 +156,6 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "periodic_orbit": near,
     "periodic_orbits": lambda s: nsmaps.periodic_orbits(s, [STARTS[s]], 1),
     "second_iterate": lambda s: nsmaps.symbolic.second_iterate(s, 0.1, 0.2),
-    "stability_diagram": lambda s: nsmaps.stability_diagram(
-        plane(s), {"p": values(s), "q": [getattr(s, SECOND[s])]}, STARTS[s], max_period=2, transient=9
-    ),
     "strip_map": lambda s: nsmaps.reduced.strip_map(s, box(s), 1e-2),
     "forward_invariant_set": lambda s: nsmaps.cells.forward_invariant_set(
         s, nsmaps.cells.morse_sets(s, box(s), depth=0, n_cells=2)

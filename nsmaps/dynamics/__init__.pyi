@@ -19,7 +19,6 @@ from nsmaps.dynamics.design.optimum import Optimum as Optimum
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram as BifurcationDiagram
 from nsmaps.dynamics.diagrams.diagram import Border as Border
 from nsmaps.dynamics.diagrams.diagram import Window as Window
-from nsmaps.dynamics.diagrams.stability import StabilityDiagram as StabilityDiagram
 from nsmaps.dynamics.iterated import IteratedMap as IteratedMap
 from nsmaps.dynamics.lyapunov import Lyapunov as Lyapunov
 from nsmaps.dynamics.lyapunov import LyapunovSweep as LyapunovSweep

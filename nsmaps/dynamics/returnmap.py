@@ -49,9 +49,11 @@ def map_along(model: Model, *parameters: str) -> Callable[..., ReturnMap]:
     """The return map as a function of one or two parameters: of a system or its `CompleteChatter`, or a function as it is.
 
     Raises:
-        NsmapsError: the system has no such parameter.
+        NsmapsError: the system has no such parameter, or it is a map without parameters.
     """
     if not isinstance(model, System | CompleteChatter):
+        if isinstance(model, type | ReturnMap) or not callable(model):
+            System.require(model, "parameters")
         return model
     for name in parameters:
         check_known("there is no parameter", name, model.parameters)

@@ -32,7 +32,6 @@ from nsmaps.study.sections.parameters.global_continuation import GlobalContinuat
 from nsmaps.study.sections.parameters.lyapunov import LyapunovSection
 from nsmaps.study.sections.parameters.optimum import OptimumSection
 from nsmaps.study.sections.parameters.parameter_plane import ParameterPlaneSection
-from nsmaps.study.sections.parameters.stability import StabilitySection
 from nsmaps.study.sections.sets.auxiliary_map import AuxiliaryMapSection
 from nsmaps.study.sections.sets.domains import Domains
 from nsmaps.study.sections.sets.exit_times import ExitTimesSection
@@ -55,7 +54,6 @@ class Analyses(Head):
     orbits: Orbits = Orbits()
     bifurcation_diagram: BifurcationSection | None = None
     branches: Branches = Branches()
-    stability_diagram: StabilitySection | None = None
     parameter_plane: ParameterPlaneSection | None = None
     lyapunov: LyapunovSection | None = None
     basins: BasinsSection | None = None

@@ -90,11 +90,6 @@ def in_plane(system: Any, first: str, second: str, values: list[float], start: l
     return nsmaps.parameter_plane(system, {first: values, second: [getattr(system, second)]}, start).labels[0, :, 0].tolist()
 
 
-def in_stability(system: Any, first: str, second: str, values: list[float], start: list[float]) -> list[str]:
-    plane = {first: values, second: [getattr(system, second)]}
-    return nsmaps.stability_diagram(system, plane, start, direction=None).labels[0].tolist()
-
-
 def in_basins(system: Any, first: str, second: str, values: list[float], start: list[float]) -> list[str]:
     found = [nsmaps.basins(system.at(**{first: value}), [start]) for value in values]
     return ["?" if each.label[0] < 0 else each.attractors[each.label[0]].label for each in found]
@@ -115,7 +110,7 @@ def in_continuation(system: Any, first: str, second: str, values: list[float], s
 def test_a_motion_has_one_name_in_all_analyses(name: str) -> None:
     _, _, parameters, start, names = CASES[name]
     expected = dict(sorted(names.items()))
-    for ask in (in_diagram, in_plane, in_stability, in_basins, in_continuation):
+    for ask in (in_diagram, in_plane, in_basins, in_continuation):
         assert dict(zip(expected, ask(made(name), *parameters.split(), [*expected], start), strict=True)) == expected, (
             ask.__name__
         )

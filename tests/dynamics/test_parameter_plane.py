@@ -356,3 +356,44 @@ def test_wrong_calls_are_errors(name: str) -> None:
 def test_starts_of_other_coordinates_are_errors() -> None:
     with pytest.raises(StateError, match="'phi' is missing"):
         nsmaps.parameter_plane(PAIR, PLANE, {"v": 0.8})
+
+
+def test_a_plane_of_a_function_has_rows_that_are_bifurcation_diagrams(pair) -> None:
+    along, across = [0.26, 0.30, 0.35], [0.5, 0.6]
+    how = {"n_returns": 16, "transient": 1000, "direction": "down"}
+    made = nsmaps.parameter_plane(lambda d, r: pair(d, r), {"d": along, "r": across}, {"v": 0.8, "phi": 0.4}, max_period=8, **how)
+    for k, r in enumerate(across):
+        row = nsmaps.bifurcation_diagram(lambda d, r=r: pair(d, r), "d", along, [0.8, 0.4], **how)
+        assert np.array_equal(made.period[k], row.period)
+        assert np.array_equal(made.labels[k], row.labels)
+    assert made.labels[0, :, 0].tolist() == ["1:1/C", "1:1/2T", "1:1/T"]
+    assert (made.period == 1).mean() == 2 / 6
+
+
+def test_pixels_where_a_function_has_no_map_are_refused(pair) -> None:
+    def of(d, r):
+        return pair(0.3).at(d=d, r=r)
+
+    made = nsmaps.parameter_plane(of, {"d": [-0.1, 0.35], "r": [0.5, 1.5]}, [0.8, 0.4], direction="down", observables=["loss"])
+    assert made.period[..., 0].tolist() == [[-1, 1], [-1, -1]]
+    assert made.labels[..., 0].tolist() == [["", "1:1/T"], ["", ""]]
+    assert made.refused.tolist() == [[True, False], [True, True]]
+    assert np.isfinite(made.means[..., 0, 0]).tolist() == [[False, True], [False, False]]
+    assert "greater than 0" in made.reason
+    with pytest.raises(NsmapsError, match=r"no map at any of 1 pixels: .*less than or equal to 1"):
+        nsmaps.parameter_plane(of, {"d": [0.35], "r": [1.5]}, [0.8, 0.4])
+
+
+def test_a_curve_of_doublings_parts_the_plane(pair) -> None:
+    """On either side of the curve iteration alone finds one state and two."""
+    fixed = nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4])
+    branch = nsmaps.continue_branch(
+        lambda d: pair(d, 0.5), "d", fixed, 0.35, (0.25, 0.36), direction="down", until=("period doubling",)
+    )
+    curve = nsmaps.bifurcation_curve(pair, {"d": (0.25, 0.36), "r": (0.45, 0.6)}, branch.events[-1], 0.5, step=0.2)
+    assert np.ptp(curve.parameters[:, 1]) == pytest.approx(0.15)
+    sampled = curve.parameters[:: max(len(curve.parameters) // 3, 1)]
+    assert len(sampled) >= 3
+    for d, r in sampled:
+        sides = nsmaps.parameter_plane(pair, {"d": [d - 2e-3, d + 2e-3], "r": [r]}, [0.8, 0.31], n_returns=64, transient=20_000)
+        assert sides.period[0, :, 0].tolist() == [2, 1]

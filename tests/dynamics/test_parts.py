@@ -17,7 +17,6 @@ import nsmaps
 from nsmaps.dynamics.attractors import basins
 from nsmaps.dynamics.attractors.basins import find_attractors
 from nsmaps.dynamics.diagrams import parts
-from nsmaps.dynamics.diagrams.stability import stability_diagram
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.planes import parameter_plane
@@ -36,9 +35,6 @@ NOISE = nsmaps.Noise(sigma=0.03, tau=0.5)
 DIAGRAM = partial(nsmaps.bifurcation_diagram, PAIR, "d", VALUES, STARTS, n_returns=20, transient=100)
 SWEEPS: dict[str, Callable[..., Any]] = {
     **{f"bifurcation {way}": partial(DIAGRAM, direction=way) for way in (None, "up", "down", "both")},
-    "stability": partial(
-        stability_diagram, PAIR, {"d": [0.26, 0.3, 0.35], "r": [0.4, 1.5, 0.6]}, [0.8, 0.4], max_period=8, transient=100
-    ),
     "lyapunov": partial(lyapunov, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50),
     "lyapunov up": partial(lyapunov, PAIR, "d", VALUES, [0.8, 0.4], n_returns=64, transient=50, direction="up"),
     "basins": partial(nsmaps.basins, BISTABLE, np.random.default_rng(0).uniform([0.1, 0], [1, 6], (70, 2)), max_returns=300),

@@ -29,7 +29,6 @@ RESULTS: dict[str, tuple[Callable[[], Any], tuple[str, ...]]] = {
         ),
         ("d",),
     ),
-    "stability": (lambda: nsmaps.stability_diagram(pair(), PLANE, START, max_period=4, transient=200), ("d", "r")),
     "plane": (
         lambda: nsmaps.parameter_plane(pair(), PLANE, START, n_returns=64, transient=200, observables=["loss"]),
         ("d", "r"),

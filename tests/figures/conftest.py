@@ -25,9 +25,7 @@ from nsmaps.coordinates import Angle, wrap
 from nsmaps.dynamics.attractors.basins import basins
 from nsmaps.dynamics.attractors.limit_set import OrbitPair
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.dynamics.curves.curve import BifurcationCurve
 from nsmaps.dynamics.diagrams.bifurcation import bifurcation_diagram
-from nsmaps.dynamics.diagrams.stability import StabilityDiagram
 from nsmaps.dynamics.lyapunov import LyapunovSweep
 from nsmaps.dynamics.noise.impacts import ImpactDiagram
 from nsmaps.dynamics.noise.orbits import Noise
@@ -101,9 +99,9 @@ SECTIONS: dict[str, Any] = {
     "partition": {"tolerance": 1e-3},
     "bifurcation_diagram": {"parameter": "d", "from": 0.1, "to": 1, "points": 12, "starts": [START]},
     "branches": [{"name": "one", "parameter": "d", "bounds": [0.1, 1], "start": START}],
-    "stability_diagram": {
+    "parameter_plane": {
         "plane": {"d": {"from": 0, "to": 0.2, "points": 3}, "r": {"from": 0.4, "to": 0.6, "points": 2}},
-        "start": START,
+        "starts": [START],
     },
     "observe": {"observables": ["loss", "speed"]},
     "lyapunov": {"parameter": "d", "from": 0.1, "to": 0.3, "points": 3, "starts": [START]},
@@ -209,17 +207,6 @@ def _fixed(d: float) -> CompositeMap:
     return CompositeMap(COORDINATES, WALLS, (Piece("R1", ConditionRegion(text="v > 0", coordinates=COORDINATES), moved, "BTB"),))
 
 
-def _stability() -> dict[str, Any]:
-    """A branch in d, motions at three values of d by two of r, and a curve between them."""
-    one = continue_branch(_fixed, "d", periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2))
-    along, across = np.array([0.0, 0.1, 0.2]), np.array([0.4, 0.6])
-    period, labels = np.array([[2, 1, 1], [2, 2, 1]]), np.array([["1:1/2T", "1:1/T", "1:1/T"], ["1:1/2T", "1:1/2T", "1:1/T"]])
-    made = StabilityDiagram(("d", "r"), along, across, period, labels, np.zeros((2, 3), np.int8), ("", ""))
-    line = np.array([[0.05, 0.4], [0.15, 0.6]])
-    curve = BifurcationCurve("period doubling", line, np.zeros((2, 1, 2)), ("BTB",), -np.ones((2, 2), complex), (), ("", ""))
-    return {"branches": {"one": (one,)}, "stability_diagram": made, "stability_curves": {"period doubling of one": curve}}
-
-
 def _observed() -> AttractorMeans:
     """Two observables at twelve values, of which the first has no map."""
     chosen = (Observable(name="loss", formula="v", unit="J"), Observable(name="speed", formula="v", per="1"))
@@ -321,7 +308,8 @@ def result(stored: dict[str, StudyResult]) -> StudyResult:
             "domains": domains,
             "second_iterate": SecondIterate("v", None, (0.7, 0.04), (), order="min_first"),
             "auxiliary_map": auxiliary_orbit(composite, box, (), starts[0], 40),
-            **_stability(),
+            "branches": {"one": (continue_branch(_fixed, "d", periodic_orbit(_fixed(0.1), [0.7, 0.4]), 0.1, (0.0, 0.2)),)},
+            "plane_curves": stored["plane"].plane_curves,
             **covers(),
         },
     )

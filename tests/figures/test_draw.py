@@ -34,7 +34,7 @@ STORED = {
     "partition": "words regions surfaces projections partition speed_error",
     "accurate": "words surfaces projections strips speed_error",
     "long": "motion impacts slices words regions surfaces projections diagonal diagonal_surface orders fit_error orbits cobweb "
-    "branches multipliers stability lyapunov basins noise auxiliary envelopes domain_size boxes morse_sets exit_times",
+    "branches multipliers parameter_plane lyapunov basins noise auxiliary envelopes domain_size boxes morse_sets exit_times",
     "resilience": "global_continuation",
 }  #: what can be drawn of each stored run, beside what asks nothing
 MISSING = {
@@ -58,7 +58,6 @@ MISSING = {
     "bifurcation_diagram": ("bifurcation_diagram", {}, "'bifurcation_diagram'"),
     "branches": ("branches", {}, "'branches'"),
     "multipliers": ("branches", {}, "'branches'"),
-    "stability": ("stability_diagram", None, "'stability_diagram'"),
     "lyapunov": ("lyapunov", None, "'lyapunov'"),
     "basins": ("basins", None, "'basins'"),
     "parameter_plane": ("parameter_plane", None, "'parameter_plane'"),

@@ -11,6 +11,7 @@ from matplotlib.colors import to_hex
 
 import nsmaps
 from nsmaps.dynamics.curves.curve import BifurcationCurve
+from nsmaps.dynamics.curves.special import SpecialPoint
 from nsmaps.dynamics.planes.motions import Motion
 from nsmaps.dynamics.planes.plane import ParameterPlane
 from nsmaps.errors import NsmapsError
@@ -84,12 +85,36 @@ def test_the_colours_may_be_by_periods_of_the_forcing(ax):
         parameter_plane(made(), ax, by="words")
 
 
-def test_curves_lie_over_it(ax):
-    around = np.array([[0.1, 0.5], [0.2, 0.55], [0.1, 0.6]])
-    fold = BifurcationCurve("fold", around, np.zeros((3, 1, 2)), ("BTB",), np.ones((3, 2), complex), (), ("", ""))
-    parameter_plane(made(), ax, curves={"fold of 1:1": fold})
-    (line,) = [line for line in ax.lines if line.get_label() == "fold of 1:1"]
-    assert np.array_equal(line.get_xydata(), around)
+def test_motions_have_the_colours_that_the_legend_gives_them(ax):
+    parameter_plane(made(), ax, by="motion")
+    names = {to_hex(patch.get_facecolor()): patch.get_label() for patch in ax.get_legend().get_patches()[:5]}
+    assert [names[colour] for colour in colours(ax)] == ["1:1/T", "1:1/2T", "chaos", "1:1/12T", "1:1/T", "no attractor"]
+    assert (ax.get_title(), ax.get_xlabel(), ax.get_ylabel()) == ("motion", "$d$", "$r$")
+
+
+def test_motions_beyond_the_six_most_frequent_are_grey(ax):
+    motions = tuple(Motion(f"1:{n}/T", ("BTB",), 1, 1) for n in range(8))
+    motion = np.resize(np.concatenate([np.arange(8), np.arange(6)]), (2, 3 * 7))
+    row = wide(np.zeros((2, 21)))
+    parameter_plane(replace(row, motions=motions, motion=motion[..., None].astype(np.int32)), ax, by="motion")
+    texts = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert texts == [*(f"1:{n}/T" for n in range(6)), "other motions"]
+    numbers = ax.collections[0].get_array().reshape(2, 21)
+    assert np.array_equal(numbers, np.minimum(motion, 6) + 1)
+
+
+def test_curves_lie_over_it_with_their_special_points(ax):
+    line = np.array([[0.2, 0.5], [0.9, 0.55], [0.3, 0.6]])
+    cusp = SpecialPoint("cusp", (0.25, 0.55), (1e-9, 1e-9), None)
+    fold = BifurcationCurve("fold", line, np.zeros((3, 1, 2)), ("BTB",), np.ones((3, 2), complex), (cusp,), ("", ""))
+    doubling = replace(fold, kind="period doubling", parameters=line[:1], special=())
+    parameter_plane(made(), ax, curves={"fold of 1:1": fold, "period doubling of 1:1": doubling})
+    drawn = {each.get_label(): each.get_xydata() for each in ax.lines}
+    assert np.array_equal(drawn["fold of 1:1"], line)
+    assert np.array_equal(drawn["cusp"], [[0.25, 0.55]])
+    assert np.array_equal(drawn["period doubling of 1:1"], line[:1])
+    assert ax.get_xlim() == pytest.approx((0.05, 0.35))  # that of the plane
+    assert [text.get_text() for text in ax.get_legend().get_texts()][-3:] == ["fold of 1:1", "period doubling of 1:1", "cusp"]
 
 
 def test_exponents_are_centred_at_zero(ax):
@@ -169,15 +194,14 @@ def test_wide_areas_have_the_numeral_of_their_period(ax):
 
 def test_an_optimum_is_a_star_of_the_legend_in_every_panel():
     found = SimpleNamespace(parameters={"d": 0.2, "r": 0.55, "M": 1.0})
-    (sheet,) = sheets(made(), optimum=found)
-    figure = sheet.figure()
-    stars = [line for ax in figure.axes for line in ax.lines if line.get_marker() == "*"]
-    assert [line.get_xydata().tolist() for line in stars] == [[[0.2, 0.55]]] * 3
+    figure, motions = (sheet.figure() for sheet in sheets(made(), optimum=found))
+    stars = [line for each in (figure, motions) for ax in each.axes for line in ax.lines if line.get_marker() == "*"]
+    assert [line.get_xydata().tolist() for line in stars] == [[[0.2, 0.55]]] * 4
     assert [text.get_text() for text in figure.legends[0].get_texts()].count("optimum") == 1
 
 
 def test_the_legend_of_three_panels_stands_in_the_place_of_the_fourth():
-    (sheet,) = sheets(made())
+    sheet, _ = sheets(made())
     figure = sheet.figure()
     (legend,) = figure.legends
     box = legend.get_window_extent().transformed(figure.transFigure.inverted())
@@ -187,7 +211,7 @@ def test_the_legend_of_three_panels_stands_in_the_place_of_the_fourth():
 
 
 def test_labels_of_colours_keep_their_distance_from_the_edge_of_the_page():
-    (sheet,) = sheets(wide(np.linspace(-1.4, 0.3, 200).reshape(10, 20)))
+    sheet, _ = sheets(wide(np.linspace(-1.4, 0.3, 200).reshape(10, 20)))
     with drawing({}):
         figure = sheet.figure(100)
         lay_out(figure)
@@ -207,9 +231,16 @@ def test_means_are_shown_by_name(ax):
 
 def test_the_sheet_of_a_stored_run_has_its_curve():
     result = nsmaps.read_result(STORED)
-    (sheet,) = CATALOGUE["parameter_plane"].sheets(result)
-    figure = sheet.figure()
+    figure, motions = (sheet.figure() for sheet in CATALOGUE["parameter_plane"].sheets(result))
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "period doubling of 1:1" in texts
     assert {"largest exponent per return", "loss", "fastest"} < {ax.get_ylabel() for ax in figure.axes}
     assert "refused parameters: 5 pixels" in texts
+    assert {"1:1/T", "period doubling of 1:1"} < {text.get_text() for text in motions.legends[0].get_texts()}
+
+
+def test_one_panel_alone_and_no_motions_where_their_names_are_periods():
+    (one,) = sheets(made(), by="turns")
+    assert [ax.get_title() for ax in one.figure().axes] == ["period in periods of the forcing"]
+    named = tuple(replace(each, label=f"period {each.period}") if each.period else each for each in MOTIONS)
+    assert [sheet.name for sheet in sheets(replace(made(), motions=named))] == ["parameter_plane"]

@@ -19,8 +19,8 @@ def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restituti
     """A part of the diagram: on either side of the curve one state and two, by iteration alone."""
     monkeypatch.chdir(tmp_path)
     study = YAML(typ="safe").load(study_files("vi_pair")["branches"].read_text())
-    study["stability_diagram"]["plane"]["d"]["points"] = 41
-    study["stability_diagram"]["plane"]["r"] |= {"from": 0.45, "to": 0.55, "points": 3}
+    study["parameter_plane"]["plane"]["d"]["points"] = 41
+    study["parameter_plane"]["plane"]["r"] |= {"from": 0.45, "to": 0.55, "points": 3}
     Path("part.yaml").write_text(json.dumps(study))
     made = run_study("part.yaml")
     up, down, *doubled = made.branches["1:1"]
@@ -32,10 +32,10 @@ def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restituti
     assert abs(ratios[-1] - 4.669201609) < 0.1
     assert abs(ratios[-1] - 4.669201609) < abs(ratios[-2] - 4.669201609)
     assert np.array_equal(down.stable, down.values > FIRST)
-    curve = made.stability_curves["period doubling of 1:1"]
+    curve = made.plane_curves["period doubling of 1:1"]
     d, r = curve.parameters[np.argsort(curve.parameters[:, 1])].T
     assert abs(np.interp(0.5, r, d) - FIRST) < 1e-10  # where the curve begins
-    for row, value in zip(made.stability_diagram.period, np.interp(made.stability_diagram.across, r, d), strict=True):
-        far = np.abs(made.stability_diagram.along - value) > 2e-3
-        assert set(row[far & (made.stability_diagram.along > value)]) == {1}
-        assert set(row[far & (made.stability_diagram.along < value) & (made.stability_diagram.along > 0.29)]) == {2}
+    for row, value in zip(made.parameter_plane.period[..., 0], np.interp(made.parameter_plane.across, r, d), strict=True):
+        far = np.abs(made.parameter_plane.along - value) > 2e-3
+        assert set(row[far & (made.parameter_plane.along > value)]) == {1}
+        assert set(row[far & (made.parameter_plane.along < value) & (made.parameter_plane.along > 0.29)]) == {2}

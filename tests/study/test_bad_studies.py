@@ -13,7 +13,7 @@ from nsmaps.study.study import CATALOGUE
 
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric_map, orbits, "
-    "bifurcation_diagram, branches, stability_diagram, parameter_plane, lyapunov, basins, global_continuation, manifolds, "
+    "bifurcation_diagram, branches, parameter_plane, lyapunov, basins, global_continuation, manifolds, "
     "observe, optimize, estimate, noise, domains, second_iterate, auxiliary_map, morse_sets, exit_times, proof, horseshoe, "
     "figures, require, expected_failures"
 )
@@ -375,17 +375,17 @@ BAD = {
         None,
         "the name 'one' is given twice; expected: different names",
     ),
-    "stability at no value": (
+    "plane at no value": (
         "require:",
-        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 0}, r: {from: 0.1, to: 0.9, points: 2}}, "
-        "start: {v: 1, phi: 1}}\nrequire:",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 0}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}]}\nrequire:",
         "0}, r",
         "points is 0; expected: greater than or equal to 2",
     ),
-    "stability of values that are none": (
+    "plane of values that are none": (
         "require:",
-        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 1.1, to: 1.9, points: 2}}, "
-        "start: {v: 1, phi: 1}}\nrequire:",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 1.1, to: 1.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}]}\nrequire:",
         "1.1",
         "r is 1.1; expected: less than or equal to 1",
     ),
@@ -444,33 +444,26 @@ BAD = {
         "'los' is not an observable of Ball; expected: impacts, speed, loss, momentum, displacement, work, damping, or a `name` "
         "with a `formula`, did you mean 'loss'?",
     ),
-    "curve of a plane of no branch": (
+    "curve of no branch": (
         "require:",
         "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
-    "curve of no branch": (
-        "require:",
-        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
-        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
-        "one, event",
-        "unknown branch in 'a' 'one'; expected: none",
-    ),
     "curve of a branch in another parameter": (
         "require:",
         "branches: [{name: one, parameter: r, bounds: [0.1, 0.9], start: {v: 1, phi: 1}}]\n"
-        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
-        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
     ),
     "curve of an event that the branch does not locate": (
         "require:",
         "branches: [{name: one, parameter: a, bounds: [0.1, 0.9], start: {v: 1, phi: 1}, kinds: [period doubling]}]\n"
-        "stability_diagram: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
-        "start: {v: 1, phi: 1}, bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
+        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "fold}",
         "the branch 'one' locates no fold; expected: one of its 'kinds', period doubling, grazing, border collision, detachment",
     ),

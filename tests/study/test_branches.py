@@ -1,4 +1,4 @@
-"""Branches and stability diagrams in studies: against closed forms and their functions, in folders, numbers and tables."""
+"""Branches and planes of two parameters in studies: against closed forms and their functions, in folders, numbers and tables."""
 
 import json
 import re
@@ -14,12 +14,12 @@ import pytest
 from scipy.optimize import brentq, newton
 from typer.testing import CliRunner
 
-from nsmaps import Outcome, bifurcation_diagram, lyapunov, periodic_orbit, read_result, run_study, stability_diagram
+from nsmaps import Outcome, bifurcation_diagram, lyapunov, parameter_plane, periodic_orbit, read_result, run_study
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.continuation import follow as branch
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
 from nsmaps.dynamics.curves.special import SpecialPoint
-from nsmaps.dynamics.diagrams import stability
+from nsmaps.dynamics.planes import parameter_plane as planes
 from nsmaps.errors import StudyError
 from nsmaps.exact import Along
 from nsmaps.interrupts import Interrupted
@@ -34,13 +34,16 @@ parameters: {a: 1.2, r: 0.5}
 branches:
   - {name: one, parameter: a, bounds: [0.5, 1.8], start: {v: 2*pi/1.5, phi: 0.51}, n_doublings: 2}
 """
-STABILITY = """\
-stability_diagram:
+PLANE = """\
+parameter_plane:
   plane:
     a: {from: 1.1, to: 1.7, points: 4}
     r: {from: 0.46, to: 0.54, points: 5}
-  start: {v: 4.19, phi: 0.5}
+  starts: [{v: 4.19, phi: 0.5}]
   transient: 200
+  n_returns: 32
+  max_period: 16
+  direction: down
   bifurcation_curves: [{branch: one, event: period doubling}, {branch: one, event: fold}]
 """
 
@@ -69,7 +72,7 @@ def ran(text: str, **how: Any) -> StudyResult:
 def swept(tmp_path_factory: pytest.TempPathFactory, site: Path) -> "Swept":
     """Branches with a stability diagram and curves: the result, its folder, and the steps and fractions that were reported."""
     folder, seen = tmp_path_factory.mktemp("swept"), []
-    Path(folder, "s.yaml").write_text(BALL + STABILITY)
+    Path(folder, "s.yaml").write_text(BALL + PLANE)
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(site))
         made = run_study(folder / "s.yaml", out=folder / "out", progress=lambda share: seen.append((outermost().step, share)))
@@ -152,10 +155,10 @@ def test_numbers_verdicts_and_table_say_what_happens(computed: Computed) -> None
 
 
 def test_check_says_what_would_be_followed() -> None:
-    Path("s.yaml").write_text(BALL + STABILITY)
+    Path("s.yaml").write_text(BALL + PLANE)
     lines = CliRunner().invoke(app, ["check", "s.yaml"]).stdout.splitlines()
     assert "  branches: one (a from 0.5 to 1.8)" in lines
-    assert "  stability_diagram: 4 values of a x 5 values of r; 4,640 returns" in lines
+    assert "  parameter_plane: 4 values of a x 5 values of r; 4,640 returns" in lines
 
 
 def test_doublings_that_are_not_in_the_range_are_said() -> None:
@@ -201,37 +204,38 @@ def test_a_range_that_leaves_the_valid_domain_ends_the_branch_there() -> None:
     assert re.search(r", Ball: r is 1\.0\d*; expected: less than or equal to 1$", told.text)
 
 
-def test_stability_is_that_of_the_functions_and_its_curves_of_the_closed_form(swept: Swept) -> None:
+def test_a_plane_is_that_of_the_functions_and_its_curves_of_the_closed_form(swept: Swept) -> None:
     made, folder, _ = swept
     along, across = np.linspace(1.1, 1.7, 4), np.linspace(0.46, 0.54, 5)
-    direct = stability_diagram(made.system, {"a": along, "r": across}, [4.19, 0.5], max_period=16, transient=200)
+    how = {"max_period": 16, "n_returns": 32, "transient": 200, "direction": "down"}
+    direct = parameter_plane(made.system, {"a": along, "r": across}, [4.19, 0.5], **how)
     for each in (made, read_result(folder)):
-        assert each.stability_diagram is not None
-        assert np.array_equal(each.stability_diagram.period, direct.period)
-        assert np.array_equal(each.stability_diagram.labels, direct.labels)
-        assert np.array_equal(each.stability_diagram.outcome, direct.outcome)
-        assert list(each.stability_curves) == ["period doubling of one", "fold of one"]
-        for curve, exact in zip(each.stability_curves.values(), (doubling, fold), strict=True):
+        assert each.parameter_plane is not None
+        assert np.array_equal(each.parameter_plane.period, direct.period)
+        assert np.array_equal(each.parameter_plane.labels, direct.labels)
+        assert np.array_equal(each.parameter_plane.outcome, direct.outcome)
+        assert list(each.plane_curves) == ["period doubling of one", "fold of one"]
+        for curve, exact in zip(each.plane_curves.values(), (doubling, fold), strict=True):
             a, r = curve.parameters.T
             assert np.abs(a - [exact(e) for e in r]).max() < 1e-11
             assert sorted(r[[0, -1]]) == pytest.approx([0.46, 0.54])
             assert {end.split(" at ")[0] for end in curve.ended} == {"the range of the second parameter ends"}
-    numbers = json.loads((folder / "result.json").read_text())["numbers"]["stability_diagram"]
+    numbers = json.loads((folder / "result.json").read_text())["numbers"]["parameter_plane"]
     assert sum(numbers["shares"].values()) == pytest.approx(1)
-    assert numbers["shares"]["1"] == (direct.period == 1).mean()
-    assert numbers["curves"]["fold of one"]["parameters"] == made.stability_curves["fold of one"].parameters.tolist()
+    assert numbers["shares"]["1:0/T"] == (direct.labels == "1:0/T").mean() > 0
+    assert numbers["curves"]["fold of one"]["parameters"] == made.plane_curves["fold of one"].parameters.tolist()
 
 
 def test_points_of_codimension_two_are_read_back_and_in_numbers(tmp_path: Path) -> None:
     made = read_result(STORED / "curves")
-    fold = made.stability_curves["fold of one"]
+    fold = made.plane_curves["fold of one"]
     event = made.branches["one"][0].events[0]
     cusp = SpecialPoint("cusp", (1.05, 0.5), (1e-9, 2e-9), event.orbit)
-    write(made.with_parts({"stability_curves": {"fold of one": replace(fold, special=(cusp,))}}), tmp_path)
-    (again,) = read_result(tmp_path).stability_curves["fold of one"].special
+    write(made.with_parts({"plane_curves": {"fold of one": replace(fold, special=(cusp,))}}), tmp_path)
+    (again,) = read_result(tmp_path).plane_curves["fold of one"].special
     assert (again.kind, again.parameters, again.precision) == ("cusp", (1.05, 0.5), (1e-9, 2e-9))
     assert np.array_equal(again.orbit.states, event.orbit.states)
-    numbers = json.loads((tmp_path / "result.json").read_text())["numbers"]["stability_diagram"]
+    numbers = json.loads((tmp_path / "result.json").read_text())["numbers"]["parameter_plane"]
     assert numbers["curves"]["fold of one"]["special"] == [{"kind": "cusp", "parameters": [1.05, 0.5], "precision": [1e-9, 2e-9]}]
 
 
@@ -247,18 +251,19 @@ GRAZE = """\
 system: vi_pair
 parameters: {d: 0.35, r: 0.5, g_bar: 0.2113}
 branches: [{name: BB, parameter: d, bounds: [0.29, 0.36], value: 0.32, start: {v: 0.2817, phi: 2.918}}]
-stability_diagram:
+parameter_plane:
   plane:
     d: {from: 0.32, to: 0.35, points: 2}
     r: {from: 0.49, to: 0.51, points: 3}
-  start: {v: 0.9, phi: 0.5}
+  starts: [{v: 0.9, phi: 0.5}]
   transient: 20
+  n_returns: 64
   bifurcation_curves: [{branch: BB, event: grazing}]
 """
 
 
 def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
-    curve = ran(GRAZE).stability_curves["grazing of BB"]
+    curve = ran(GRAZE).plane_curves["grazing of BB"]
     d, r = curve.parameters.T
     assert np.abs(d - [graze(x, 0.2113) for x in r]).max() < 1e-10
     assert np.ptp(r) == pytest.approx(0.02)
@@ -266,10 +271,10 @@ def test_a_curve_of_grazes_is_that_of_the_closed_form() -> None:
 
 def test_a_curve_without_its_event_says_why_and_nothing_is_lost() -> None:
     made = ran(GRAZE.replace("event: grazing", "event: period doubling"))
-    (verdict,) = [each for each in made.verdicts if each.name == "stability_diagram: curve of the period doubling of BB"]
+    (verdict,) = [each for each in made.verdicts if each.name == "parameter_plane: curve of the period doubling of BB"]
     assert verdict.text.startswith("no: the branch has none: ")
-    assert made.stability_curves["period doubling of BB"].parameters.shape == (0, 2)
-    assert made.stability_diagram is not None
+    assert made.plane_curves["period doubling of BB"].parameters.shape == (0, 2)
+    assert made.parameter_plane is not None
 
 
 LOCKED = """\
@@ -309,8 +314,8 @@ STARTS = "starts: [{v: 4.19, phi: 0.5}], transient: 9"
 SWEEPS = {
     "bifurcation_diagram": f"bifurcation_diagram: {{parameter: r, {RANGE}, {STARTS}, n_returns: 4}}",
     "lyapunov": f"lyapunov: {{parameter: r, {RANGE}, {STARTS}, n_returns: 64}}",
-    "stability_diagram": f"stability_diagram: {{plane: {{r: {{{RANGE}}}, a: {{from: -0.5, to: 0.5, points: 3}}}}, "
-    "start: {v: 4.19, phi: 0.5}, transient: 9}",
+    "parameter_plane": f"parameter_plane: {{plane: {{r: {{{RANGE}}}, a: {{from: -0.5, to: 0.5, points: 3}}}}, "
+    f"{STARTS}, n_returns: 64}}",
 }
 
 
@@ -321,13 +326,11 @@ def test_a_sweep_that_leaves_the_valid_domain_keeps_the_rest(section: str) -> No
     (told,) = [verdict for verdict in made.verdicts if verdict.name.endswith("a map at every value")]
     assert (told.holds, told.required) == (False, False)
     along, start, values = Along(made.system, "r"), [4.19, 0.5], np.linspace(0.8, 1.2, 5)
-    if section == "stability_diagram":
-        assert told.text == (
-            "no: none at 12 of 15 points; there is no map at any of 5 values; at 0.8: Ball: a is -0.5; expected: greater than 0"
-        )
-        assert made.stability_diagram is not None
-        assert (made.stability_diagram.outcome == 6).tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
-        assert "less than or equal to 1" in made.stability_diagram.reasons[2]
+    if section == "parameter_plane":
+        assert told.text == "no: none at 12 of 15 pixels; Ball: a is -0.5; expected: greater than 0"
+        assert made.parameter_plane is not None
+        assert made.parameter_plane.refused.tolist() == [[True] * 5, [True] * 5, [False] * 3 + [True] * 2]
+        assert (made.parameter_plane.outcome[..., 0] == Outcome.invalid).tolist() == made.parameter_plane.refused.tolist()
         return
     assert told.text.startswith("no: none at 2 of 5 values; Ball: r is 1.1; expected: less than or equal to 1"), told.text
     if section == "bifurcation_diagram":
@@ -359,8 +362,8 @@ def test_orbits_that_escape_are_data(section: str) -> None:
         assert set(made.lyapunov.outcome.tolist()) == {Outcome.escaped}
         assert numbers["exponents"] == [[None, None]] * 5
     else:
-        assert set(made.stability_diagram.outcome.ravel().tolist()) == {Outcome.escaped}
-        assert numbers["shares"] == {"no attractor": 1.0}
+        assert set(made.parameter_plane.outcome.ravel().tolist()) == {Outcome.escaped}
+        assert numbers["shares"] == {}
 
 
 def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -372,36 +375,37 @@ def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> No
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
 
 
-def test_a_stopped_diagram_goes_on_at_its_rows(monkeypatch: pytest.MonkeyPatch, swept: Swept) -> None:
+def test_a_stopped_plane_is_resumed_at_its_rows(monkeypatch: pytest.MonkeyPatch, swept: Swept) -> None:
     whole, *_ = swept
 
     def stop(share: float) -> None:
-        if outermost().step == "stability_diagram" and share >= (2 + 3 / 5 / 3) / 3:  # of five rows, a third of the last step
+        if outermost().step == "parameter_plane" and share >= (2 + 2 / 3 / 3) / 3:  # of three parts, a third of the last step
             raise KeyboardInterrupt
 
+    monkeypatch.setattr(planes, "PART", 2 * 4 * 232)  # two rows
     with pytest.raises(Interrupted):
-        ran(BALL + STABILITY, out="out", progress=stop)
-    assert len(list(Path("out/parts/stability_diagram").rglob("part-*.npz"))) == 3
+        ran(BALL + PLANE, out="out", progress=stop)
+    assert len(list(Path("out/parts/parameter_plane").rglob("part-*.npz"))) == 2
     rows: list[float] = []
-    row = stability._row
+    pixels = planes.pixels
 
-    @wraps(row)
-    def noted(map_of: Any, columns: np.ndarray, value: float, *how: Any) -> Any:
-        rows.append(value)
-        return row(map_of, columns, value, *how)
+    @wraps(pixels)
+    def noted(map_of: Any, coordinates: Any, row: np.ndarray, *how: Any) -> Any:
+        rows.extend(row[:, 0, 1])
+        return pixels(map_of, coordinates, row, *how)
 
-    monkeypatch.setattr(stability, "_row", noted)
-    again = ran(BALL + STABILITY, out="out", resume=True)
-    assert np.allclose(rows, np.linspace(0.46, 0.54, 5)[3:])
-    assert np.array_equal(again.stability_diagram.labels, whole.stability_diagram.labels)
-    assert np.array_equal(again.stability_curves["fold of one"].parameters, whole.stability_curves["fold of one"].parameters)
+    monkeypatch.setattr(planes, "pixels", noted)
+    again = ran(BALL + PLANE, out="out", resume=True)
+    assert np.allclose(rows, [0.54])
+    assert np.array_equal(again.parameter_plane.labels, whole.parameter_plane.labels)
+    assert np.array_equal(again.plane_curves["fold of one"].parameters, whole.plane_curves["fold of one"].parameters)
     assert not Path("out/parts").exists()
 
 
-def test_progress_of_branches_and_stability_never_goes_back(swept: Swept) -> None:
+def test_progress_of_branches_and_planes_never_goes_back(swept: Swept) -> None:
     *_, seen = swept
     done = [share for _, share in seen]
     assert done == sorted(done)
     assert [share for step, share in seen if step == "branches"] == pytest.approx([1 / 3, 2 / 3])
-    assert [share for step, share in seen if step == "stability_diagram"][-1] == 1
-    assert len([share for step, share in seen if step == "stability_diagram"]) == 1 + 5 + 2
+    assert [share for step, share in seen if step == "parameter_plane"][-1] == 1
+    assert len([share for step, share in seen if step == "parameter_plane"]) == 1 + 5 + 2

@@ -106,7 +106,7 @@ def content(array: np.ndarray) -> tuple[tuple[int, ...], bytes]:
 
 def test_axes_have_names() -> None:
     tree = nsmaps.read_result(STORED / "long").to_xarray()
-    assert tree["stability_diagram/period"].dims == ("r", "d")
+    assert tree["parameter_plane/period"].dims == ("r", "d", "start")
     assert tree["basins/label"].dims == ("state",)
     assert tree["basins/attractors/0"].attrs["period"] == 1
     assert tree["orbits/0/ends/multipliers"].dims == ("multiplier", "part")

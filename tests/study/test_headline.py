@@ -116,7 +116,7 @@ def test_cycles_have_names(period: int, name: str) -> None:
 KINDS = {  #: stored runs with the analyses that have a finding in each
     "accurate": ["partition"],
     "plane": ["parameter_plane", "branches"],
-    "curves": ["stability_diagram", "branches"],
+    "curves": ["parameter_plane", "branches"],
     "long": ["lyapunov", "basins", "noise"],
     "manifolds": ["manifolds"],
     "motion": ["orbits"],

@@ -34,7 +34,6 @@ CALLS = {
     "branches": Call(
         nsmaps.continue_branch, "name start period chatter n_doublings", "orbit max_points until tolerance", "value direction"
     ),
-    "stability_diagram": Call(nsmaps.stability_diagram, "bifurcation_curves"),
     "parameter_plane": Call(nsmaps.parameter_plane, "bifurcation_curves"),
     "lyapunov": Call(nsmaps.lyapunov, "", "values", "parameter starts"),
     "basins": Call(nsmaps.basins, "boundary map", "attractors", "starts"),

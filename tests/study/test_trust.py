@@ -258,9 +258,9 @@ BEYOND = {
         f"branches: [{{name: b, parameter: a, bounds: [0.1, 1], start: {{v: 0.3, phi: 1}}, period: {HUGE}}}]\n",
         "memory",
     ),
-    "stability_diagram": (
-        "stability_diagram: {plane: {a: {from: 0.2, to: 0.4, points: 100000}, r: {from: 0.2, to: 0.4, "
-        "points: 100000}}, start: {v: 0.3, phi: 1}}\n",
+    "parameter_plane": (
+        "parameter_plane: {plane: {a: {from: 0.2, to: 0.4, points: 100000}, r: {from: 0.2, to: 0.4, "
+        "points: 100000}}, starts: [{v: 0.3, phi: 1}]}\n",
         "memory",
     ),
     "basins": ("basins: {max_returns: 100000000}\n" + GRID.replace("10000", "100"), "time"),

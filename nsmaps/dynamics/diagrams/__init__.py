@@ -1,1 +1,1 @@
-"""Diagrams over parameters: bifurcations, stability over two parameters, impact speeds."""
+"""Diagrams over parameters: bifurcations, impact speeds."""

@@ -1,24 +1,26 @@
 """The arguments of a plane, read and refused."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.dynamics.planes.pixels import Way
-from nsmaps.errors import NsmapsError, check_choice, near_match
+from nsmaps.dynamics.returnmap import Model, map_along, map_or_reason
+from nsmaps.errors import NsmapsError, check_choice
 from nsmaps.exact.observables.spec import Observable, ObservableLike
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.exact.systems.parameters import System
 
 
-def observables_of(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
+def observables_of(system: ReturnMap, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:
     """The observables of a system, in order; there may be none."""
     if not observables:
         return ()
     from nsmaps.exact.observables.formulas import resolve_observables
 
-    return resolve_observables(system, observables)
+    return resolve_observables(System.require(system, "observables"), observables)
 
 
 def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
@@ -29,17 +31,22 @@ def values_of(name: str, given: "Axis | ArrayLike") -> Floats:
     return values
 
 
-def check_plane(system: System, axes: Mapping[str, Floats]) -> None:
-    """Refuse anything but two different parameters of the system."""
-    known = System.require(system, "a plane of parameters").parameter_names()
+def maps_over(system: Model, axes: Mapping[str, Floats]) -> tuple[Callable[..., ReturnMap], ReturnMap]:
+    """The map as a function of both parameters, and the first one over their values.
+
+    Raises:
+        NsmapsError: there are not two parameters of the system, or no values of them have a map.
+    """
     if len(axes) != 2:
-        given = ", ".join(axes) or "no parameter"
-        names = ", ".join(known) or f"a {type(system).__name__}, which has none"
-        raise NsmapsError(f"the plane is of {given}; expected: two different parameters of {names}")
-    for name in axes:
-        if name not in known:
-            close = near_match(name, known)
-            raise NsmapsError(f"{type(system).__name__} has no parameter {name!r}{close}; expected: two of {', '.join(known)}")
+        raise NsmapsError(f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two parameters with their values")
+    map_of = map_along(system, *axes)
+    along, across = (values.tolist() for values in axes.values())
+    first = ""
+    for found, reason in (map_or_reason(map_of, x, y) for y in across for x in along):
+        if found is not None:
+            return map_of, found
+        first = first or reason
+    raise NsmapsError(f"there is no map at any of {len(along) * len(across)} pixels: {first}")
 
 
 def check_length(returns: int, discard: int, max_period: int, tolerance: float) -> None:

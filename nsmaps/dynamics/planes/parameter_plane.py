@@ -1,6 +1,6 @@
 """The attractors over the plane of two parameters, computed pixel by pixel, or by refinement."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, check_shapes, quantifiers_of
-from nsmaps.dynamics.planes.arguments import check_length, check_plane, check_refine, observables_of, values_of
+from nsmaps.dynamics.planes.arguments import check_length, check_refine, maps_over, observables_of, values_of
 from nsmaps.dynamics.planes.motions import Motion
 from nsmaps.dynamics.planes.pixels import QUANTIFIER, WAYS, Way, motions_of, pixels
 from nsmaps.dynamics.planes.plane import ParameterPlane
@@ -18,7 +18,7 @@ from nsmaps.dynamics.planes.tails import Length
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Axis
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
@@ -32,7 +32,7 @@ TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refus
 
 @divides
 def parameter_plane(
-    system: System,
+    system: System | Callable[[float, float], ReturnMap],
     plane: Mapping[str, "Axis | ArrayLike"],
     starts: StateLike,
     *,
@@ -48,11 +48,13 @@ def parameter_plane(
 ) -> ParameterPlane:
     """The attractors over the plane of two parameters: at each pixel those that the orbits of some starts reach.
 
-    Where the class refuses the parameters there is no map, and the pixel is counted as refused. An orbit that comes back to a
-    state to the last bit is not computed any further, since it repeats; all numbers are those of the whole orbit.
+    Where the class refuses the parameters there is no map, and the pixel is counted as refused. What orbits end on is decided as
+    in `bifurcation_diagram`; with a `direction` each row is one along the first parameter. An orbit that comes back to a state to
+    the last bit is not computed any further, since it repeats; all numbers are those of the whole orbit.
 
     Args:
-        system: whose other parameters are kept.
+        system: whose other parameters are kept, or a function of both parameters that gives the return map, and raises a
+            ValueError where there is none.
         plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
         starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
         n_returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
@@ -81,17 +83,16 @@ def parameter_plane(
         Interrupted: on Ctrl-C, with the plane of the finished parts, whose other pixels are not `computed`.
     """
     axes = {str(name): values_of(name, values) for name, values in plane.items()}
-    check_plane(system, axes)
+    map_of, some = maps_over(system, axes)
     check_length(n_returns, transient, max_period, tolerance)
     check_refine(refine, direction)
-    now = as_starts(starts, system.coordinates).reshape(-1, len(system.coordinates))
+    now = as_starts(starts, some.coordinates).reshape(-1, len(some.coordinates))
     if not len(now):
         raise NsmapsError("there are no starts; expected: one state or more")
-    quantities = observables_of(system, observables), quantifiers_of(quantifiers, ParameterPlane, *axes)
+    quantities = observables_of(some, observables), quantifiers_of(quantifiers, ParameterPlane, *axes)
     how = now, Length(transient, n_returns, 2 * max_period), tolerance, direction, *quantities
-    (first, columns), (second, rows) = axes.items()
-    known = np.zeros(rows.size * columns.size, bool)
-    work = _Work(Along(system, first, second), columns, rows, how, known)
+    known = np.zeros(np.prod([values.size for values in axes.values()]), bool)
+    work = _Work(map_of, some, axes, how, known)
     if refine is None or 1 in work.shape:
         work.compute(np.arange(work.known.size), parallel)
         refinement = None
@@ -107,9 +108,9 @@ def parameter_plane(
 class _Work:
     """The pixels of a plane that are computed, each a row of the tables."""
 
-    map_of: Along[System]
-    along: Floats
-    across: Floats
+    map_of: Callable[[float, float], ReturnMap]
+    some: ReturnMap  #: the map at one pixel
+    axes: dict[str, Floats]  #: the values of both parameters
     #: starts, returns, tolerance, direction, observables, quantifiers
     how: tuple[Floats, Length, float, Way | None, tuple[Observable, ...], tuple[Quantifier, ...]]
     known: Bools  #: of all pixels, by their numbers: which are computed
@@ -121,7 +122,13 @@ class _Work:
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns."""
-        return len(self.across), len(self.along)
+        along, across = map(len, self.axes.values())
+        return across, along
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """The coordinates of the states."""
+        return Coordinates(self.some.coordinates)
 
     def compute(self, numbers: Ints, parallel: Parallel) -> None:
         """Compute some pixels, by their numbers; with a direction all of them."""
@@ -143,14 +150,18 @@ class _Work:
             write(parts)
             return self.plane()
 
-        write(dict(enumerate(parallel.run(pixels, [(self.map_of, row, *self.how) for row in rows], unfinished))))
+        write(
+            dict(enumerate(parallel.run(pixels, [(self.map_of, self.coordinates, row, *self.how) for row in rows], unfinished)))
+        )
 
     def continue_from(self, numbers: Ints, sources: Ints, parallel: Parallel) -> None:
         """The attractors at some pixels of orbits that start on those of others; the numbers of both, of as many."""
         window = self.how[1].window
         starts, length = self.tables["state"][sources], Length(window, window, window)
         cuts = parallel.cuts(len(numbers), -(-PART // (2 * window * starts.shape[1])))
-        parts = [(self.map_of, self._places(numbers[cut])[None], starts[cut], length, *self.how[2:]) for cut in cuts]
+        places = [self._places(numbers[cut])[None] for cut in cuts]
+        given = self.map_of, self.coordinates
+        parts = [(*given, place, starts[cut], length, *self.how[2:]) for place, cut in zip(places, cuts, strict=True)]
         found = parallel.run(pixels, parts, lambda parts: self.plane())
         for cut, part in zip(cuts, found, strict=True):
             self._write(part, numbers[cut])
@@ -162,7 +173,8 @@ class _Work:
 
     def _places(self, numbers: Ints) -> Floats:
         """The parameters of some pixels, shape (N, 2)."""
-        return np.column_stack([self.along[numbers % len(self.along)], self.across[numbers // len(self.along)]])
+        along, across = self.axes.values()
+        return np.column_stack([along[numbers % len(along)], across[numbers // len(along)]])
 
     def _write(self, part: Arrays, numbers: Ints) -> None:
         """Write the result of a part."""
@@ -180,13 +192,13 @@ class _Work:
         """The plane of what is known."""
         filled: dict[str, Any] = {name: rows.reshape(*self.shape, *rows.shape[1:]) for name, rows in self.tables.items()}
         own = {each.name: f"{QUANTIFIER}{each.name}" for each in self.how[-1]}
-        names, observables = (self.map_of.parameter, str(self.map_of.second)), tuple(one.name for one in self.how[4])
-        about = Coordinates(self.map_of.system.coordinates), names, self.along, self.across, tuple(self.motions)
-        filled |= {"n_returns": self.returns, "observables": observables, "reason": self.reason}
+        (first, along), (second, across) = self.axes.items()
+        about = self.coordinates, (first, second), along, across, tuple(self.motions)
+        filled |= {"n_returns": self.returns, "observables": tuple(one.name for one in self.how[4]), "reason": self.reason}
         filled["computed"] = self.known.reshape(self.shape)
         if refinement is not None:
             filled |= {"probes": refinement.probes, "differing": refinement.differing}
-        units = {**units_of(self.map_of.system), **{one.name: one.unit for one in self.how[4] if one.unit}}
+        units = {**units_of(self.some), **{one.name: one.unit for one in self.how[4] if one.unit}}
         none = np.full(filled["motion"].shape, np.nan)
         filled["quantifiers"] = {name: filled.pop(stored, none) for name, stored in own.items()}
         return ParameterPlane(*about, **filled, units=units)

@@ -1,5 +1,6 @@
 """The attractors at some pixels of a plane: the work of one part."""
 
+from collections.abc import Callable
 from itertools import chain
 from typing import Any, Literal
 
@@ -16,7 +17,7 @@ from nsmaps.dynamics.planes.tails import Length, Tail, tail
 from nsmaps.dynamics.returnmap import followed
 from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.outcome import Outcome
-from nsmaps.exact.surfaces.along import Along
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
 from nsmaps.parallel import Arrays
 
@@ -26,7 +27,8 @@ WAYS: dict[Way | None, tuple[int, ...]] = {None: (1,), "up": (1,), "down": (-1,)
 
 
 def pixels(
-    map_of: Along[System],
+    map_of: Callable[[float, float], ReturnMap],
+    coordinates: Coordinates,
     rows: Floats,
     starts: Floats,
     length: Length,
@@ -49,12 +51,18 @@ def pixels(
     about = {"refused": np.array([bool(reason) for reason in reasons]), "reason": np.array(next(filter(None, reasons), ""))}
     count, dim = starts.shape[-2:]
     found = _beside(tails, count, dim, length)
-    table = _summary(found, Coordinates(map_of.system.coordinates), count * len(WAYS[direction]))
+    table = _summary(found, coordinates, count * len(WAYS[direction]))
     return {**table, **about, **_along_orbits(map_of, rows.reshape(-1, 2), observables, quantifiers, table, length.returns)}
 
 
 def _pass(
-    map_of: Along[System], row: Floats, starts: Floats, length: Length, tolerance: float, way: int, directed: bool
+    map_of: Callable[[float, float], ReturnMap],
+    row: Floats,
+    starts: Floats,
+    length: Length,
+    tolerance: float,
+    way: int,
+    directed: bool,
 ) -> tuple[list[Tail | None], list[str]]:
     """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
 
@@ -110,7 +118,7 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
 
 
 def _along_orbits(
-    map_of: Along[System],
+    map_of: Callable[[float, float], ReturnMap],
     places: Floats,
     observables: tuple[Observable, ...],
     quantifiers: tuple[Quantifier, ...],
@@ -123,14 +131,14 @@ def _along_orbits(
     under names with `QUANTIFIER` before them, if there is an attractor.
     """
     motion, states = table["motion"], table.pop("on")
-    means, sets = np.full((*motion.shape, len(observables)), np.nan), list[tuple[Place, Floats, System]]()
+    means, sets = np.full((*motion.shape, len(observables)), np.nan), list[tuple[Place, Floats, ReturnMap]]()
     length = np.where(table["span"] > 0, table["span"], returns)
     for k in np.flatnonzero((motion >= 0).any(axis=1)).tolist() if observables or quantifiers else ():
         system = map_of(*places[k].tolist())
         for n in set(length[k][motion[k] >= 0].tolist()):
             own = np.flatnonzero((length[k] == n) & (motion[k] >= 0))
             if observables:
-                found = orbit_means(system, states[k, own], n, observables, n_batches=1)
+                found = orbit_means(System.require(system, "observables"), states[k, own], n, observables, n_batches=1)
                 means[k, own] = (found.per_return if found.period is None else found.per_period).value
             if quantifiers:
                 path = orbit(system, states[k, own], n)

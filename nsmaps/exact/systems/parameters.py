@@ -76,8 +76,8 @@ class System(BaseModel, Transferable, ReturnMap):
             raise SystemDefinitionError(f'{cls.__name__} has no `coordinates`; expected: names, as `coordinates = ("x", "y")`')
 
     wanted: ClassVar[str] = (
-        "an object of a class that inherits from nsmaps.System, whose fields are its parameters. Of any other map, as a function "
-        "of two parameters, `stability_diagram` shows the motions"
+        "an object of a class that inherits from nsmaps.System, whose fields are its parameters, or, where parameters vary, a "
+        "function of these that gives the map"
     )
 
     if TYPE_CHECKING:

@@ -95,9 +95,6 @@ def _lines(part: "Branch", colour: str) -> Iterator[Plot]:
 
 def _planes(result: "StudyResult") -> Iterator[Plot]:
     """The motions over two parameters, and the exponents of those of a plane."""
-    if (found := result.stability_diagram) is not None:
-        first, second = found.parameters
-        yield _plot("Attractors over two parameters", first, second, [_areas(found.along, found.across, found.labels)])
     if (plane := result.parameter_plane) is not None:
         first, second = plane.parameters
         names = np.array([*(motion.label for motion in plane.motions), ""])[plane.motion[..., 0]]

@@ -46,7 +46,7 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
         if not data:
             raise NsmapsError(
                 f"the run of {result.study.name!r} has nothing to explore; expected: a study with bifurcation_diagram, branches, "
-                "basins, stability_diagram, parameter_plane, lyapunov or orbits, or `nsmaps explore STUDY --live`, which shows "
+                "basins, parameter_plane, lyapunov or orbits, or `nsmaps explore STUDY --live`, which shows "
                 "the exact map of any study"
             )
         given = ", ".join(f"{name} = {value:.6g}" for name, value in result.system.parameters.items())

@@ -1,4 +1,4 @@
-"""Planes of two parameters: the period, and the largest Lyapunov exponent, of what attracts at each pixel."""
+"""Planes of two parameters: the period, the motion, and the largest Lyapunov exponent, of what attracts at each pixel."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -15,13 +15,13 @@ from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.motion import CHAOS, QUASI_PERIODIC, UNRESOLVED, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import Panel, Sheet
-from nsmaps.figures.parameters.stability import draw_curves
+from nsmaps.figures.parameters.curves import draw_curves
 from nsmaps.figures.style import BLACK, MOTIONS, OPEN, OTHERS, QUASI, RED, dress, with_unit
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.design.optimum import Optimum
     from nsmaps.dynamics.planes.plane import ParameterPlane
-    from nsmaps.figures.parameters.stability import Curves
+    from nsmaps.figures.parameters.curves import Curves
 
 LONGER, CHAOTIC, RING, SLOW, NOTHING, MISSING = (len(MOTIONS) + k for k in range(1, 7))  #: numbers of kinds after the periods
 COLOURS = (*MOTIONS, OTHERS, BLACK, QUASI, OPEN, "#FFFFFF", "0.88")  #: of the kinds from period 1 on, in every plane
@@ -32,14 +32,25 @@ TRIMMED = 0.02  #: share of the exponents beyond each end of their colours
 _NUMERAL, _NUMERALS = 0.11, 16  #: inches, the least radius of an area with a numeral; numerals at most
 
 
-def sheets(result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None) -> tuple[Sheet, ...]:
-    """One sheet: periods with bifurcation curves, exponents, observables and quantifiers that are numbers, with the optimum."""
+def sheets(
+    result: "ParameterPlane", curves: "Curves | None" = None, optimum: "Optimum | None" = None, by: str = ""
+) -> tuple[Sheet, ...]:
+    """A sheet of periods with bifurcation curves, exponents, observables and quantifiers that are numbers, with the optimum.
+
+    A second one shows the motions, unless their names are their periods. `by` asks for a sheet with one panel alone, coloured as
+    by `parameter_plane`.
+    """
     means = (partial(mean, result, name=name) for name in _means(result))
-    panels: tuple[Panel, ...] = (partial(parameter_plane, result, curves=curves), partial(exponents, result), *means)
+    panels: list[Panel] = [partial(parameter_plane, result, curves=curves), partial(exponents, result), *means]
+    panels.append(partial(parameter_plane, result, by=by or "motion", curves=curves))
     if optimum is not None and set(result.parameters) <= set(optimum.parameters):
         place = optimum.parameters[result.first], optimum.parameters[result.second]
-        panels = tuple(partial(_with_optimum, panel, place) for panel in panels)
-    return (Sheet("parameter_plane", panels, 2, 0.85, legend=True),)
+        panels = [partial(_with_optimum, panel, place) for panel in panels]
+    every = Sheet("parameter_plane", tuple(panels[:-1]), 2, 0.85, legend=True)
+    one = Sheet("parameter_plane-motions", (panels[-1],), 1, 0.6, legend=True)
+    if by:
+        return (one,)
+    return (every, one) if any(each.label != f"period {each.period}" for each in result.motions if each.period) else (every,)
 
 
 def _with_optimum(panel: Panel, place: tuple[float, float], ax: Axes) -> Axes:
@@ -62,36 +73,38 @@ def parameter_plane(
 ) -> Axes:
     """The period of the attractor of the first start at each pixel, a fixed colour and, in wide areas, a numeral from 1 to 6.
 
-    Longer ones are grey, black is chaos, violet quasi-periodic motion, pale brown motion of which neither a period nor chaos was
-    shown, white what has no attractor, dotted what was not computed. Hatched are pixels with several attractors, and crossed
-    those whose parameters the system refuses, whose number the legend states. Where attractors are those of a neighbour,
-    continued, the title says at what share of the pixels orbits of the starts were computed.
+    By motions, n:m/pT, the six most frequent have colours. Longer periods and other motions are grey, black is chaos, violet
+    quasi-periodic motion, pale brown motion of which neither a period nor chaos was shown, white what has no attractor, dotted
+    what was not computed. Hatched are pixels with several attractors, and crossed those whose parameters the system refuses,
+    whose number the legend states. Where attractors are those of a neighbour, continued, the title says at what share of the
+    pixels orbits of the starts were computed.
 
     Args:
         result: from `nsmaps.parameter_plane`.
-        by: `period` in returns or `turns`, the period in periods of the forcing; or an observable or a quantifier, as by `mean`.
+        by: `period` in returns or `turns`, the period in periods of the forcing; `motion`, its name; or an observable or a
+            quantifier, as by `mean`.
         curves: bifurcations in the same parameters by name, drawn over it.
 
     Raises:
         NsmapsError: `by` is something else.
     """
-    if by not in ("period", "turns"):
+    if by not in ("period", "turns", "motion"):
         return mean(result, ax, by)
-    kinds = _kinds(result, (result.period if by == "period" else result.turns)[..., 0])
+    numbers, names = _motions(result) if by == "motion" else _periods(result, by)
+    kinds = _kinds(result, numbers)
     norm = BoundaryNorm(np.arange(len(COLOURS) + 1) + 0.5, len(COLOURS))
     ax.pcolormesh(result.along, result.across, kinds, cmap=ListedColormap(COLOURS), norm=norm, shading="nearest", rasterized=True)
-    names = {number: str(number) for number in range(1, LONGER)}
-    names |= {LONGER: f"above {len(MOTIONS)}", CHAOTIC: "chaos", RING: "quasi-periodic", SLOW: "unresolved"}
-    names |= {NOTHING: "no attractor"}
+    names |= {CHAOTIC: "chaos", RING: "quasi-periodic", SLOW: "unresolved", NOTHING: "no attractor"}
     shown = [number for number in names if (kinds[~result.refused] == number).any()]
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _unknown(ax, result, kinds == MISSING)
     patches += _hatched(ax, result)
-    _numerals(ax, result, kinds)
+    if by != "motion":
+        _numerals(ax, result, kinds)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
-    unit = "returns" if by == "period" else "periods of the forcing"
-    every, share = result.computed.all(), f"period, {100 * result.computed.mean():.2g} % computed"
-    ax.set_title(f"period in {unit}" if every else share)
+    title = {"period": "period in returns", "turns": "period in periods of the forcing", "motion": "motion"}[by]
+    share = f"{title.split()[0]}, {100 * result.computed.mean():.2g} % computed"
+    ax.set_title(title if result.computed.all() else share)
     return _dressed(result, ax)
 
 
@@ -195,9 +208,25 @@ def _means(result: "ParameterPlane") -> dict[str, Floats]:
     return means | {name: values[..., 0] for name, values in result.quantifiers.items() if values.ndim == 3}
 
 
-def _kinds(result: "ParameterPlane", period: Ints) -> Ints:
-    """The number of the colour of each pixel, shape (W, V)."""
-    longer = np.where(period > len(MOTIONS), LONGER, np.maximum(period, 1))
+def _periods(result: "ParameterPlane", by: str) -> tuple[Ints, dict[int, str]]:
+    """The period of each pixel, shape (W, V), and the names of the colours of periods."""
+    period = (result.period if by == "period" else result.turns)[..., 0]
+    return period, {number: str(number) for number in range(1, LONGER)} | {LONGER: f"above {len(MOTIONS)}"}
+
+
+def _motions(result: "ParameterPlane") -> tuple[Ints, dict[int, str]]:
+    """The number of the motion of each pixel, shape (W, V), and the names of the colours: of the most frequent, and of others."""
+    labels = np.where(result.period[..., 0] > 0, result.labels[..., 0], "")
+    kinds, counts = np.unique(labels[labels != ""], return_counts=True)
+    most = kinds[np.argsort(-counts, kind="stable")][: len(MOTIONS)].tolist()
+    names = dict(enumerate(sorted(most, key=lambda name: (len(name), name)), 1))
+    numbers = np.select([labels == name for name in names.values()], [*names], LONGER) if names else np.full(labels.shape, LONGER)
+    return numbers, names | {LONGER: "other motions"}
+
+
+def _kinds(result: "ParameterPlane", numbers: Ints) -> Ints:
+    """The number of the colour of each pixel, shape (W, V), by the numbers of periods or motions."""
+    longer = np.where(numbers > len(MOTIONS), LONGER, np.maximum(numbers, 1))
     ended = np.where(result.computed, NOTHING, MISSING)
     without = np.array([*(WITHOUT.get(kind_of(motion.label), 0) for motion in result.motions), 0])[result.motion[..., 0]]
     return np.where(result.motion[..., 0] < 0, ended, np.where(without > 0, without, longer))

@@ -6,7 +6,7 @@ from nsmaps.study.conclusions.texts import as_computed, count_of, counted
 from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.base import Finding
 
-PARAMETERS = "optimize", "observe", "parameter_plane", "stability_diagram", "bifurcation_diagram", "branches", "lyapunov"
+PARAMETERS = "optimize", "observe", "parameter_plane", "bifurcation_diagram", "branches", "lyapunov"
 STATES = "basins", "orbits", "manifolds", "noise", "domains", "morse_sets", "partition", "parametric_map", "composite"
 #: keys of analyses in the order of a headline; others are in it where there is none of these
 FIRST = (*PARAMETERS, "global_continuation", *STATES, "exit_times")

@@ -1,25 +1,21 @@
-"""Bifurcation curves over the plane of the sections `stability_diagram` and `parameter_plane`, by events of branches."""
+"""Bifurcation curves over the plane of the section `parameter_plane`, by events of branches."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from pydantic import BaseModel, Field
 
-from nsmaps.arrays import Floats
 from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
-from nsmaps.progress import beat
 from nsmaps.study.conclusions.texts import percent, plain, shares_text
-from nsmaps.study.reading.values import SPEC, Range, Span
-from nsmaps.study.sections.base import Analysis, Finding, Verdict
+from nsmaps.study.reading.values import SPEC, Range
+from nsmaps.study.sections.base import Finding, Verdict
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
 if TYPE_CHECKING:
     from nsmaps.dynamics.curves.curve import BifurcationCurve
-    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult
+    from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 
 class CurveSection(BaseModel):
@@ -31,49 +27,6 @@ class CurveSection(BaseModel):
     model_config = SPEC
     branch: str = Field(description="an entry of `branches` in the first parameter of `plane`")
     event: Kind = Field(description="the first of this kind on the branch or its doublings")
-
-
-class OverPlane(Analysis):
-    """An analysis over the plane of two parameters, along the first for each value of the second, with bifurcation curves."""
-
-    model_config = SPEC
-    plane: dict[str, Span] = Field(
-        min_length=2, max_length=2, description="values of two parameters; orbits are followed along the first"
-    )
-    bifurcation_curves: tuple[CurveSection, ...] = Field((), description="events of branches followed in both parameters")
-
-    @property
-    def axes(self) -> list[Range]:
-        """The values of both parameters with their names."""
-        return [Range(parameter=name, **span.model_dump()) for name, span in self.plane.items()]
-
-    @property
-    def values(self) -> dict[str, Floats]:
-        """The values of both parameters, shapes (V,) and (W,)."""
-        return {name: np.linspace(span.low, span.high, span.points) for name, span in self.plane.items()}
-
-    @property
-    def pixels(self) -> int:
-        """The number of points of the plane."""
-        return math.prod(span.points for span in self.plane.values())
-
-    def check(self, study: "Study") -> None:
-        check_curves(self.key, next(iter(self.plane)), self.bifurcation_curves, study)
-
-    def check_plane(self, binding: "Binding") -> None:
-        """Raise StudyError unless both are parameters, each with a valid value."""
-        for axis in self.axes:
-            loc = (self.key, "plane", axis.parameter)
-            binding.study.source.known(loc, axis.parameter, binding.system.parameters, "parameter", key=True)
-            binding.some_values(loc, axis)
-
-    def curves(self, plan: "Plan", result: "StudyResult") -> dict[str, "BifurcationCurve"]:
-        """The curves by event and branch, as the part of a section's work after its diagram."""
-        found = {}
-        for number, each in enumerate(self.bifurcation_curves, 1):
-            found[f"{each.event} of {each.branch}"] = _curve(plan, result, each, self.axes[1])
-            beat((number + 1) / (len(self.bifurcation_curves) + 1))
-        return found
 
 
 def check_curves(key: str, name: str, curves: tuple[CurveSection, ...], study: "Study") -> None:
@@ -91,7 +44,7 @@ def check_curves(key: str, name: str, curves: tuple[CurveSection, ...], study: "
             raise study.source.error(loc, text)
 
 
-def _curve(plan: "Plan", result: "StudyResult", curve: CurveSection, across: Range) -> "BifurcationCurve":
+def curve_of(plan: "Plan", result: "StudyResult", curve: CurveSection, across: Range) -> "BifurcationCurve":
     """The first event of its kind on a branch, followed in both parameters; without orbits where there is none."""
     from nsmaps.dynamics.curves.curve import BifurcationCurve, bifurcation_curve
 

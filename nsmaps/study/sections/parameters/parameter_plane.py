@@ -1,5 +1,6 @@
 """The section `parameter_plane`: the attractors at every pixel of the plane of two parameters."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -9,15 +10,18 @@ from pydantic import Field, model_validator
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.motion import kinds_explained
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.progress import beat
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import computed_text, percent, range_text, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import MaxPeriod, Starts, Tolerance, Transient
+from nsmaps.study.reading.values import MaxPeriod, Range, Span, Starts, Tolerance, Transient
 from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, Verdict
 from nsmaps.study.sections.parameters.bifurcation import missing
 from nsmaps.study.sections.parameters.curves import (
-    OverPlane,
+    CurveSection,
+    check_curves,
+    curve_of,
     missing_curves,
     plain_curves,
     plane_finding,
@@ -31,8 +35,8 @@ if TYPE_CHECKING:
 ROWS = 12  #: largest number of motions in a table
 
 
-class ParameterPlaneSection(OverPlane, Quantified):
-    """Attractors of the exact map at every pixel of two parameters, from one start or several.
+class ParameterPlaneSection(Quantified):
+    """Attractors of the exact map at every pixel of two parameters, from one start or several, with bifurcation curves.
 
     With `refine` the attractors of a neighbour are continued to pixels not computed from the starts; random pixels are computed
     too, and bound the share at which the starts reach others. Pixels that the system refuses are counted in a verdict.
@@ -47,14 +51,18 @@ class ParameterPlaneSection(OverPlane, Quantified):
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "parameters.parameter_plane",
-            "The plane of two parameters coloured by the period of the attractor and by its largest Lyapunov exponent.",
-            "The attractor of the first start at each pixel of two parameters: its period in returns, black where it is "
-            "chaotic, and its largest Lyapunov exponent per return, of which 2 % lie beyond each end of the colours. Hatched are "
-            "pixels with several attractors, crossed those whose parameters the system refuses, dotted what was not computed.",
+            "The plane of two parameters coloured by what attracts: its period or motion, and its largest Lyapunov exponent.",
+            "The attractor of the first start at each pixel of two parameters: its period in returns or its motion, black where "
+            "it is chaotic, and its largest Lyapunov exponent per return, of which 2 % lie beyond each end of the colours, with "
+            "bifurcation curves of branches. Another initial state may converge to another motion. Hatched are pixels with "
+            "several attractors, crossed those whose parameters the system refuses, dotted what was not computed.",
             (FigurePart("a plane of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
         ),
     )
 
+    plane: dict[str, Span] = Field(
+        min_length=2, max_length=2, description="values of two parameters; orbits are followed along the first"
+    )
     starts: Starts = Field(description="the starts of the orbits of each pixel")
     n_returns: int = Field(
         1000, ge=2, description="returns after the transient of which exponents are means, at least 2 `max_period`"
@@ -73,6 +81,7 @@ class ParameterPlaneSection(OverPlane, Quantified):
         (), description="names or formulas whose means are taken along each orbit, per period of the forcing"
     )
     quantifiers: Quantifiers = Field(default_factory=dict)
+    bifurcation_curves: tuple[CurveSection, ...] = Field((), description="events of branches followed in both parameters")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -84,13 +93,34 @@ class ParameterPlaneSection(OverPlane, Quantified):
         return self
 
     @property
+    def axes(self) -> list[Range]:
+        """The values of both parameters with their names."""
+        return [Range(parameter=name, **span.model_dump()) for name, span in self.plane.items()]
+
+    @property
+    def values(self) -> dict[str, Floats]:
+        """The values of both parameters, shapes (V,) and (W,)."""
+        return {name: np.linspace(span.low, span.high, span.points) for name, span in self.plane.items()}
+
+    @property
+    def pixels(self) -> int:
+        """The number of points of the plane."""
+        return math.prod(span.points for span in self.plane.values())
+
+    def check(self, study: "Study") -> None:
+        check_curves(self.key, next(iter(self.plane)), self.bifurcation_curves, study)
+
+    @property
     def orbits(self) -> int:
         """The number of orbits of a pixel."""
         return len(self.starts) * (2 if self.direction == "both" else 1)
 
     def bind(self, binding: "Binding") -> Floats:
         self.functions(binding.study)
-        self.check_plane(binding)
+        for axis in self.axes:
+            loc = ("parameter_plane", "plane", axis.parameter)
+            binding.study.source.known(loc, axis.parameter, binding.system.parameters, "parameter", key=True)
+            binding.some_values(loc, axis)
         if self.observables:
             from nsmaps.exact.observables.formulas import resolve_observables
 
@@ -107,7 +137,10 @@ class ParameterPlaneSection(OverPlane, Quantified):
         with plan.study.source.located(("parameter_plane",)):
             parallel = plan.portion(0, 1 + len(self.bifurcation_curves))
             diagram = parameter_plane(plan.system, self.values, plan.bound["parameter_plane"], **how, parallel=parallel)
-            curves = self.curves(plan, result)
+            curves = {}
+            for number, each in enumerate(self.bifurcation_curves, 2):
+                curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, self.axes[1])
+                beat(number / (1 + len(self.bifurcation_curves)))
         return {"parameter_plane": diagram, "plane_curves": curves}
 
     def describe(self, study: "Study") -> str:
@@ -128,9 +161,8 @@ class ParameterPlaneSection(OverPlane, Quantified):
         work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.n_returns}
         work |= {"probes": found.probes, "differing": found.differing, "most_differing": found.most_differing}
         ranges = {name: _range(found.means[..., k]) for k, name in enumerate(found.observables)}
-        about |= (
-            {"quantifiers": {name: _range(values) for name, values in found.quantifiers.items()}} if found.quantifiers else {}
-        )
+        if found.quantifiers:
+            about["quantifiers"] = {name: _range(values) for name, values in found.quantifiers.items()}
         return {
             "parameter_plane": {
                 "shares": shares,
