@@ -86,9 +86,9 @@ def test_the_colours_may_be_by_periods_of_the_forcing(ax):
 
 
 def test_motions_have_the_colours_that_the_legend_gives_them(ax):
-    parameter_plane(made(), ax, by="motion")
+    parameter_plane(made(refused=np.zeros((2, 3), bool)), ax, by="motion")
     names = {to_hex(patch.get_facecolor()): patch.get_label() for patch in ax.get_legend().get_patches()[:5]}
-    assert [names[colour] for colour in colours(ax)] == ["1:1/T", "1:1/2T", "chaos", "1:1/12T", "1:1/T", "no attractor"]
+    assert [names[colour] for colour in colours(ax)] == ["1:1/1T", "1:1/2T", "chaos", "1:1/12T", "1:1/1T", "no attractor"]
     assert (ax.get_title(), ax.get_xlabel(), ax.get_ylabel()) == ("motion", "$d$", "$r$")
 
 

@@ -408,4 +408,4 @@ def test_progress_of_branches_and_planes_never_goes_back(swept: Swept) -> None:
     assert done == sorted(done)
     assert [share for step, share in seen if step == "branches"] == pytest.approx([1 / 3, 2 / 3])
     assert [share for step, share in seen if step == "parameter_plane"][-1] == 1
-    assert len([share for step, share in seen if step == "parameter_plane"]) == 1 + 5 + 2
+    assert len([share for step, share in seen if step == "parameter_plane"]) == 1 + 1 + 2

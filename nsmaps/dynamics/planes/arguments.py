@@ -38,7 +38,8 @@ def maps_over(system: Model, axes: Mapping[str, Floats]) -> tuple[Callable[..., 
         NsmapsError: there are not two parameters of the system, or no values of them have a map.
     """
     if len(axes) != 2:
-        raise NsmapsError(f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two parameters with their values")
+        known = ", ".join(getattr(system, "parameters", ())) or "the map, with their values"
+        raise NsmapsError(f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {known}")
     map_of = map_along(system, *axes)
     along, across = (values.tolist() for values in axes.values())
     first = ""

@@ -218,8 +218,8 @@ def _motions(result: "ParameterPlane") -> tuple[Ints, dict[int, str]]:
     """The number of the motion of each pixel, shape (W, V), and the names of the colours: of the most frequent, and of others."""
     labels = np.where(result.period[..., 0] > 0, result.labels[..., 0], "")
     kinds, counts = np.unique(labels[labels != ""], return_counts=True)
-    most = kinds[np.argsort(-counts, kind="stable")][: len(MOTIONS)].tolist()
-    names = dict(enumerate(sorted(most, key=lambda name: (len(name), name)), 1))
+    frequent = kinds[np.argsort(-counts, kind="stable")][: len(MOTIONS)].tolist()
+    names = dict(enumerate(sorted(frequent, key=lambda name: (len(name), name)), 1))
     numbers = np.select([labels == name for name in names.values()], [*names], LONGER) if names else np.full(labels.shape, LONGER)
     return numbers, names | {LONGER: "other motions"}
 
