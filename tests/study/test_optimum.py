@@ -80,7 +80,7 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
 
 def test_the_plane_has_a_star_at_the_optimum(result: StudyResult) -> None:
     panels = [panel for sheet in CATALOGUE["parameter_plane"].sheets(result) for panel in sheet.panels]
-    assert len(panels) == 4
+    assert len(panels) == 3
     for panel in panels:
         _, ax = plt.subplots()
         panel(ax)
