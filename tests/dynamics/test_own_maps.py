@@ -170,7 +170,7 @@ def test_a_chart_needs_parameters():
     whole = nsmaps.CompositeMap(
         nsmaps.exact.Coordinates(("x",)), (), (nsmaps.reduced.Piece("R", nsmaps.Box.of(("x",), [[0, 1]]), square),)
     )
-    with pytest.raises(NsmapsError, match="parameters of a CompositeMap; expected: .* a function of these"):
+    with pytest.raises(NsmapsError, match=r"parameters of a CompositeMap; expected: .* a function of these"):
         nsmaps.parameter_plane(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
     with pytest.raises(NsmapsError, match="parameters of the class Lozi"):
         nsmaps.parameter_plane(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
