@@ -32,16 +32,16 @@ def states_of(speed, n, slow=0.2):
 
 
 SYSTEMS = {
-    "vi_pair": (lambda: nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), 1.3, 100_000, {"returned"}),
-    "bouncing_ball": (lambda: nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.4), 3.0, 100_000, {"returned", "stuck"}),
+    "vi_pair": (lambda: nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113), 1.3, 20_000, {"returned"}),
+    "bouncing_ball": (lambda: nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.4), 3.0, 20_000, {"returned", "stuck"}),
     "impact_oscillator": (
         lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.4, wall=-0.3),
         2.0,
-        100_000,
+        20_000,
         {"returned", "stuck"},
     ),
     "no lift": (lambda: nsmaps.load_system("bouncing_ball", Gamma=0.6, r=0.4), 3.0, 5000, {"returned", "rests"}),
-    "no wall met": (lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.1, wall=2.0), 3.0, 2000, {"escaped"}),
+    "no wall met": (lambda: nsmaps.load_system("impact_oscillator", zeta=0.02, w=0.9, A=0.1, wall=2.0), 3.0, 300, {"escaped"}),
     "curved law": (lambda: systems.DraggedBall(a=0.7), 3.0, 20_000, {"returned"}),
     "two walls": (lambda: systems.Oscillator(zeta=0.1, w=2.2, gap=0.1), 3.0, 20_000, {"returned"}),
     "equal rates": (lambda: systems.Oscillator(zeta=1, w=2.2, gap=0.1, damping="critical"), 3.0, 20_000, {"undecided"}),

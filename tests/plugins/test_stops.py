@@ -248,7 +248,7 @@ figures: [surfaces, orbits, bifurcation_diagram, branches, lyapunov, basins, mot
 """
 
 
-@pytest.mark.parametrize("name", ["hardening", "pendulum"])
+@pytest.mark.parametrize("name", [pytest.param("hardening", marks=pytest.mark.thorough), "pendulum"])
 def test_a_study_runs_to_its_end(name, tmp_path):
     system = SYSTEMS[name]
     file = f"{sys.modules[type(system).__module__].__file__}:{type(system).__name__}"
