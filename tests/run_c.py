@@ -1,6 +1,7 @@
-"""Programs of exact first returns in C, compiled by gcc and called."""
+"""Programs of exact first returns in C, compiled by gcc and called, and in JavaScript, run by node."""
 
 import ctypes
+import json
 import subprocess
 
 import numpy as np
@@ -50,3 +51,33 @@ class Program:
     def outcome(self, number):
         """The name of an outcome."""
         return getattr(self.library, f"{self.name}_outcome")(int(number)).decode()
+
+
+RUN = """const map = require("./exact.js"), fs = require("fs"), n = Number(process.argv[1])
+const numbers = new Float64Array(fs.readFileSync("states.bin").buffer.slice(0))
+const found = Array.from({length: numbers.length / n}, (_, k) => map.of(numbers.slice(k * n, (k + 1) * n), true))
+const rows = found.flatMap(each => [...each.image, ...each.derivative.flat(), each.time, each.turns])
+fs.writeFileSync("found.bin", Float64Array.from(rows))
+console.log(JSON.stringify(found.map(each => [each.outcome, map.word(each.code)])))"""
+
+
+def run_node(system, states, folder):
+    """Outcomes and words of states by the program in JavaScript, and its numbers row by row: image, derivative, time, turns."""
+    nsmaps.export(system, "javascript", folder, name="exact")
+    np.ascontiguousarray(states).tofile(folder / "states.bin")
+    command = ["node", "-e", RUN, str(states.shape[1])]
+    found = json.loads(subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True).stdout)
+    outcomes, words = zip(*found, strict=True)
+    return outcomes, words, np.fromfile(folder / "found.bin").reshape(len(states), -1)
+
+
+def compare_node(system, states, folder):
+    """The program in JavaScript against first returns: the same outcomes and words, and numbers to the last bits."""
+    outcomes, words, numbers = run_node(system, states, folder)
+    own, n = system.first_return(states, derivative=True), states.shape[1]
+    assert list(outcomes) == [nsmaps.Outcome(int(each)).name for each in own.outcome]
+    assert list(words) == own.words.tolist()
+    known = own.outcome == nsmaps.Outcome.returned
+    expected = np.column_stack([own.image, own.derivative.reshape(-1, n * n), own.time, own.turns.sum(axis=1)])[known]
+    assert len(expected) > len(states) / 4
+    return numbers[known], expected

@@ -24,7 +24,7 @@ from nsmaps.symbolic.map_iterates import symbolic_iterate
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-PROGRAMS = ("c", "julia")  #: languages in which the first return of an exact system is written
+PROGRAMS = ("c", "julia", "javascript")  #: languages in which the first return of an exact system is written
 SYSTEMS = "ImpactSystem, HybridSystem, PiecewiseMap"
 ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, {SYSTEMS}, the result of a study"
 
@@ -39,8 +39,8 @@ def export(
 
     Args:
         result: a PolyMap, CompositeMap, ParametricMap, SecondIterate, HeldIterate, ClosedMap, PiecewiseMap or StudyResult; for
-            latex also an ImpactSystem or a HybridSystem; for c and julia one whose flights are in closed form, or linear between
-            events: its first return at its parameters.
+            latex also an ImpactSystem or a HybridSystem; for c, julia and javascript one whose flights are in closed form, or
+            linear between events: its first return at its parameters.
         language: "latex", "python" (a NumPy module), "c" (C99 with a header), "julia", "matlab" (Octave runs it too),
             "javascript" (for a page or node) or "json".
         path: a folder to write the files into, which is made if it is not there.
@@ -138,7 +138,7 @@ def left_out(result: "StudyResult", language: str) -> list[str]:
 def _of_system(system: System, language: str, name: str | None = None) -> dict[str, str]:
     """The equations of an exact system, its first return as a program, or a map given by formulas, by file name."""
     if why := _unwritten(system, language):
-        expected = "latex, or c and julia of flights in closed form"
+        expected = "latex, or c, julia and javascript of flights in closed form"
         expected = "latex, or a formula of known functions" if isinstance(system, PiecewiseMap) else expected
         expected = expected if isinstance(system, FlowSystem | PiecewiseMap) else FlowSystem.wanted
         raise NsmapsError(f"{type(system).__name__} as {language!r}: {why}; expected: {expected}")

@@ -130,6 +130,16 @@ def test_basins_are_named_by_their_attractors():
     assert found.areas.max() == len(found.names) - 1
 
 
+def test_basins_do_not_contradict_what_an_orbit_ends_on(monkeypatch):
+    """States that reach nothing in the first returns are followed further: here beside a doubling, after few returns."""
+    monkeypatch.setattr(pictures, "RETURNS", 20)
+    scene = scene_of(nsmaps.load_study("vi_pair/bifurcation")).at(d=0.277)
+    assert (nsmaps.basins(scene.system, scene.grid(10), max_returns=20).label < 0).any()
+    assert pictures.reached(scene, 10).names == ("1:1/2T (1)",)
+    monkeypatch.setattr(pictures, "RETURNS", 300)
+    assert pictures.followed(scene).ends.text.startswith("stable cycle of 2 returns, 1:1/2T")
+
+
 def test_a_picture_is_given_up_from_its_progress():
     scene = scene_of(nsmaps.load_study("vi_pair/bifurcation"))
 

@@ -37,12 +37,12 @@ def address(chromium, folder):
 
 @pytest.fixture(scope="module")
 def once(new_page, address):
-    """The page with its first pictures in full detail, opened once: the tests that move something in it are the last."""
+    """The page with finer pictures than the first, opened once: the tests that move something in it are the last."""
     page = new_page()
     page.goto(address)
     page.set_default_timeout(300_000)
     page.get_by_text("The orbit ends on").wait_for()
-    wait(page, lambda: "720 values" in page.evaluate(FIGURE, "diagram")["title"])
+    wait(page, lambda: re.search("(240|720) values", page.evaluate(FIGURE, "diagram")["title"]))
     yield page
     page.context.close()
 

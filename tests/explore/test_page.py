@@ -38,7 +38,9 @@ AGAIN = """() => {
     Object.assign(state, {value: DATA.parameters[moved.name], start: [...DATA.start]})
     flown = false
     Object.entries({image: "0", sheets: "both", value: state.value}).forEach(([id, value]) => { byId(id).value = value })
-    diagram.show(diagram.whole)
+    diagram.choose(0)
+    diagram.show(diagram.whole())
+    diagram.earlier = []
     draw(FINE, true)
 }"""
 
@@ -170,9 +172,10 @@ def test_a_click_on_the_diagram_sets_the_parameter_and_keys_move_it(opened):
 
 
 def test_a_click_on_the_plane_starts_there(opened):
-    box = opened.locator("#plane").bounding_box()
-    at = opened.evaluate("() => plane.at(0.5, 2)")
-    opened.mouse.click(box["x"] + at[0], box["y"] + at[1])
+    x, y = opened.evaluate("() => plane.at(0.5, 2)")
+    opened.locator("#plane").click(position={"x": x, "y": y})
+    np.testing.assert_allclose(opened.evaluate("() => state.start"), [0.5, 2], atol=0.02)
+    opened.locator("#plane").click(position={"x": 3, "y": y})  # in the margin
     np.testing.assert_allclose(opened.evaluate("() => state.start"), [0.5, 2], atol=0.02)
 
 
@@ -190,11 +193,11 @@ def test_exact_flights_are_those_of_the_system(opened, result):
 def test_surfaces_of_both_maps_name_word_piece_and_image(opened):
     show_surfaces(opened)
     shown = "() => document.getElementById('surfaces').data.map(each => [each.type, each.name])"
-    exact, composite = [["mesh3d", "BB"], ["mesh3d", "BTB"]], [["mesh3d", "composite map"]]
+    exact, composite = [["mesh3d", "BB"], ["mesh3d", "BTB"]], [["mesh3d", "composite map, by piece"]]
     assert opened.evaluate(shown) == exact + composite
     texts = opened.evaluate("() => document.getElementById('surfaces').data.map(each => each.text.find(text => text))")
-    assert re.search(r"v = .*phi = .*BTB: v' = .*phi' = ", texts[1])
-    assert re.search(r"v = .*phi = .*R\d: v' = .*phi' = ", texts[2])
+    assert re.search(r"v = .*φ = .*BTB: v′ = .*φ′ = ", texts[1])
+    assert re.search(r"v = .*φ = .*R\d: v′ = .*φ′ = ", texts[2])
     for choice, sheets in (("exact", exact), ("composite", composite)):
         opened.select_option("#sheets", choice)
         assert opened.evaluate(shown) == sheets
@@ -227,15 +230,65 @@ def test_no_triangle_of_the_composite_map_joins_two_pieces(opened, result):
     np.testing.assert_allclose(np.array(found["z"], float)[own.valid], own.image[own.valid, 1], atol=1e-9)
 
 
-def test_the_diagram_of_the_composite_map_is_computed_in_the_page(opened, result):
-    opened.wait_for_function("() => diagram.found.composite")
-    found = as_text(opened, "() => diagram.found.composite")
-    values, v = np.array(found["values"], float), np.array(found["states"][0], float)
-    assert len(np.unique(values)) == 500
-    for value in np.unique(values)[[0, 200, 499]]:
-        here = v[values == value]
-        last = nsmaps.orbit(result.parametric_map.at(value), result.orbits[0].start, 2000).states[-200:, 0]
-        assert last.min() - 0.01 < here.min() < here.max() < last.max() + 0.01
+def zoomed(page, x, y):
+    """Drag a rectangle on the diagram, and wait until both maps are computed in it."""
+    box = page.locator("#diagram").bounding_box()
+    corners = page.evaluate("([x, y]) => [0, 1].map(k => diagram.frame.at(x[k], y[k]))", [x, y])
+    page.mouse.move(box["x"] + corners[0][0], box["y"] + corners[0][1])
+    page.mouse.down()
+    page.mouse.move(box["x"] + corners[1][0], box["y"] + corners[1][1], steps=3)
+    page.mouse.up()
+    page.wait_for_function("() => diagram.chosen().every(of => diagram.view.points[of]?.done)")
+
+
+def test_a_rectangle_is_computed_anew_by_both_maps(opened, result):
+    """States deep in the diagram are those of the maps of Python, and more than the run has there."""
+    opened.set_viewport_size({"width": 480, "height": 900})
+    opened.wait_for_function("() => diagram.points('composite')?.done")
+    zoomed(opened, (0.2625, 0.264), (0.77, 0.785))
+    zoomed(opened, (0.2630, 0.26302), (0.7745, 0.7765))
+    compared = 0
+    for of, at in (("exact", lambda value: result.system.at(d=value)), ("composite", result.parametric_map.at)):
+        points = as_text(opened, f"() => diagram.view.points.{of}")
+        stored = as_text(opened, f"() => diagram.stored.{of} || {{values: []}}")
+        assert len(points["values"]) > 10 * sum(0.2630 < value < 0.26302 for value in stored["values"])
+        values, states = np.array(points["values"]), np.array(points["states"]).T
+        chosen = np.unique(np.linspace(0, len(values) - 1, 30).astype(int)) if len(values) else []
+        for k in chosen:
+            steps = "([of, value, state]) => diagram.maps[of].at(value)(state)[0]"
+            image = opened.evaluate(steps, [of, values[k], states[k].tolist()])
+            np.testing.assert_allclose(image, at(values[k]).first_return(states[k : k + 1]).image[0], atol=1e-12, rtol=0)
+            compared += 1
+    assert compared >= 30
+    assert "computed in this page" in opened.inner_text("#maps")
+    for expected in (0.2625, 0.26):
+        opened.get_by_role("button", name="Back").click()
+        assert opened.evaluate("() => diagram.frame.x[0]") == pytest.approx(expected, abs=3e-5)
+
+
+def test_orbits_of_the_exact_map_are_those_of_python(opened, result):
+    """For 200 returns, as these end on a stable cycle: bit by bit."""
+    follow = "([value, state]) => Array.from({length: 200}, () => state = nsmaps_exact.at(value).image_of(state)[0])"
+    for value in (0.35, 0.3, 0.2712345):
+        own = nsmaps.orbit(result.system.at(d=value), [0.83, 0.36], 200).states[1:]
+        np.testing.assert_array_equal(opened.evaluate(follow, [value, [0.83, 0.36]]), own)
+
+
+def test_the_wheel_enlarges_about_the_pointer_and_any_coordinate_is_drawn(opened):
+    before = opened.evaluate("() => diagram.frame.x")
+    box = opened.locator("#diagram").bounding_box()
+    at = opened.evaluate("() => diagram.frame.at(0.3, diagram.frame.y[0])")
+    opened.mouse.move(box["x"] + at[0], box["y"] + 100)
+    opened.mouse.wheel(0, -100)
+    opened.wait_for_function("low => diagram.frame.x[0] > low", arg=before[0])
+    low, high = opened.evaluate("() => diagram.frame.x")
+    assert (high - low) / (before[1] - before[0]) == pytest.approx(0.8)
+    assert (0.3 - low) / (high - low) == pytest.approx((0.3 - before[0]) / (before[1] - before[0]), abs=0.01)
+    opened.select_option("#coordinate", "1")
+    states = opened.evaluate("() => diagram.stored.exact.states[1]")
+    bottom, top = opened.evaluate("() => diagram.frame.y")
+    assert bottom < min(states) < max(states) < top
+    assert opened.evaluate("() => diagram.frame.names") == ["d", "φ"]
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -271,8 +324,9 @@ def test_a_narrow_page_has_no_overflow(opened):
 def test_data_are_plain_and_finite(folder):
     text = re.search("<script>const DATA = (.*)</script>", (folder / "explore.html").read_text())[1]
     data = json.loads(text, parse_constant=pytest.fail)
-    assert [event["kind"] for event in data["events"]] == ["period doubling"] * len(data["events"])
-    assert data["parameter"] == {"name": "d", "low": 0.26, "high": 0.35}
+    kinds = [event["kind"] for event in data["sweep"]["events"]]
+    assert kinds == ["period doubling"] * len(kinds)
+    assert data["parameter"] == {"name": "d", "label": "d", "low": 0.26, "high": 0.35}
 
 
 OTHER = """\

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import systems
-from run_c import Program
+from run_c import Program, compare_node
 
 import nsmaps
 import nsmaps.plugins
@@ -116,6 +116,17 @@ def test_julia_as_python(name):
     assert [each[0] for each in got] == own.outcome.tolist()
     assert [each[5] for each in got] == own.codes.tolist()
     np.testing.assert_allclose([each[1:3] for each in got], own.image, rtol=4e-16)
+
+
+node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
+
+
+@node
+@pytest.mark.parametrize("name", ["vi_pair", "curved law"])
+def test_javascript(name, tmp_path):
+    """Bit by bit, as these programs call no function whose last digit is the library's."""
+    make, speed, _, _ = SYSTEMS[name]
+    np.testing.assert_array_equal(*compare_node(make(), states_of(speed, 2000), tmp_path))
 
 
 @pytest.mark.skipif(not shutil.which("julia"), reason="julia is not here, so the Julia was run as Python only")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import BeforeWall, Friction
-from run_c import Program
+from run_c import Program, compare_node
 
 import nsmaps
 from nsmaps import Guard, PoincareSection
@@ -87,6 +87,13 @@ def one_by_one(system, states):
 
 
 @gcc
+@pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
+def test_javascript(tmp_path):
+    """A motion of waves and square roots, whose program calls no function whose last digit is the library's."""
+    system, states = states_of("belt", 1000)
+    np.testing.assert_allclose(*compare_node(system, states, tmp_path), rtol=1e-12)
+
+
 @pytest.mark.parametrize("name", [pytest.param(name, marks=() if name in OFTEN else thorough) for name in SYSTEMS])
 def test_c_is_the_compiled_map(name, tmp_path):
     """Every outcome, word, image, time and derivative, to the last two bits."""

@@ -28,6 +28,7 @@ from nsmaps.progress import Progress
 Way = Literal["up", "down"] | None
 MOST = 9  #: areas of a plane that have a colour of their own; the last of them is of all others
 RETURNS, DISCARDED = 300, 500  #: of an orbit, and before those of a diagram
+FOLLOWED = 5120  #: returns of a slow orbit of the plane: as many as `limits` follows one before it says what it ends on
 _TRACKED, _SHOWN = 12, 61  #: impacts or events of the motion that is drawn, states of the orbit of a map
 _PERIODS = (1, 2, 3, 4)  #: in returns, of the cycles that are searched for
 _GUESSES = 5  #: along either coordinate of the plane, from which they are searched for
@@ -101,11 +102,16 @@ def words(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
 
 
 def reached(scene: Scene, points: int, progress: Progress | None = None) -> Plane:
-    """The plane by the attractor that is reached within some hundred returns."""
-    found = basins(scene.system, scene.grid(points), max_returns=RETURNS, parallel=Parallel(progress=progress))
-    names = {k: f"{one.label} ({k + 1})" for k, one in enumerate(found.attractors)}
-    names |= {UNRESOLVED: "none reached", ENDED: "ended"}
-    return _areas(f"Attractors reached within {RETURNS} returns", False, [names[k] for k in found.label.tolist()], points)
+    """The plane by the attractor that is reached: states that reach none in some hundred returns are followed further."""
+    states = scene.grid(points).states()
+    found = basins(scene.system, states, max_returns=RETURNS, parallel=Parallel(progress=progress))
+    label, attractors, slow = found.label.copy(), found.attractors, np.flatnonzero(found.label == UNRESOLVED)
+    if len(slow):
+        more = basins(scene.system, states[slow], attractors=attractors or None, max_returns=FOLLOWED)
+        label[slow], attractors = more.label, more.attractors
+    names = {k: f"{one.label} ({k + 1})" for k, one in enumerate(attractors)}
+    names |= {UNRESOLVED: f"none reached in {FOLLOWED} returns", ENDED: "ended"}
+    return _areas("Attractors that are reached", False, [names[k] for k in label.tolist()], points)
 
 
 def _areas(kind: str, of_words: bool, names: Sequence[str], points: int) -> Plane:

@@ -1,10 +1,8 @@
 """What the page of a run is given: its map as JavaScript, diagrams, events, exact flights, surfaces, as plain data."""
 
-from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.orbit import orbit
@@ -13,6 +11,7 @@ from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.trajectory import track
+from nsmaps.explore.page.sweep import letter, shortened, sweep_of
 from nsmaps.exports.write import export
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.style import family_colours, piece_colours
@@ -21,16 +20,13 @@ from nsmaps.study.result import StudyResult
 from nsmaps.study.sections.maps.surfaces import GRID
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.exact.systems.parameters import System
 
-POINTS = 40_000  #: of a diagram, at most
 FLIGHTS = 61  #: values of the parameter at which the exact motion is computed
 STATES = 19  #: along either side of the grid, of the states from which first flights are computed
 _FIRST = 4  #: impacts or events of these
 _SETTLED = 400  #: returns before that motion begins, so that it is on an attractor
 _EVENTS, _SAMPLES = 13, 24  #: impacts or events of a motion, and instants between two of them
-_DIGITS = 7  #: of numbers that are drawn only
 
 
 def has_map(result: "StudyResult") -> bool:
@@ -57,24 +53,26 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
     return {
         "title": result.study.title or result.study.name,
-        "system": type(result.system).__name__,
+        "system": result.study.system,
         "shown": "flight" if isinstance(result.system, FlowSystem) else "orbit",
         "parameters": dict(result.system.parameters),
         "coordinates": list(composite.coordinates),
+        "labels": [letter(name) for name in composite.coordinates],
         "angles": composite.coordinates.angles.tolist(),
         "window": _window(result),
         "pieces": [{"name": piece.name, "word": piece.word} for piece in composite.pieces],
         "colours": colours_over(composite, GRID.of(result, "explore"), result.orbits)
         if result.composite
         else piece_colours(names, [False] * len(names)),
-        "parameter": None if moved is None else {"name": moved.parameter, "low": moved.low, "high": moved.high},
+        "parameter": None
+        if moved is None
+        else {"name": moved.parameter, "label": letter(moved.parameter), "low": moved.low, "high": moved.high},
         "start": starts[0],
-        "diagrams": {of: _points(diagram) for of, diagram in result.bifurcation_diagram.items()},
-        "swept": result.study.bifurcation_diagram.parameter if result.study.bifurcation_diagram else None,
-        "events": _events(result),
+        "sweep": sweep_of(result),
         "motion": _motions(result, np.array(starts[0])),
         "surfaces": _surfaces(result),
         "flights": _flights(result) if len(result.surfaces) else [],
+        "maps": _maps(result),
         "script": _script(reduced),
     }
 
@@ -86,6 +84,13 @@ def _script(reduced: Any) -> str:
     return text
 
 
+def _maps(result: "StudyResult") -> str:
+    """Which map is drawn where."""
+    if result.composite is None:
+        return "The map of this page is that of the formulas, in JavaScript."
+    return "Pieces, orbit and cobwebs are of the composite map in JavaScript, motion and sheets with edges of the exact map."
+
+
 def _window(result: "StudyResult") -> list[list[float]]:
     """The ranges of the grid."""
     if not result.study.grid:
@@ -95,22 +100,6 @@ def _window(result: "StudyResult") -> list[list[float]]:
 
 def _middle(result: "StudyResult") -> Floats:
     return np.mean(_window(result), axis=1)
-
-
-def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:
-    """The states of a diagram, every so many of them, each with its value."""
-    states = diagram.states.reshape(len(diagram.values), -1, diagram.states.shape[-1])
-    step = max(1, -(-states.shape[0] * states.shape[1] // POINTS))
-    values = np.repeat(diagram.values[:, None], states.shape[1], axis=1)
-    own = np.isfinite(states).all(axis=2)
-    return {"values": shortened(values[own][::step]), "states": shortened(states[own][::step].T)}
-
-
-def _events(result: "StudyResult") -> list[dict[str, Any]]:
-    """The events of all branches, each once, in ascending order of the parameter."""
-    branches = [branch for found in result.branches.values() for branch in found]
-    seen = {(event.kind, float(event.value)) for branch in branches for event in branch.events}
-    return [{"kind": kind, "value": value} for kind, value in sorted(seen, key=lambda pair: pair[1])]
 
 
 def _motions(result: "StudyResult", start: Floats) -> list[dict[str, Any]]:
@@ -183,11 +172,3 @@ def _surfaces(result: "StudyResult") -> list[dict[str, Any]]:
                 }
             )
     return found
-
-
-def shortened(values: NDArray[Any]) -> list[Any]:
-    """Numbers with the digits that a picture needs; null for those that are not finite."""
-    if values.ndim > 1:
-        return [shortened(row) for row in values]
-    printed = (f"%.{_DIGITS}g " * values.size % tuple(values.tolist())).split()
-    return [value if isfinite(value) else None for value in map(float, printed)]

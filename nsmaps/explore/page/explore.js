@@ -1,6 +1,6 @@
 "use strict"
-const RETURNS = 2000, FINE = 90, COARSE = 45, SWEPT = 500, DISCARD = 400, SEEN = 60, byId = id => document.getElementById(id)
-const names = DATA.coordinates, moved = DATA.parameter, window_ = DATA.window
+const RETURNS = 2000, FINE = 90, COARSE = 45, SHARP = 240, byId = id => document.getElementById(id)
+const names = DATA.labels, moved = DATA.parameter, window_ = DATA.window
 const state = {value: moved ? clipped(DATA.parameters[moved.name], [moved.low, moved.high]) : null, start: [...DATA.start]}
 const withValue = point => state.value === null ? point : [...point, state.value]
 const image = point => nsmaps_map.image_of(withValue(point))
@@ -28,36 +28,36 @@ function period(states) {
     return 0
 }
 
+/* The middles of so many cells along either side of the window. */
+const cells = points => Array.from({length: points * points}, (_, n) => [n % points, Math.floor(n / points)].map((k, c) =>
+    window_[c][0] + (k + 0.5) / points * (window_[c][1] - window_[c][0])))
+
 /* Images over the window: rows [x, y, images ..., piece]. */
-function sampled(points) {
-    const rows = []
-    for (let j = 0; j < points; ++j)
-        for (let i = 0; i < points; ++i) {
-            const at = [i, j].map((k, c) => window_[c][0] + (k + 0.5) / points * (window_[c][1] - window_[c][0]))
-            const [next, piece] = image(at)
-            rows.push([...at, ...next, piece])
-        }
-    return rows
-}
+const sampled = points => cells(points).map(at => {
+    const [next, piece] = image(at)
+    return [...at, ...next, piece]
+})
 
 const tinted = colour => {
     const part = k => Math.round(0.6 * parseInt(colour.slice(k, k + 2), 16) + 0.4 * 255)
     return `rgb(${part(1)}, ${part(3)}, ${part(5)})`
 }
 const fills = DATA.colours.map(tinted)
-const plane = new Frame(byId("plane"), ...window_, names)
-const cobwebs = names.map((name, c) => new Frame(byId("cobweb" + c), window_[c], window_[c], [name + "(k)", name + "(k+1)"]))
+const plane = new Frame(byId("plane"), ...window_, names, DATA.angles)
+const cobwebs = names.map((name, c) =>
+    new Frame(byId("cobweb" + c), window_[c], window_[c], [`${name}(k)`, `${name}(k + 1)`], [DATA.angles[c], DATA.angles[c]]))
 const motion = new Motion(byId("motion"), byId("word"), DATA.motion)
 
-function drawPlane(rows, points, path) {
+function drawPlane(points, path) {
+    const paper = themed("--paper")
     plane.begin()
     plane.inside(pen => {
-        const [wide, high] = [0, 1].map(c => (window_[c][1] - window_[c][0]) / points)
-        for (const row of rows) {
-            const [x0, y0] = plane.at(row[0] - wide / 2, row[1] + high / 2), [x1, y1] = plane.at(row[0] + wide / 2, row[1] - high / 2)
-            pen.fillStyle = row[row.length - 1] < 0 ? themed("--paper") : fills[row[row.length - 1]]
-            pen.fillRect(x0, y0, x1 - x0 + 0.6, y1 - y0 + 0.6)
-        }
+        const [wide, high] = [plane.right - plane.left, plane.bottom - plane.top].map(side => side / points)
+        cells(points).forEach((at, n) => {
+            const piece = nsmaps_map.piece_of(withValue(at)), [x, y] = plane.at(...at)
+            pen.fillStyle = piece < 0 ? paper : fills[piece]
+            pen.fillRect(x - wide / 2, y - high / 2, wide + 0.6, high + 0.6)
+        })
         plane.dots(path.states, "#222", 1.6)
         if (!path.ended) plane.dots(path.states.slice(-40), "#CC79A7", 3.5, "#000")
         plane.dots([state.start], "#fff", 5, "#000")
@@ -98,20 +98,20 @@ function refresh() {
 
 function draw(points, all = false) {
     const rows = sampled(points), path = orbit()
-    drawPlane(rows, points, path)
+    drawPlane(all ? SHARP : COARSE, path)
     names.forEach((_, c) => drawCobweb(c, rows, path))
     const q = path.ended ? 0 : period(path.states)
     const found = path.ended ? `the orbit leaves the domain of the map after ${path.states.length - 1} returns`
         : q ? `period ${q} of the composite map` : "no period up to 32 of the composite map"
     byId("motion-name").textContent = found
     byId("motion-name").dataset.period = path.ended ? -1 : q
-    if (moved) byId("shown").textContent = `${moved.name} = ${state.value.toFixed(5)}`
+    if (moved) byId("shown").textContent = `${moved.label} = ${state.value.toFixed(6)}`
     if (!flown) motion.choose(state.value)
     const near = motion.now.value, from = motion.now.state
     byId("exact").textContent = flown ?
-        `The exact ${DATA.shown} from ${names.map((name, c) => `${name} = ${short(from[c])}`).join(", ")}${moved ? ` at ${moved.name} = `
+        `The exact ${DATA.shown} from ${names.map((name, c) => `${name} = ${short(from[c])}`).join(", ")}${moved ? ` at ${moved.label} = `
             + short(DATA.parameters[moved.name]) : ""}, the nearest of ${DATA.flights.length} computed with this page.` : near === null ? `The exact ${DATA.shown}, computed with this page.` :
-        `The exact ${DATA.shown} on the attractor at ${moved.name} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
+        `The exact ${DATA.shown} on the attractor at ${moved.label} = ${short(near)}, the nearest of ${DATA.motion.length} computed with this page.`
     moveCursor()
     if (!all || !DATA.surfaces.length) return
     due = () => drawSurfaces(byId("surfaces"), Number(byId("image").value), byId("sheets").value, rows, points, fly)
@@ -126,8 +126,9 @@ function surface() {
     due = null
 }
 
-/* The exact flight from the state that is nearest to one, where the sides of the window count alike. */
+/* The exact flight from the state that is nearest to one, where the sides of the window count alike, at the parameter of surfaces. */
 function fly(at) {
+    if (moved) set(DATA.parameters[moved.name])
     const far = flight => Math.hypot(...flight.state.map((value, c) => (value - at[c]) / (window_[c][1] - window_[c][0])))
     flown = true
     motion.show(DATA.flights.reduce((best, each) => far(each) < far(best) ? each : best))
@@ -148,49 +149,22 @@ function set(value) {
     refresh()
 }
 
-const swept = moved && DATA.swept === moved.name && Object.keys(DATA.diagrams).length
-byId("diagram-part").hidden = !swept
-byId("maps").textContent = "Exact map grey, composite map orange."
 const listed = events => {
     byId("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
 }
-const diagram = swept ? new Diagram(byId("diagram"), DATA.diagrams, DATA.events, moved.name, names[0], {set, ranged: listed}) : null
-if (!swept) listed(DATA.events)
-else if (!DATA.diagrams.composite) sweep(0, [...DATA.start], {values: [], states: names.map(() => [])})
-
-/* The diagram of the composite map downwards, each value from the last state of the one before, some values at a time. */
-function sweep(done, from, found) {
-    for (const stop = Math.min(done + 20, SWEPT); done < stop; ++done) {
-        const value = moved.high - done / (SWEPT - 1) * (moved.high - moved.low)
-        for (let k = 0; k < DISCARD + SEEN; ++k) {
-            const [next, piece] = nsmaps_map.image_of([...from, value])
-            if (piece < 0) {
-                from = [...DATA.start]
-                break
-            }
-            from = next
-            if (k < DISCARD) continue
-            found.values.push(value)
-            names.forEach((_, c) => found.states[c].push(next[c]))
-        }
-    }
-    if (done < SWEPT) return setTimeout(() => sweep(done, from, found))
-    diagram.found.composite = found
-    diagram.paint()
-    diagram.draw()
-}
+const diagram = DATA.sweep ? openDiagram(DATA.sweep, value => DATA.sweep.moves && set(value), listed) : null
 
 function moveCursor() {
-    if (!diagram) return
+    if (!DATA.sweep?.moves) return
     diagram.cursor = state.value
     diagram.draw()
 }
 
 const given = Object.entries(DATA.parameters).map(([name, value]) => `${name} = ${short(value)}`).join(", ")
-byId("about").textContent = `${DATA.system}, ${given}. The map of this page is the composite map of the study, in JavaScript.`
+byId("about").textContent = `${DATA.system}, ${given}. ${DATA.maps}`
 byId("control").hidden = !moved
 if (moved) {
-    byId("name").textContent = moved.name
+    byId("name").textContent = moved.label
     Object.assign(byId("value"), {min: moved.low, max: moved.high, step: (moved.high - moved.low) / 2000, value: state.value})
     byId("value").addEventListener("input", event => set(Number(event.target.value)))
 }
@@ -199,7 +173,7 @@ DATA.pieces.forEach((piece, k) => {
     entry.appendChild(document.createElement("i")).style.background = fills[k]
     entry.append(piece.name + (piece.word ? ` (${piece.word})` : ""))
 })
-byId("plane").addEventListener("click", event => begin(plane.of(event)))
+byId("plane").addEventListener("click", event => plane.contains(...plane.of(event)) && begin(plane.of(event)))
 byId("plane").addEventListener("keydown", event => {
     const way = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1]}[event.key]
     if (!way) return
@@ -211,7 +185,7 @@ byId("play").addEventListener("click", () => {
     byId("play").textContent = motion.playing ? "Pause" : "Play"
 })
 byId("surfaces-part").hidden = !DATA.surfaces.length
-byId("image").innerHTML = names.map((name, c) => `<option value="${c}">${name}'</option>`).join("")
+byId("image").replaceChildren(...names.map((name, c) => new Option(`${name}\u2032`, c)))
 for (const each of ["image", "sheets"]) byId(each).addEventListener("change", () => draw(FINE, true))
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     if (diagram) diagram.paint()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.explore.page.data import shortened
+from nsmaps.explore.page.sweep import shortened
 from nsmaps.figures.style import BLACK, BLUE, GREY, MAGENTA, ORANGE, PIECES, SKY
 
 if TYPE_CHECKING:
@@ -21,9 +21,10 @@ NOTHING = ("no attractor", "none reached", "the orbit ends")  #: names of areas 
 CURVES = (BLACK, ORANGE, BLUE, MAGENTA, SKY)
 
 
-def plots_of(result: "StudyResult") -> list[Plot]:
+def plots_of(result: "StudyResult", with_diagram: bool = True) -> list[Plot]:
     """The pictures of a result, in the order of a study; none where it has no part that is drawn here."""
-    return [*_diagrams(result), *_exponents(result), *_branches(result), *_planes(result), *_basins(result), *_orbits(result)]
+    diagrams = _diagrams(result) if with_diagram else ()
+    return [*diagrams, *_exponents(result), *_branches(result), *_planes(result), *_basins(result), *_orbits(result)]
 
 
 def _plot(title: str, x: str, y: str, traces: Sequence[Plot]) -> Plot:

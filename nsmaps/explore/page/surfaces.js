@@ -1,7 +1,7 @@
 "use strict"
 /* The exact return surfaces to be turned by hand, and the sheets of the composite map over them, a sheet for each piece. */
 function drawSurfaces(box, image, shown, rows, points, chosen) {
-    const names = DATA.coordinates, exact = DATA.surfaces.map(each => ({
+    const names = DATA.labels, exact = DATA.surfaces.map(each => ({
         type: "mesh3d", name: each.name, x: each.states[0], y: each.states[1], z: each.images[image],
         i: each.triangles[0], j: each.triangles[1], k: each.triangles[2], color: each.colour === "#000000" ? themed("--black") : each.colour, opacity: shown === "both" ? 0.6 : 1, showlegend: true,
         text: each.texts ??= each.words.map((word, k) => described(names.map((_, c) => each.states[c][k]), word, names.map((_, c) => each.images[c][k]))),
@@ -9,16 +9,16 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
     }))
     const [i, j, k] = triangles(rows, points, image)
     const fitted = {
-        type: "mesh3d", name: "composite map", x: rows.map(row => row[0]), y: rows.map(row => row[1]), z: rows.map(row => row[2 + image]),
-        i, j, k, vertexcolor: rows.map(row => fills[row[4]] || "#ffffff"), color: "#D55E00", showlegend: true, flatshading: true,
+        type: "mesh3d", name: "composite map, by piece", x: rows.map(row => row[0]), y: rows.map(row => row[1]), z: rows.map(row => row[2 + image]),
+        i, j, k, vertexcolor: rows.map(row => fills[row[4]] || "#ffffff"), color: themed("--soft"), showlegend: true, flatshading: true,
         text: rows.map(row => row[4] < 0 ? "" : described(row.slice(0, 2), DATA.pieces[row[4]].name, row.slice(2, 4))),
         hoverinfo: "text+name", lighting: {ambient: 0.8, diffuse: 0.4},
     }
     const [ink, paper, line] = ["--ink", "--paper", "--line"].map(themed)
     const axis = name => ({title: {text: name}, gridcolor: line, zerolinecolor: line, backgroundcolor: paper, showbackground: true})
     const layout = {
-        margin: {l: 0, r: 0, t: 0, b: 0}, legend: {x: 0, y: 1}, uirevision: "kept", font: {color: ink}, paper_bgcolor: paper,
-        scene: {aspectmode: "cube", xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "'"), uirevision: "kept"},
+        margin: {l: 0, r: 0, t: 0, b: 0}, legend: {x: 0, y: 1}, uirevision: "kept", font: {color: ink, family: themed("--type")}, paper_bgcolor: paper,
+        scene: {aspectmode: "cube", xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "\u2032"), uirevision: "kept"},
     }
     const sheets = {exact, composite: [fitted], both: [...exact, fitted]}[shown]
     Plotly.react(box, sheets, layout, {responsive: true, displaylogo: false, showSendToCloud: false}).then(() => {
@@ -28,8 +28,8 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
     })
 }
 
-const described = (state, word, images) => DATA.coordinates.map((name, c) => `${name} = ${short(state[c])}`).join(", ")
-    + `<br>${word}: ` + DATA.coordinates.map((name, c) => `${name}' = ${short(images[c])}`).join(", ")
+const described = (state, word, images) => DATA.labels.map((name, c) => `${name} = ${short(state[c])}`).join(", ")
+    + `<br>${word}: ` + DATA.labels.map((name, c) => `${name}\u2032 = ${short(images[c])}`).join(", ")
 
 /* Triangles over a grid of states: none joins two pieces, nor two ends of the circle. */
 function triangles(rows, points, image) {

@@ -5,11 +5,12 @@ from html import escape
 from importlib.resources import files
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.page.data import data_of, has_map
 from nsmaps.explore.page.plots import plots_of
+from nsmaps.explore.page.sweep import exact_script, letter, sweep_of
 from nsmaps.files.storage import replace_file
 from nsmaps.report.page import EXPLORE
 from nsmaps.study.conclusions.headline import headline
@@ -17,7 +18,8 @@ from nsmaps.study.conclusions.headline import headline
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
-_SCRIPTS = ("frame.js", "diagram.js", "motion.js", "surfaces.js", "explore.js")  #: in the order in which they are read
+_SCRIPTS = ("motion.js", "surfaces.js", "explore.js")  #: of a page with a map, in the order in which they are read
+_CLICK = "Click, or press the arrow keys, to set the parameter."
 
 
 def write_page(result: "StudyResult", folder: Path) -> Path:
@@ -26,8 +28,9 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
     A run with a composite map of two coordinates has a page that moves it; every other run one of its own pictures, with values
     under the pointer.
 
-    The map of the page is the composite map in JavaScript, at every value of the parameter if the study has `parametric`; without
-    one it is that of a system given by formulas. The flights and surfaces are those of the exact map, computed now.
+    The map of the page is the composite map in JavaScript, at every value of the parameter if the study has `parametric_map`;
+    without one it is that of a system given by formulas. Diagrams are computed anew from it and from the exact map, where that
+    can be exported and follows the parameter. The flights and surfaces are those of the exact map, computed now.
 
     Raises:
         NsmapsError: plotly is not installed, or the result has nothing that is drawn.
@@ -36,30 +39,33 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
         from plotly.offline import get_plotlyjs
     except ImportError as error:
         raise NsmapsError("the page draws by plotly.js, which is not installed; pip install 'nsmaps[explore]'") from error
-    scripts: tuple[str, ...] = _SCRIPTS
+    exact, scripts = exact_script(result), _SCRIPTS if has_map(result) else ("plots.js",)
     if has_map(result):
-        data: Any = data_of(result)
-        template = "page.html"
-        parts = {"map": data.pop("script").replace("</", "<\\/").replace("<!--", "<\\!--")}
+        data, template = data_of(result), "page.html"
+        parts = {"map": exact + data.pop("script"), "click": _CLICK if (data["sweep"] or {}).get("moves") else ""}
     else:
-        data, template, scripts = plots_of(result), "plots.html", ("plots.js",)
-        if not data:
+        sweep = sweep_of(result) if exact else None
+        data, template = {"plots": plots_of(result, sweep is None), "sweep": sweep}, "plots.html"
+        if not (data["plots"] or sweep):
             raise NsmapsError(
                 f"the run of {result.study.name!r} has nothing to explore; expected: a study with bifurcation_diagram, branches, "
                 "basins, parameter_plane, lyapunov or orbits, or `nsmaps explore STUDY --live`, which shows "
                 "the exact map of any study"
             )
-        given = ", ".join(f"{name} = {value:.6g}" for name, value in result.system.parameters.items())
-        parts = {"about": escape(f"{result.study.system}, {given}. {headline(result)}")}
+        given = ", ".join(f"{letter(name)} = {value:.6g}" for name, value in result.system.parameters.items())
+        about = escape(f"{result.study.system}, {given}. {headline(result)}")
+        parts = {"about": about, "map": exact, "click": ""}
     room = files("nsmaps.explore.page")
     parts |= {
+        "map": parts["map"].replace("</", "<\\/").replace("<!--", "<\\!--"),
         "title": escape(result.study.title or result.study.name),
         "style": room.joinpath("page.css").read_text(encoding="utf-8"),
         "plotly": get_plotlyjs(),
         "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
-        "scripts": "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in scripts),
+        "scripts": "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in ("frame.js", "diagram.js", *scripts)),
     }
-    whole = "".join(room.joinpath(name).read_text(encoding="utf-8") for name in ("head.html", template))
-    text = Template(whole).substitute(parts)
+    head, section, body = (room.joinpath(name).read_text(encoding="utf-8") for name in ("head.html", "diagram.html", template))
+    parts["diagram"] = Template(section).substitute(parts) if data["sweep"] else ""
+    text = Template(head + body).substitute(parts)
     replace_file(folder / EXPLORE, text.encode())
     return folder / EXPLORE

@@ -90,8 +90,11 @@ class CPrinter(Printer):
         own = [f"    {self.variable(function.variables[name], name)};" for name in self.above]
         body = "\n".join(self.lines)
         unused = [f"    (void){name};" for name, _ in kept if not re.search(rf"\b{name}\b", body)]
-        comment = fill(about(function).replace("*/", "* /"), 116, subsequent_indent="   ")
-        return "\n".join([f"/* {comment} */", head, "{", *own, *unused, body, "}", ""])
+        return "\n".join([self.comment(function), head, "{", *own, *unused, body, "}", ""])
+
+    def comment(self, function: Function) -> str:
+        """The docstring of a function as a comment."""
+        return f"/* {fill(about(function).replace('*/', '* /'), 116, subsequent_indent='   ')} */"
 
     def given(self, target: Node, text: str) -> None:
         """An assignment; a variable is declared by its first one, or on top of the function if that is in a block."""
@@ -101,7 +104,7 @@ class CPrinter(Printer):
     def _For(self, node: Node) -> None:
         low, high, by = range_of(node)
         name = getattr(node.target, "called", "count")
-        start = f"int64_t {name} = {self.value(low) if low else 0}"
+        start = f"{self.variable(INT, name)} = {self.value(low) if low else 0}"
         step = f"++{name}" if by == 1 else f"{name} += {by}" if by > 0 else f"{name} -= {-by}"
         self.put(f"for ({start}; {name} {'<' if by > 0 else '>'} {self.value(high, None, 5)}; {step}) {{")
         self.block(node.body)

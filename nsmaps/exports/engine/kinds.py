@@ -13,16 +13,17 @@ SHORT = {BOOL: 0, INT: 1, FLOAT: 2, COMPLEX: 3}
 OPEN = 0  #: in a shape: as many as there are directions of derivatives, which is known when the program runs
 BY_LETTER = {"f": FLOAT, "i": INT, "b": BOOL}  #: of types of NumPy
 
-#: words of C or Julia that are not words of Python
+#: words of C, Julia or JavaScript that are not words of Python
 RESERVED = """
-    auto begin case catch char const default do double end export extern far float function global goto inline int let local
-    long module near quote register restrict short signed sizeof static struct switch try typedef union unsigned void volatile
-    where
+    arguments auto begin case catch char const debugger default delete do double end enum eval export extends extern far float
+    function global goto implements inline instanceof int interface let local long module near new null package private
+    protected public quote register restrict short signed sizeof static struct super switch this throw try typedef typeof union
+    unsigned var void volatile where
 """
 
 
 def spelt(name: str) -> str:
-    """A name of the engine as a name of C and of Julia."""
+    """A name of the engine as a name of C, of Julia and of JavaScript."""
     return f"{name}_" if name in RESERVED.split() else name
 
 

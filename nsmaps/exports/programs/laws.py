@@ -1,4 +1,4 @@
-"""The impact laws and curved resets of a system as expressions that C and Julia both read."""
+"""The impact laws and curved resets of a system as expressions that C, Julia and JavaScript read."""
 
 from collections.abc import Mapping, Sequence
 from string import Template
@@ -20,7 +20,8 @@ pow(x, y) = x < 0.0 && !isinteger(y) ? NaN : Float64(x)^y
 sqrt(x) = square_root(x)
 log(x) = x < 0.0 ? NaN : Base.log(x)"""
 
-PLACES = {"c": "out[{0}][{1}]", "julia": "out[{1}, {0}]"}  #: of a table by row and column
+PLACES = {"c": "out[{0}][{1}]", "julia": "out[{1}, {0}]", "javascript": "out[{0}][{1}]"}  #: of a table by row and column
+CONSTANT = {"c": "const double ", "javascript": "const "}
 REBOUND = {
     "c": Template("""/* Speed just after an impact of speed v on the upper (or lower) wall, and its derivative by v. */
 static tuple_dd rebound(bool up, double v)
@@ -36,6 +37,11 @@ function rebound(up, v)
     end
     return ($lower)
 end"""),
+    "javascript": Template("""/* Speed just after an impact of speed v on the upper (or lower) wall, and its derivative by v. */
+function rebound(up, v) {
+    const [speed, slope] = up ? [$upper] : [$lower]
+    return {m0: speed, m1: slope}
+}"""),
 }
 RESETS = {
     "c": Template("""/* Write the states after an event, row by row with their derivatives by states y, phase and parameters q. */
@@ -49,6 +55,10 @@ $cases
 function call_reset(law, phi, y, q, out)
 $cases
 end"""),
+    "javascript": Template("""/* Write the states after an event with their derivatives by states y, phase and parameters q. */
+function call_reset(law, phi, y, q, out) {
+$cases
+}"""),
 }
 
 
@@ -145,6 +155,6 @@ def _case(number: int, own: Sequence[tuple[str, str]], language: str) -> list[st
         return [f"    if law == {number}", *(f"        {name} = {text}" for name, text in own), "    end"]
     return [
         f"    if (law == {number}) {{",
-        *(f"        {'' if '[' in name else 'const double '}{name} = {text};" for name, text in own),
+        *(f"        {'' if '[' in name else CONSTANT[language]}{name} = {text};" for name, text in own),
         "    }",
     ]

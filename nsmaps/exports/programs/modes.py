@@ -65,11 +65,17 @@ def _surfaces(given: Surfaces) -> Record:
 def _entry(places: list[int]) -> Entry:
     """How a first return is called that has coordinates in these places, -1 for the phase."""
     if -1 not in places:
-        return Entry(Template(MODES.c.safe_substitute(turns="0")), Template(MODES.julia.safe_substitute(turns="0")))
+        return _with_turns("0", "0", "0")
     k, known = places.index(-1), Outcome.invalid.value
     c = f"found.outcome == {known} ? 0 : got.m3 + (int64_t)floor(state[{k}] / {TWO_PI})"
     julia = f"got[1] == {known} ? 0 : got[4] + floor(Int64, row[{k + 1}] / {TWO_PI})"
-    return Entry(Template(MODES.c.safe_substitute(turns=c)), Template(MODES.julia.safe_substitute(turns=julia)))
+    return _with_turns(c, julia, f"got.m0 === {known} ? 0 : got.m3 + floor(state[{k}] / {TWO_PI})")
+
+
+def _with_turns(*turns: str) -> Entry:
+    """The texts for C, Julia and JavaScript with the number of turns of the phase."""
+    texts = (MODES.c, MODES.julia, MODES.javascript)
+    return Entry(*(Template(text.safe_substitute(turns=each)) for text, each in zip(texts, turns, strict=True)))
 
 
 def _about(definition: Definition, letters: tuple[str, ...]) -> list[str]:

@@ -17,6 +17,7 @@ from nsmaps.exports.engine.kinds import Kind, Record
 from nsmaps.exports.engine.printer import Printer
 from nsmaps.exports.engine.records import c_constants, c_memory, julia_constants, julia_memory
 from nsmaps.exports.program import own_version
+from nsmaps.exports.programs import javascript
 from nsmaps.exports.programs.helpers import HELPERS, JULIA_HELPERS
 from nsmaps.exports.programs.laws import ALIASES
 from nsmaps.exports.programs.templates import HEADER, MODULE, SOURCE, Entry
@@ -47,7 +48,7 @@ class FirstReturn:
 
 def program_files(what: FirstReturn, language: str, name: str) -> dict[str, str]:
     """The files of a program by their name. NsmapsError for a name that its tables or its memory have."""
-    return {"c": _c_files, "julia": _julia_files}[language](what, name)
+    return {"c": _c_files, "julia": _julia_files, "javascript": _javascript_files}[language](what, name)
 
 
 def _c_files(what: FirstReturn, name: str) -> dict[str, str]:
@@ -88,6 +89,21 @@ def _julia_files(what: FirstReturn, name: str) -> dict[str, str]:
         "state": ", ".join(map(str, what.system.coordinates)),
     }
     return {f"{name}.jl": MODULE.substitute(known)}
+
+
+def _javascript_files(what: FirstReturn, name: str) -> dict[str, str]:
+    printer = javascript.JavaScriptPrinter(what.own)
+    known = _known(what, name, printer)
+    tables = [text for each in (*what.fixed, what.memory) for text in javascript.tables(printer, each)]
+    laws, memory = what.laws("javascript"), javascript.memory(printer, what.memory)
+    constants = [printer.constant(*each) for each in printer.constants.items()]
+    helpers = [javascript.HELPERS[each] for each in dict.fromkeys(("smaller", "larger", *printer.helpers))]
+    known |= {
+        "data": "\n".join([*constants, *tables, *helpers, memory, laws]),
+        "entry": what.texts.javascript.substitute(known),
+        "about": "\n".join(_about(what)).replace("*/", "* /"),
+    }
+    return {f"{name}.js": javascript.SCRIPT.substitute(known)}
 
 
 def _known(what: FirstReturn, name: str, printer: Printer) -> dict[str, Any]:

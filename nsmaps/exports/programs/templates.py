@@ -10,6 +10,7 @@ class Entry:
 
     c: Template
     julia: Template
+    javascript: Template
 
 
 HEADER = Template("""/*
@@ -172,6 +173,15 @@ function $name(state; chatter=$chatter, derivative=false)
     return (outcome=OUTCOMES[got[1] + 1], image=[got[2], got[3]], turns=got[4], time=got[5], code=got[6], derivative=slopes)
 end
 """),
+    javascript=Template("""const now = memory(0, $chatter)
+
+/* The first return of a state: impact speed and phase. `chatter` as of nsmaps: 0 for every single impact. */
+function of(state, derivative = false, chatter = $chatter) {
+    const got = $first_return(now, state[0], state[1], chatter, derivative)
+    const slopes = derivative ? [[got.m6.m0, got.m6.m1], [got.m6.m2, got.m6.m3]] : [[NaN, NaN], [NaN, NaN]]
+    return {outcome: OUTCOMES[got.m0], image: [got.m1, got.m2], turns: got.m3, time: got.m4, code: got.m5, derivative: slopes}
+}
+"""),
 )
 MODES = Entry(
     c=Template("""${name}_return ${name}_of(const double state[$n], double chatter, bool derivative)
@@ -196,5 +206,12 @@ function $name(state; chatter=$chatter, derivative=false)
     outcome = OUTCOMES[got[1] + 1]
     return (outcome=outcome, image=image, turns=$turns, time=got[3], code=got[2], derivative=permutedims(slopes))
 end
+"""),
+    javascript=Template("""/* The first return of a state. `chatter` as of nsmaps: 0 for every single impact. */
+function of(state, derivative = false, chatter = $chatter) {
+    const image = Array($n).fill(NaN), slopes = Array.from({length: $n}, () => Array($n).fill(NaN))
+    const got = $first_return(state, image, slopes, memory(derivative ? $n : 0, chatter))
+    return {outcome: OUTCOMES[got.m0], image, turns: $turns, time: got.m2, code: got.m1, derivative: slopes}
+}
 """),
 )
