@@ -9,7 +9,7 @@ from typing import Any, Literal
 import sympy as sp
 from pydantic import Field
 
-from nsmaps import Guard, HybridSystem, PiecewiseMap, PoincareSection
+from nsmaps import Guard, HybridSystem, PiecewiseMap, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.exact.systems.walls import Wall
 
@@ -250,6 +250,35 @@ class BallInModes(HybridSystem):
 
     def section(self, t, y):
         return PoincareSection("B", ("v", "phi"))
+
+
+class Coulomb(HybridSystem):
+    """Mass x'' + 2 zeta x' + x = F + A cos(w t) on a belt of speed vb, F = -mu (1 + load x) sgn(x' - vb)."""
+
+    zeta: float = 0.02
+    vb: float = 0.5
+    mu: float = 0.6
+    A: float = 0.3
+    w: float = 1.3
+    load: float = 0.0
+
+    states = ("x", "u")
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def force(self, t, y):
+        return self.A * sp.cos(self.w * t) - 2 * self.zeta * y.u - y.x
+
+    def modes(self, t, y):
+        force, friction = self.force(t, y), self.mu * (1 + self.load * y.x)
+        return {"slower": {"x": y.u, "u": force + friction}, "faster": {"x": y.u, "u": force - friction}}
+
+    def guards(self, t, y):
+        return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
+
+    def section(self, t, y):
+        return PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 class Lozi(PiecewiseMap):

@@ -14,9 +14,10 @@ from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
 from scipy.linalg import solve_continuous_lyapunov
+from systems import Coulomb
 
 import nsmaps
-from nsmaps import Guard, HybridSystem, Noise, Parallel, PoincareSection, SlidingSurface, noisy_orbits
+from nsmaps import Guard, HybridSystem, Noise, Parallel, PoincareSection, noisy_orbits
 from nsmaps.dynamics.noise import orbits
 from nsmaps.dynamics.noise.impacts import impact_diagram
 from nsmaps.dynamics.noise.orbits import exact_step
@@ -33,29 +34,13 @@ SYSTEMS = pytest.mark.parametrize("system", STARTS, ids=["soft", "belt", "pair"]
 LOUD, QUIET = Noise(sigma=0.05, tau=0.5), Noise(sigma=0, tau=0.5)
 
 
-class Coulomb(HybridSystem):
-    """The belt with equal static and kinetic friction, as a surface of sliding."""
+class Pushed(Coulomb):
+    """The belt with equal static and kinetic friction, as a surface of sliding, with noise in its force."""
 
-    zeta: float
-    vb: float
-    mu: float
-    A: float
-    w: float
+    noise = "push"
 
-    states, noise = ("x", "u"), "push"
-
-    def period(self):
-        return 2 * sp.pi / self.w
-
-    def modes(self, t, y):
-        force = self.A * sp.cos(self.w * t) - 2 * self.zeta * y.u - y.x + y.push
-        return {"slower": {"x": y.u, "u": force + self.mu}, "faster": {"x": y.u, "u": force - self.mu}}
-
-    def guards(self, t, y):
-        return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
-
-    def section(self, t, y):
-        return PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
+    def force(self, t, y):
+        return super().force(t, y) + y.push
 
 
 class Linear(HybridSystem):
@@ -136,9 +121,10 @@ def test_chatter_and_rest_are_those_of_the_bouncing_ball():
 
 
 def test_sliding_is_stick_with_equal_frictions():
-    values = {"zeta": 0.02, "vb": 0.5, "A": 0.3, "w": 1.3}
-    given = noisy_orbits(Belt(mu_k=0.6, mu_s=0.6, **values), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1)
-    derived = noisy_orbits(Coulomb(mu=0.6, **values), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1)
+    given = noisy_orbits(
+        Belt(mu_k=0.6, mu_s=0.6, zeta=0.02, vb=0.5, A=0.3, w=1.3), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1
+    )
+    derived = noisy_orbits(Pushed(), STARTS[BELT], LOUD, n_returns=30, n_realisations=4, rng=1)
     assert (given.words == derived.words).all()
     np.testing.assert_allclose(derived.states, given.states, atol=1e-12)
 

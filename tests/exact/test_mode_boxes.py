@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-import sympy as sp
 from hybrid import SYSTEMS, numbers, reference, system
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
+from systems import Coulomb
 
 import nsmaps
 from nsmaps.errors import ProofError, StateError
@@ -228,27 +228,6 @@ def test_where_states_have_no_image():
     assert gone.empty.all()
     assert gone.bounded.all()
     assert len(gone.images) == 0
-
-
-class Coulomb(nsmaps.HybridSystem):
-    """Mass on a belt whose static friction is the kinetic one: sticking is sliding between two modes."""
-
-    states = ("x", "u")
-
-    def period(self):
-        return 2 * sp.pi / 1.3
-
-    def modes(self, t, y):
-        force = 0.3 * sp.cos(1.3 * t) - 0.04 * y.u - y.x
-        return {"slower": {"x": y.u, "u": force + 0.6}, "faster": {"x": y.u, "u": force - 0.6}}
-
-    def guards(self, t, y):
-        return {
-            "stick": nsmaps.SlidingSurface("faster", "slower", y.u - 0.5, letters={"stick": "K", "faster": "P", "slower": "M"})
-        }
-
-    def section(self, t, y):
-        return nsmaps.PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 def test_sliding_and_starts_outside_of_the_domain():

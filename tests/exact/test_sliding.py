@@ -10,38 +10,13 @@ import pytest
 import sympy as sp
 from nsmaps_belt import Belt
 from scipy.integrate import solve_ivp
+from systems import Coulomb
 
 from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.outcome import Outcome
 
 VALUES = {"zeta": 0.02, "vb": 0.5, "A": 0.3, "w": 1.3}
-
-
-class Coulomb(HybridSystem):
-    """Mass x'' + 2 zeta x' + x = F + A cos(w t) on a belt of speed vb, F = -mu (1 + load x) sgn(x' - vb)."""
-
-    zeta: float
-    vb: float
-    mu: float
-    A: float
-    w: float
-    load: float = 0.0
-
-    states = ("x", "u")
-
-    def period(self) -> Any:
-        return 2 * sp.pi / self.w
-
-    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
-        force, friction = self.A * sp.cos(self.w * t) - 2 * self.zeta * y.u - y.x, self.mu * (1 + self.load * y.x)
-        return {"slower": {"x": y.u, "u": force + friction}, "faster": {"x": y.u, "u": force - friction}}
-
-    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
-        return {"stick": SlidingSurface("faster", "slower", y.u - self.vb, letters={"stick": "K", "faster": "P", "slower": "M"})}
-
-    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
-        return PoincareSection(("stick to slower", "stick to faster"), ("x", "phi"))
 
 
 def test_friction_without_a_static_surplus_is_the_belt() -> None:

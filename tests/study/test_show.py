@@ -1,20 +1,17 @@
 """What the terminal says of basins and exponents, and again of a run that is in its folder."""
 
 import re
-from dataclasses import dataclass
 from math import log
 from pathlib import Path
 
-import numpy as np
 import pytest
 from click.testing import Result
+from systems import Logistic
 from typer.testing import CliRunner
 
 from nsmaps import read_result
 from nsmaps.cli.cli import app
 from nsmaps.dynamics.lyapunov import lyapunov
-from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.returns import Returns
 from nsmaps.study.sections.parameters.lyapunov import exponent_rows
 
 STUDY = """\
@@ -87,26 +84,13 @@ def test_what_is_no_run_is_told() -> None:
     assert "contains no result.json" in made.stderr
 
 
-@dataclass
-class Logistic(ReturnMap):
-    """x' = a x (1 - x), whose exponents are known: log 2 at a = 4, half the logarithm of |4 + 2 a - a^2| at a cycle of two."""
-
-    a: float
-    coordinates: tuple[str, ...] = ("x",)
-
-    def first_return(self, states, derivative=False):
-        x = np.asarray(states, float)
-        slopes = (self.a * (1 - 2 * x))[:, :, None] if derivative else None
-        zeros = np.zeros(x.shape, np.int32)
-        codes, outcome = np.full(len(x), 5), np.zeros(len(x), np.int8)
-        return Returns(self.coordinates, ("B",), x, self.a * x * (1 - x), zeros, codes, outcome, np.ones(len(x)), slopes)
-
-
 def test_exponents_are_told_by_their_sign_in_intervals() -> None:
+    """Of the logistic map: log 2 at r = 4, half the logarithm of |4 + 2 r - r^2| at a cycle of two."""
+
     def at(a: float) -> Logistic:
         if a > 4:
             raise ValueError("no map beyond 4")
-        return Logistic(a)
+        return Logistic(r=a)
 
     values = [3.1, 3.2, 3.4, 3.999, 4.0, 4.1]
     rows = exponent_rows(lyapunov(at, "a", values, [0.3], n_returns=2000, transient=300))
