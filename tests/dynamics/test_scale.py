@@ -56,7 +56,9 @@ class Resonator(HybridSystem):
 
 
 PLACES = [(1.0, 1.0, 0.0), (1.0, 1.0, -50.0), (1e-9, 1e-3, 0.0), (1e6, 1.0, 3e5)]  #: lengths, times, origins
-everywhere = pytest.mark.parametrize(("length", "time", "origin"), PLACES)
+everywhere = pytest.mark.parametrize(
+    ("length", "time", "origin"), [pytest.param(*place, marks=[pytest.mark.thorough] * (place[2] == -50)) for place in PLACES]
+)
 
 
 @everywhere

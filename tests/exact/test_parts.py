@@ -124,6 +124,7 @@ def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
         kept()
 
 
+@pytest.mark.thorough
 @again
 def test_dask_with_two_worker_processes(tmp_path: Path) -> None:
     """The same numbers as here, on the extra `cluster`; a worker that dies on the way is replaced."""

@@ -63,10 +63,11 @@ def test_r4_and_r5_are_carried_beyond_their_curves():
 @lru_cache
 def in_d():
     """The parametric map, compared with the exact one at 46 values of d."""
-    study = nsmaps.load_study("vi_pair/parametric")
+    study = nsmaps.load_study("vi_pair/parametric").without("bifurcation_diagram", "figures")
     compare = study.parametric_map.compare.model_copy(update={"points": 46})
-    changed = {"parametric": study.parametric_map.model_copy(update={"compare": compare}), "bifurcation": None, "figures": ()}
-    return nsmaps.run_study(study.model_copy(update=changed))
+    return nsmaps.run_study(
+        study.model_copy(update={"parametric_map": study.parametric_map.model_copy(update={"compare": compare})})
+    )
 
 
 def test_the_parametric_map_has_the_attractors_of_the_exact_map():
