@@ -142,7 +142,8 @@ def _kind(annotation: Any, limits: Iterable[Any], sections: dict[type[BaseModel]
     if origin in (Union, UnionType):
         return " or ".join(dict.fromkeys(_kind(part, limits, sections) for part in parts if part is not NoneType))
     if origin is Literal:
-        return " or ".join(f"`{word}`" for word in parts) if len(parts) <= MOST_WORDS else "name"
+        words = [f"`{word}`" for word in parts]
+        return ", ".join([*words[:-2], " or ".join(words[-2:])]) if len(parts) <= MOST_WORDS else "name"
     if origin is dict:
         return f"{{name: {_kind(parts[1], (), sections)}}}"
     if origin in (tuple, list):
