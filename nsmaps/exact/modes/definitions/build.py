@@ -147,7 +147,7 @@ def _transitions(
         else:
             yield from _guard_transitions(reader, tuple(rates), name, given)
         if name in contacts and isinstance(given, Guard):
-            yield from contact_transitions(reader, name, given, contacts[name], tuple(rates))
+            yield from contact_transitions(name, given, contacts[name], tuple(rates))
 
 
 def _guard_transitions(reader: Reader, modes: tuple[str, ...], name: str, guard: Guard) -> Iterator[Transition]:

@@ -108,7 +108,7 @@ def _check_impact(reader: Reader, what: str, gap: Row, speed: Row, jumps: list[s
         raise SystemDefinitionError(f"{what}: its reset does not change the rate of the function; expected: an impact")
 
 
-def contact_transitions(reader: Reader, name: str, guard: Guard, found: Contact, modes: tuple[str, ...]) -> Iterator[Transition]:
+def contact_transitions(name: str, guard: Guard, found: Contact, modes: tuple[str, ...]) -> Iterator[Transition]:
     """How contact begins, by itself after an impact, and its release."""
     free, resting = modes.index(found.free), modes.index(guard.rests)
     begins = found.speed, -found.lift
