@@ -49,7 +49,7 @@ def test_flights_in_balls_hold_exact_ones(kind, radius, pair):
     system = pair(0.35) if kind == "pair" else SYSTEMS[kind]
     p, exact, rng = ball_flow(enclosed_table(system)), exact_motions(system), np.random.default_rng(1)
     widths = []
-    for _ in range(40):
+    for _ in range(20):
         centre = rng.uniform(0, 2 * np.pi), float(rng.choice(system._kernel().places)), rng.normal(), rng.uniform(0, 5)
         radii = radius * rng.random(4) * [1, 0, 1, 1]
         found = [ball for balls in motions(p, *map(Ball, centre, radii)) for ball in balls]
