@@ -203,8 +203,9 @@ def test_pictures_are_named_in_the_page_only_where_they_are_listed():
 
 
 def shown(page: Path) -> list[Path]:
-    """The pictures of a page."""
-    named = re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", page.read_text(encoding="utf-8"))
+    """The pictures of a page, those on its cards too."""
+    text = page.read_text(encoding="utf-8")
+    named = re.findall(r"!\[[^\]]*\]\(([^)\s]+)\)", text) + re.findall(r":img-top: (\S+)", text)
     return [(page.parent / name).resolve() for name in named if "://" not in name]
 
 

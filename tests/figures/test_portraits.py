@@ -123,7 +123,9 @@ def test_a_study_at_a_glance_has_its_pictures_without_legends(result):
     figure = sheet.figure(50)
     assert len(figure.axes) == 4, "sketch, diagram, portrait, basins"
     assert all(ax.get_legend() is None for ax in figure.axes)
-    assert figure.axes[1].get_xlabel() == "$d$"
+    diagram = figure.axes[1]
+    assert (diagram.get_xlabel(), diagram.xaxis.label.get_visible()) == ("$d$", True)
+    assert not any(text.get_text().isdigit() for text in diagram.texts), "no legend explains a number"
 
 
 def test_a_graze_is_found_beside_a_periodic_orbit():

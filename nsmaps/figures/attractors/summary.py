@@ -14,8 +14,12 @@ def sheets(panels: Sequence[Panel]) -> tuple[Sheet, ...]:
 
 
 def summary(panel: Panel, ax: Axes) -> Axes:
-    """One panel, without its legend."""
+    """One panel with a label of its parameter, without its legend and the numbers above it that this explains."""
     panel(ax)
     if (legend := ax.get_legend()) is not None:
         legend.remove()
+    for text in [each for each in ax.texts if each.get_text().isdigit() and each.get_transform() != ax.transData]:
+        text.remove()
+    ax.xaxis.label.set_visible(True)
+    ax.tick_params(labelbottom=True)
     return ax

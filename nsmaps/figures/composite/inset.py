@@ -16,6 +16,7 @@ _SIDES = (0.4, 0.32)  #: of the picture's sides
 _GAP = 0.03  #: around the inset and its numbers
 _PLACES = 7  #: along each side of the picture, where it may stand
 _DIGIT, _LINE = 0.07, 0.16  #: inches, the width of a digit of the numbers beside an inset, and the height of those below it
+_END = 0.1  #: of the inset's sides, at whose ends there are no numbers
 _SMALL, _POINT = 0.3, 1e-3  #: of the picture, between which an attractor is enlarged: a single point stays one
 _STEP, _MOST = 0.02, 50  #: of the picture, between points along a line, and how many of them a step of it has at most
 _AROUND = 0.15  #: of the extent of what is enlarged, around it
@@ -106,4 +107,5 @@ def _numbers(low: float, high: float) -> dict[str, float]:
     """Two or three round numbers between the ends of an axis, by how they are written."""
     ticks = MaxNLocator(3, steps=[1, 2, 5, 10]).tick_values(low, high)
     decimals = max(0, -int(np.floor(np.log10(ticks[1] - ticks[0]) + 1e-9)))
-    return {f"{tick:.{decimals}f}": float(tick) for tick in ticks if low <= tick <= high}
+    inside = [[tick for tick in ticks if low + end <= tick <= high - end] for end in (_END * (high - low), 0.0)]
+    return {f"{tick:.{decimals}f}": float(tick) for tick in (inside[0] if len(inside[0]) > 1 else inside[1])}

@@ -86,9 +86,10 @@ def orbits(found: Found, ax: Axes, number: int = 0, *, over: Over | None = None,
         points = np.concatenate([_between(states) for states in every])
         visited = np.unique(over[1].piece_of(np.concatenate(every)))
         paint_pieces(ax, over[1], colours_over(over[1], over[0], pairs), over[0], beside=points, only=visited)
-    for states, (orbit, _, colour, dashes, _, name) in zip(every, runs, strict=True):
+    for states, (orbit, ends, colour, dashes, _, name) in zip(every, runs, strict=True):
         first = states if ended(orbit) else states[: _arrival(states) + 1]
-        ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
+        if ends is None or ends.period:  # others fill what they visit
+            ax.plot(*around(states, coordinates).T, color=colour, lw=0.4, alpha=0.6, zorder=4)
         ax.plot(*around(first, coordinates).T, color=colour, ls=dashes, lw=1.1, label=name, zorder=4, path_effects=HALO)
     _last(ax, runs, every)
     _look(ax, over[0] if over else None, coordinates, np.concatenate(every))
