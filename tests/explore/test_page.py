@@ -402,6 +402,22 @@ def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
     page.context.close()
 
 
+def test_the_diagram_of_any_exact_map_that_has_a_text_is_computed_anew(new_page, tmp_path):
+    """Of a run without a composite map, in a window around the fixed point: the page's states are fixed by the map of Python."""
+    result, page = nsmaps.read_result(STORED / "windows"), new_page()
+    page.set_viewport_size({"width": 390, "height": 800})
+    page.goto(write_page(result, tmp_path).as_uri())
+    assert page.evaluate("() => [diagram.frame.names, diagram.shown]") == [["Γ", "v"], ["exact"]]
+    page.evaluate("() => diagram.show([[1.30, 1.31], [3.5, 4.5]])")
+    page.wait_for_function("() => diagram.view.points.exact?.done")
+    points = as_text(page, "() => diagram.view.points.exact")
+    assert len(points["values"]) > 200
+    for value, *state in list(zip(points["values"], *points["states"], strict=True))[::50]:
+        np.testing.assert_allclose(result.system.at(Gamma=value).first_return([state]).image[0], state, rtol=1e-12)
+    assert page.problems == []
+    page.context.close()
+
+
 MAP = """
 from nsmaps import PiecewiseMap
 

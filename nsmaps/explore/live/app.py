@@ -18,6 +18,7 @@ from nsmaps.errors import NsmapsError
 from nsmaps.explore.live import pictures
 from nsmaps.explore.live.page import Page
 from nsmaps.explore.live.scene import Scene, extents, span, study_of
+from nsmaps.explore.page.sweep import lettered
 from nsmaps.progress import Progress
 
 _ROWS = 230  #: of a diagram, no more than pixels, so that thin lines are whole
@@ -267,8 +268,8 @@ class App:
     def _list_cycles(self, scene: Scene, found: "pictures.Cycles") -> None:
         self._found = found
         self.page.draw_cycles(scene, pictures.by_stability(found, len(scene.start)))
-        lines = [escape(pictures.cycle_text(one)) for one in found] or ["No cycle was found from points of the plane."]
-        self._say("<br>".join(lines))
+        lines = [pictures.cycle_text(one) for one in found] or ["No cycle was found from points of the plane."]
+        self._say("<br>".join(escape(lettered(line, scene.system)) for line in lines))
 
     def _say(self, text: str) -> None:
-        self.page.said.text = text
+        self.page.said.text = f'<p class="soft">{text}</p>' if text else ""

@@ -71,8 +71,7 @@ class Page:
 
     def __init__(self, scene: Scene) -> None:
         names = list(scene.system.parameters)
-        given = ", ".join(f"{letter(name)} = {value:.6g}" for name, value in scene.system.parameters.items())
-        about = f"<p>{escape(scene.name)}, {escape(given)}. All pictures are of the exact map.</p>"
+        about = f"<p>{escape(scene.name)}. All pictures are of the exact map.</p>"
         self.title = Div(text=f"<h1>{escape(scene.title)}</h1>{about}<p class='soft'>{_HELP}</p>", **_WIDE, **_STYLED)
         self.sliders = {name: _slider(scene, name) for name in names}
         self.entries = {name: _entry(slider) for name, slider in self.sliders.items()}

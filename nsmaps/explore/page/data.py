@@ -52,11 +52,9 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
     moved, reduced, names = result.parametric_map, result.parametric_map or composite, [piece.name for piece in composite.pieces]
     starts = [pair.start.tolist() for pair in result.orbits] or [composite.coordinates.wrap(_middle(result)).tolist()]
     return {
-        "title": result.study.title or result.study.name,
         "system": result.study.system,
         "shown": "flight" if isinstance(result.system, FlowSystem) else "orbit",
         "parameters": dict(result.system.parameters),
-        "coordinates": list(composite.coordinates),
         "labels": [letter(name) for name in composite.coordinates],
         "angles": composite.coordinates.angles.tolist(),
         "window": _window(result),

@@ -56,7 +56,7 @@ function drawPlane(points, path) {
         cells(points).forEach((at, n) => {
             const piece = nsmaps_map.piece_of(withValue(at)), [x, y] = plane.at(...at)
             pen.fillStyle = piece < 0 ? paper : fills[piece]
-            pen.fillRect(x - wide / 2, y - high / 2, wide + 0.6, high + 0.6)
+            pen.fillRect(Math.floor(x - wide / 2), Math.floor(y - high / 2), Math.ceil(wide) + 1, Math.ceil(high) + 1)
         })
         plane.dots(path.states, "#222", 1.6)
         if (!path.ended) plane.dots(path.states.slice(-40), "#CC79A7", 3.5, "#000")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.explore.page.sweep import shortened
+from nsmaps.explore.page.sweep import letter, shortened
 from nsmaps.figures.style import BLACK, BLUE, GREY, MAGENTA, ORANGE, PIECES, SKY
 
 if TYPE_CHECKING:
@@ -28,7 +28,11 @@ def plots_of(result: "StudyResult", with_diagram: bool = True) -> list[Plot]:
 
 
 def _plot(title: str, x: str, y: str, traces: Sequence[Plot]) -> Plot:
-    return {"title": title, "data": list(traces), "layout": {"xaxis": {"title": {"text": x}}, "yaxis": {"title": {"text": y}}}}
+    return {
+        "title": title,
+        "data": list(traces),
+        "layout": {"xaxis": {"title": {"text": letter(x)}}, "yaxis": {"title": {"text": letter(y)}}},
+    }
 
 
 def _diagrams(result: "StudyResult") -> Iterator[Plot]:

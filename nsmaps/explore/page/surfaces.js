@@ -7,9 +7,10 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
         text: each.texts ??= each.words.map((word, k) => described(names.map((_, c) => each.states[c][k]), word, names.map((_, c) => each.images[c][k]))),
         hoverinfo: "text+name", lighting: {ambient: 0.65, diffuse: 0.6},
     }))
-    const [i, j, k] = triangles(rows, points, image)
+    const [i, j, k] = triangles(rows, points, image), heights = rows.filter(row => row[4] >= 0).map(row => row[2 + image])
+    const raised = shown === "both" ? 0.01 * heights.reduce((most, each) => Math.max(most, Math.abs(each)), 0) : 0
     const fitted = {
-        type: "mesh3d", name: "composite map, by piece", x: rows.map(row => row[0]), y: rows.map(row => row[1]), z: rows.map(row => row[2 + image]),
+        type: "mesh3d", name: "composite map, by piece", x: rows.map(row => row[0]), y: rows.map(row => row[1]), z: rows.map(row => row[2 + image] + raised),
         i, j, k, vertexcolor: rows.map(row => fills[row[4]] || "#ffffff"), color: themed("--soft"), showlegend: true, flatshading: true,
         text: rows.map(row => row[4] < 0 ? "" : described(row.slice(0, 2), DATA.pieces[row[4]].name, row.slice(2, 4))),
         hoverinfo: "text+name", lighting: {ambient: 0.8, diffuse: 0.4},
@@ -18,7 +19,7 @@ function drawSurfaces(box, image, shown, rows, points, chosen) {
     const axis = name => ({title: {text: name}, gridcolor: line, zerolinecolor: line, backgroundcolor: paper, showbackground: true})
     const layout = {
         margin: {l: 0, r: 0, t: 0, b: 0}, legend: {x: 0, y: 1}, uirevision: "kept", font: {color: ink, family: themed("--type")}, paper_bgcolor: paper,
-        scene: {aspectmode: "cube", xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "\u2032"), uirevision: "kept"},
+        scene: {aspectmode: "cube", camera: {eye: {x: 1.45, y: 1.45, z: 1.25}}, xaxis: axis(names[0]), yaxis: axis(names[1]), zaxis: axis(names[image] + "\u2032"), uirevision: "kept"},
     }
     const sheets = {exact, composite: [fitted], both: [...exact, fitted]}[shown]
     Plotly.react(box, sheets, layout, {responsive: true, displaylogo: false, showSendToCloud: false}).then(() => {

@@ -1,5 +1,6 @@
 """The bifurcation diagram of a page: the points of the run, and the exact map as JavaScript, which follows the parameter."""
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,6 +63,12 @@ def exact_script(result: "StudyResult") -> str:
 def letter(name: str) -> str:
     """A name with its Greek letter."""
     return GREEK.get(name, name)
+
+
+def lettered(text: str, system: "System") -> str:
+    """A text with Greek letters for the names of parameters and coordinates."""
+    names = "|".join(map(re.escape, [*system.parameters, *map(str, system.coordinates)]))
+    return re.sub(rf"\b({names})\b", lambda found: letter(found[1]), text)
 
 
 def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.page.data import data_of, has_map
 from nsmaps.explore.page.plots import plots_of
-from nsmaps.explore.page.sweep import exact_script, letter, sweep_of
+from nsmaps.explore.page.sweep import exact_script, lettered, sweep_of
 from nsmaps.files.storage import replace_file
 from nsmaps.report.page import EXPLORE
 from nsmaps.study.conclusions.headline import headline
@@ -52,8 +52,8 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
                 "basins, parameter_plane, lyapunov or orbits, or `nsmaps explore STUDY --live`, which shows "
                 "the exact map of any study"
             )
-        given = ", ".join(f"{letter(name)} = {value:.6g}" for name, value in result.system.parameters.items())
-        about = escape(f"{result.study.system}, {given}. {headline(result)}")
+        given = ", ".join(f"{name} = {value:.6g}" for name, value in result.system.parameters.items())
+        about = escape(lettered(f"{result.study.system}, {given}. {headline(result)}", result.system))
         parts = {"about": about, "map": exact, "click": ""}
     room = files("nsmaps.explore.page")
     parts |= {
