@@ -21,6 +21,7 @@ MOST_STEPS = 50  #: steps of Newton's method
 ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share of its scale: for an angle, that of a whole turn
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
 FAMILY = 1e-10  #: least singular value, as a share of the largest, below which equations are not independent
+MANY = 32  #: equations that are inverted first, which takes less time than their singular values
 INSTANT = 1e-6  #: share of the period of the forcing, and of the time that a guess takes, in which no motion closes
 
 
@@ -243,7 +244,10 @@ def dependent(jacobian: Floats) -> bool:
     lengths = np.linalg.norm(jacobian, axis=1)
     if not lengths.min() > FAMILY * min(lengths.max(), 1.0):
         return True
-    sizes = np.linalg.svd(jacobian / lengths[:, None], compute_uv=False)
+    scaled = jacobian / lengths[:, None]
+    if len(scaled) > MANY and np.linalg.cond(scaled, 1) * len(scaled) * FAMILY < 1:  # bounds that of singular values
+        return False
+    sizes = np.linalg.svd(scaled, compute_uv=False)
     return bool(sizes[-1] <= FAMILY * sizes[0])
 
 

@@ -31,7 +31,7 @@ def scale_of(return_map: ReturnMap, *states: Floats, beside: Floats | None = Non
     points = points[np.isfinite(points).all(axis=1)]
     if not len(points):
         return np.ones(len(coordinates)) if beside is None else coordinates.magnitudes(beside)
-    some = points[np.unique(np.linspace(0, len(points) - 1, min(MOST, len(points))).astype(int))]
+    some = points if len(points) <= MOST else points[np.unique(np.linspace(0, len(points) - 1, MOST).astype(int))]
     moved = extents_of(return_map, some)
     if moved is None:
         known = coordinates.magnitudes(points, points if beside is None else beside)

@@ -233,7 +233,7 @@ class CycleSearch:
         moved = cycle.returns.coordinates.difference(path.states[:-1].reshape(LEFT, q, -1), cycle.states)
         return LABEL if (np.abs(moved) / self.scale).max() > APART else LOST
 
-    def onset(self, event: BifurcationPoint, far: float, before: list[float]) -> Border | None:
+    def onset(self, event: BifurcationPoint, far: float, before: list[float], first: str) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
         It is the end of a doubled cycle where another event ends it, and None where no stable cycle is born.
@@ -241,6 +241,7 @@ class CycleSearch:
         Args:
             far: a value at which there is no cycle any more.
             before: values of the doublings before this one, where they are known.
+            first: the motion with which the doublings begin.
         """
         values, given = [*before, event.value], len(before) + 1
         while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
@@ -256,7 +257,7 @@ class CycleSearch:
                 doubled=True,
             )
             if len(branch.values) < 2 or not any(branch.stable[1:]):
-                return None if len(values) == given else _accumulation(values)
+                return None if len(values) == given else _accumulation(values, first)
             end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))
             if end is None or end.kind != DOUBLING:
                 return self._border(end) if end else None
@@ -264,7 +265,7 @@ class CycleSearch:
             values.append(event.value)
             if len(values) > given + 1:
                 far = values[-1] + (values[-1] - values[-2])
-        return _accumulation(values) if len(values) > 1 else None
+        return _accumulation(values, first) if len(values) > 1 else None
 
 
 def _bounds(value: float, far: float) -> tuple[float, float]:
@@ -273,8 +274,11 @@ def _bounds(value: float, far: float) -> tuple[float, float]:
     return min(near, far), max(near, far)
 
 
-def _accumulation(values: list[float]) -> Border:
-    """The limit of two or more period doublings, and how far it moves if the last one is left out."""
+def _accumulation(values: list[float], first: str) -> Border:
+    """The limit of two or more period doublings, and how far it moves if the last one is left out.
+
+    Its kind names the motion that doubles first: narrow windows in chaos have cascades of their own.
+    """
 
     def limit(known: list[float]) -> float:
         gaps = np.diff(known[-3:])
@@ -282,4 +286,4 @@ def _accumulation(values: list[float]) -> Border:
         return float(known[-1] + gaps[-1] / (ratio - 1))
 
     found = limit(values)
-    return Border(found, abs(found - (limit(values[:-1]) if len(values) > 2 else values[-1])), ACCUMULATION)
+    return Border(found, abs(found - (limit(values[:-1]) if len(values) > 2 else values[-1])), f"{ACCUMULATION} from {first} on")

@@ -109,8 +109,15 @@ class Change:
             return None
         value, born = end.border.value, self.runs.end(run, back)
         before = [born.border.value] if born is not None and born.border.kind == HALVING else []
-        found = self.runs.cycles.onset(end.event, value + 3 * (chaos - value), before)
+        found = self.runs.cycles.onset(end.event, value + 3 * (chaos - value), before, self._first(run, back))
         return found if found is None or (found.value - chaos) * np.sign(chaos - value) <= found.precision else None
+
+    def _first(self, run: int, back: int) -> str:
+        """The motion of which that of a run has come by doublings, as far as the diagram shows these."""
+        born, before = self.runs.end(run, back), self.runs.beside(run, back)
+        while born is not None and born.border.kind == HALVING and before is not None:
+            run, born, before = before, self.runs.end(before, back), self.runs.beside(before, back)
+        return self.runs.motion(run)
 
     def _to_cycle(self, begins: End | None) -> Pair:
         """From motion without a period, or none, to a cycle."""

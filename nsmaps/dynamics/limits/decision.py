@@ -68,8 +68,9 @@ def limits_on(return_map: ReturnMap, path: Path, scale: Floats, tolerance: float
     """As `limits`, of the M orbits whose last returns are known, which are followed only where these do not show it."""
     each, grows = np.broadcast_to(scale, path.begun.shape), path.slopes is not None and len(path.codes) >= ENOUGH
     found = [limit_of(return_map, path.of_one(k), each[k], tolerance, grows) for k in range(len(each))]
-    open_ = [k for k, one in enumerate(found) if one.is_open]
-    states = np.array([_onward(return_map, found[k], each[k]) for k in open_]).reshape(-1, each.shape[1])
+    if not (open_ := [k for k, one in enumerate(found) if one.is_open]):
+        return found
+    states = np.array([_onward(return_map, found[k], each[k]) for k in open_])
     for k, one in zip(open_, limits(return_map, states, each[open_], tolerance, path.begun[open_]), strict=True):
         found[k] = one
     return found

@@ -63,6 +63,8 @@ class Path:
 
     def of_one(self, k: int) -> "Path":
         """The path of one of the states."""
+        if len(self.begun) == 1:
+            return self
         names = "states", "codes", "turns", "time", "outcome", "numbers"
         rows = {name: getattr(self, name)[:, k : k + 1] for name in names} | {"begun": self.begun[k : k + 1]}
         return replace(self, **rows, slopes=None if self.slopes is None else self.slopes[:, k : k + 1])

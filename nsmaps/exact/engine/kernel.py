@@ -139,7 +139,7 @@ class SpectralKernel(MotionKernel):
     def trajectory(self, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
         """Times, displacements and velocities along the M - 1 flights between impacts, each of shape (M - 1, samples)."""
         p, (bottom, top) = self.flow, self.places
-        times = np.linspace(impacts.time[:-1], impacts.time[1:], samples, axis=1)
+        times = np.linspace(impacts.time[:-1], impacts.time[1:], samples).T
         places, rates = np.zeros((2, *times.shape))
         flights = impacts.mark[1:] == ""  # otherwise it chatters or rests there
         for i, (time, place) in enumerate(zip(times, places, strict=True)):
