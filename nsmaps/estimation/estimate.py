@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.errors import DataError, NsmapsError
-from nsmaps.estimation.records import records_of
+from nsmaps.estimation.records import Record, records_of
 from nsmaps.estimation.result import Estimate
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
@@ -14,8 +14,9 @@ from nsmaps.estimation.shooting.guesses import first_guess, library_of, variants
 from nsmaps.estimation.shooting.inference import spread_of
 from nsmaps.estimation.shooting.measured import after_transient, return_time, shooting_of
 from nsmaps.estimation.shooting.problem import Problem, check_model
+from nsmaps.estimation.shooting.strobes import ReturnShooting, fit_returns
 from nsmaps.estimation.space import Space, space_of
-from nsmaps.estimation.summary import Found, estimate_of
+from nsmaps.estimation.summary import Found, estimate_of, pairs_of, starts_of
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat, shows
@@ -54,7 +55,7 @@ def estimate(
         start: guesses of parameters, and of coordinates of the section.
         n_starts: number of starts; 1 for the guess alone.
         loss: of `scipy.optimize.least_squares`, robust ones as `soft_l1` against outliers.
-        transient: time at the beginning of each record that is left out, in its unit.
+        transient: time at the beginning of each record that is left out, in its unit; of samples at returns so many of these.
         n_returns: of a segment, about; fewer where motions are strongly chaotic.
         profile: whether to compute profile likelihoods; without, where the quadratic approximation misleads.
         rng: random numbers of the search.
@@ -73,6 +74,8 @@ def estimate(
     records = tuple(after_transient(record, transient) for record in records_of(data))
     space = space_of(system, free, dict(start or {}))
     model = EventModel(flow, space.names)
+    if any(record.returns for record in records):
+        return _of_returns(model, space, records, n_starts, loss, profile, random)
     check_model(model)
     length = return_time(model, records)
     library = library_of(model, model.at(space.first), random, space.near(model), length)
@@ -80,13 +83,46 @@ def estimate(
     shooting = shooting_of(model, records, library, n_returns, length)
     problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
     fits = _fits(problem, space, n_starts, length, random)
+
+    def details(best: Fit, noise: float) -> dict[str, Any]:
+        return pairs_of(problem, best, records, noise) | starts_of(problem, best.x, records)
+
+    return estimate_of(problem, _found(problem, fits, space), records, profile, details)
+
+
+def _of_returns(
+    model: EventModel,
+    space: Space,
+    records: tuple[Record, ...],
+    n_starts: int,
+    loss: str,
+    profile: bool | None,
+    random: np.random.Generator,
+) -> Estimate:
+    """An estimate from samples at successive returns. DataError beside records of another kind."""
+    if not all(record.returns for record in records):
+        raise DataError("some records have samples without times, others have times; expected: an estimate from each kind")
+    shooting = ReturnShooting(model, records)
+    others = np.full(shooting.size - len(space.names), np.inf)
+    low, high = space.searched
+    scale = np.concatenate([high - low, np.tile(shooting.unit, len(others) // len(shooting.unit))])
+    limits = np.concatenate([space.low, -others]), np.concatenate([space.high, others])
+    problem = Problem(shooting, limits, scale, loss, (True,) * len(records))
+    guesses = [(*shooting.guess(values), number) for number, values in enumerate(space.points(n_starts, random))]
+    first, *later = guesses
+    chosen = [first, *sorted(later, key=lambda one: one[1])[:REFINED]]
+    fits = [(one, number) for x, _, number in chosen if (one := fit_returns(problem, x)) is not None]
+    return estimate_of(problem, _found(problem, fits, space), records, profile, shooting.details)
+
+
+def _found(problem: Problem, fits: list[tuple[Fit, int]], space: Space) -> list[Found]:
+    """Fits with their spread. DataError without any."""
     if not fits:
         raise DataError(
-            f"no motion of {type(system).__name__} resembles the data near {space.guess()}; expected: a record of this system, "
-            "other bounds, or more `n_starts`"
+            f"no motion of {type(problem.shooting.model.system).__name__} resembles the data near {space.guess()}; expected: a "
+            "record of this system, other bounds, or more `n_starts`"
         )
-    found = [Found(one, spread_of(one, problem.free, problem.scale), number) for one, number in fits]
-    return estimate_of(problem, found, records, profile)
+    return [Found(one, spread_of(one, problem.free, problem.scale), number) for one, number in fits]
 
 
 def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:

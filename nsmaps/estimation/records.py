@@ -13,6 +13,7 @@ from nsmaps.errors import DataError, near_match
 from nsmaps.results import NONE, Result, array
 
 TIME, WALL, SPEED, NOISE, SPEED_NOISE = "time", "wall", "speed", "noise", "speed_noise"
+RETURN = "return"  #: column of the numbers of returns, in place of the time
 COLUMNS = TIME, WALL, SPEED, NOISE, SPEED_NOISE
 FASTEST, SLOWEST = 1e6, 1e-4  #: of the mean interval of impacts, in periods: beyond these the unit of time cannot be right
 
@@ -23,6 +24,9 @@ class Record(Result):
 
     Times count from any instant; `phase` is the phase of the forcing at time zero, None where it was not recorded, which is then
     estimated. A time in the system's unit is one of the record over `time_unit`, a length that over `length_unit`.
+
+    Without any times, samples are those of the coordinates of the section at successive returns. If these include a phase and the
+    samples do not, they are those of all states once a period of the forcing, at `phase`.
     """
 
     times: Floats = field(metadata=array("impact", "of impacts, which do not decrease"))
@@ -30,7 +34,7 @@ class Record(Result):
     speeds: Floats = field(metadata=array("impact", "impact speeds; NaN where they were not measured"))
     noise: Floats = field(metadata=array("impact", "standard deviations of the times; NaN where they are unknown"))
     speed_noise: Floats = field(metadata=array("impact", "standard deviations of the speeds"))
-    sample_times: Floats = field(metadata=array("sample", "of samples, in order"))
+    sample_times: Floats = field(metadata=array("timed_sample", "of samples, in order; none of samples at returns"))
     samples: Mapping[str, Floats]  #: by state, shape (M,), NaN where it was not measured
     sample_noise: Mapping[str, Floats]  #: by state, shape (M,), standard deviations
     phase: float | None = None
@@ -40,10 +44,17 @@ class Record(Result):
 
     def summary(self) -> str:
         """The numbers that matter."""
-        span = np.concatenate([self.times, self.sample_times])
+        span, name = np.concatenate([self.times, self.sample_times]), f"{self.name}: " if self.name else ""
+        if self.returns:
+            return f"{name}{self.returns} returns with {', '.join(self.samples)}"
         samples = f", {len(self.sample_times)} samples of {', '.join(self.samples)}" if self.samples else ""
-        name = f"{self.name}: " if self.name else ""
         return f"{name}{len(self.times)} impacts{samples}, time {span.min():.6g} to {span.max():.6g}"
+
+    @property
+    def returns(self) -> int:
+        """The number of returns at which there are samples without times, 0 of other records."""
+        timed = len(self.times) or len(self.sample_times) or not self.samples
+        return 0 if timed else len(next(iter(self.samples.values())))
 
     @classmethod
     def of(
@@ -69,7 +80,8 @@ class Record(Result):
             speeds: impact speeds, shape (N,), NaN where there are none.
             noise: standard deviation of the times, one or shape (N,); None if it is unknown and to be estimated.
             speed_noise: of the speeds, needed where there are any.
-            sample_times, samples, sample_noise: of sampled states, by the names of the states, and their standard deviations.
+            sample_times, samples, sample_noise: of sampled states, by the names of the states, and their standard deviations;
+                without times at successive returns, NaN where there is none.
             phase, time_unit, length_unit, name: as the fields.
 
         Raises:
@@ -77,7 +89,8 @@ class Record(Result):
         """
         label = f"record {name!r}" if name else "the record"
         hits, at = _numbers(label, "times", times), _numbers(label, "sample_times", sample_times)
-        if not len(hits) and not len(at):
+        at_returns = not len(hits) and not len(at) and bool(samples)
+        if not len(hits) and not len(at) and not at_returns:
             raise DataError(
                 f"{label} has no impacts and no samples; expected: times of impacts, or sampled states with their times"
             )
@@ -94,7 +107,8 @@ class Record(Result):
             )
         deviations = _deviations(label, "noise", np.nan if noise is None else noise, np.ones(len(hits), bool), noise is not None)
         of_speeds = _deviations(label, "speed_noise", np.nan if speed_noise is None else speed_noise, np.isfinite(given), True)
-        states = {key: _column(label, f"samples of {key}", value, len(at)) for key, value in (samples or {}).items()}
+        count = np.size(next(iter(samples.values()))) if samples and at_returns else len(at)
+        states = {key: _column(label, f"samples of {key}", value, count) for key, value in (samples or {}).items()}
         of_samples = _sample_deviations(label, states, sample_noise)
         if len(at) and not states:
             raise DataError(f"{label} has sample_times without samples; expected: samples={{'name of a state': values}}")
@@ -106,11 +120,14 @@ class Record(Result):
 
         Columns are `time`, and `wall`, `speed`, `noise` and `speed_noise` where they are known; all others are states, sampled at
         `time` instead of impacts, with their standard deviations in a column `x_noise` of the state `x` or in `sample_noise`.
+        With a column `return`, whose whole numbers increase, in place of `time` they are samples at returns.
 
         Raises:
             DataError: as `of`; the file cannot be read, or has no column `time`.
         """
         columns = _csv(Path(data)) if isinstance(data, str | Path) else {str(key): np.asarray(data[key]) for key in data}
+        if TIME not in columns and RETURN in columns:
+            return cls.of(**{**_at_returns(columns), **options})
         if TIME not in columns:
             found = ", ".join(columns) or "none"
             raise DataError(f"no column {TIME!r}; the columns are {found}{near_match(TIME, columns)}; expected: times of impacts")
@@ -121,6 +138,20 @@ class Record(Result):
             return cls.of(**{**{key: columns[column] for key, column in known.items() if column in columns}, **options})
         errors = {key: columns[f"{key}_noise"] for key in states if f"{key}_noise" in columns}
         return cls.of(**{"sample_times": columns[TIME], "samples": states, "sample_noise": errors or None, **options})
+
+
+def _at_returns(columns: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    """The samples at returns of a table, with NaN at returns that it does not have."""
+    number = _numbers("the record", RETURN, columns.pop(RETURN))
+    if (number % 1 != 0).any() or (np.diff(number) <= 0).any():
+        raise DataError(f"the column {RETURN!r} has {number.tolist()[:6]}; expected: whole numbers of returns, which increase")
+    places, tables = (number - number[0]).astype(int), {}
+    for key, value in columns.items():
+        tables[key] = np.full(places[-1] + 1, np.nan)
+        tables[key][places] = _column("the record", key, value, len(number))
+    states = {key: value for key, value in tables.items() if not key.endswith("_noise")}
+    noise = {key: tables[f"{key}_noise"] for key in states if f"{key}_noise" in tables}
+    return {"samples": states, "sample_noise": noise or None}
 
 
 def records_of(data: Any) -> tuple[Record, ...]:

@@ -1,6 +1,6 @@
 """From fits to a result: distinct minima, errors, profiles, and the impacts side by side."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,8 +28,14 @@ class Found:
     start: int
 
 
-def estimate_of(problem: Problem, found: list[Found], records: tuple[Record, ...], profiled: bool | None) -> Estimate:
-    """The result of all fits; `profiled` as of `estimate`."""
+def estimate_of(
+    problem: Problem,
+    found: list[Found],
+    records: tuple[Record, ...],
+    profiled: bool | None,
+    details: Callable[[Fit, float], dict[str, Any]],
+) -> Estimate:
+    """The result of all fits; `profiled` as of `estimate`, and `details` the fields on what was paired and on states."""
     from scipy.stats import chi2 as distribution
 
     found = sorted(found, key=lambda one: one.fit.cost)
@@ -65,8 +71,7 @@ def estimate_of(problem: Problem, found: list[Found], records: tuple[Record, ...
         },
         records=records,
         coordinates=tuple(map(str, shooting.model.definition.coordinates)),
-        **pairs_of(problem, best, records, noise),
-        **starts_of(problem, best.x, records),
+        **details(best, noise),
     )
 
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import wrap
-from nsmaps.errors import NsmapsError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard, PoincareSection, SlidingSurface
@@ -37,10 +36,8 @@ def timed_class(cls: type[FlowSystem]) -> type[FlowSystem]:
         return {mode: {**rates, TIMER: -1} for mode, rates in cls.modes(self, t, y).items()}
 
     def guards(self: Any, t: Any, y: SimpleNamespace) -> Mapping[str, Any]:
-        given = cls.guards(self, t, y)
-        derived = [name if isinstance(one, SlidingSurface) else one.rests for name, one in given.items()]
-        watched = (*cls.modes(self, t, y), *(mode for mode in derived if mode))
-        return {**given, ALARM: Guard(watched, getattr(y, TIMER), letter=INSTANT, crossing=True)}
+        alarm = Guard(watched_modes(cls, self, t, y), getattr(y, TIMER), letter=INSTANT, crossing=True)
+        return {**cls.guards(self, t, y), ALARM: alarm}
 
     def section(self: Any, t: Any, y: SimpleNamespace) -> PoincareSection:
         own = cls.section(self, t, y)
@@ -50,6 +47,12 @@ def timed_class(cls: type[FlowSystem]) -> type[FlowSystem]:
 
     body = {"modes": modes, "guards": guards, "section": section, "states": (*cls.states, TIMER), "__module__": __name__}
     return type(f"Timed{cls.__name__}", (cls,), {**body, "__qualname__": f"Timed{cls.__name__}"})
+
+
+def watched_modes(cls: type[FlowSystem], system: Any, t: Any, y: SimpleNamespace) -> tuple[str, ...]:
+    """All modes of a class, those of sliding and lasting contact included."""
+    derived = [name if isinstance(one, SlidingSurface) else one.rests for name, one in cls.guards(system, t, y).items()]
+    return (*cls.modes(system, t, y), *(mode for mode in derived if mode))
 
 
 @lru_cache(maxsize=64)
@@ -138,7 +141,7 @@ class EventModel:
     """
 
     def __init__(self, system: FlowSystem, free: Sequence[str]) -> None:
-        """The model of a system; NsmapsError where the phase of its section is that of a clock."""
+        """The model of a system."""
         from nsmaps.exact.modes.kernel import known_definition
 
         self.system, self.free = system, tuple(free)
@@ -146,11 +149,6 @@ class EventModel:
         self.timed = known_definition(_of_class(timed_class(type(system)), system))
         self.names = tuple(name for name in self.definition.coordinates if name in self.definition.states)
         self.forced = bool(self.timed.coordinates.angles.any())
-        if self.forced and not self.definition.coordinates.angles.any():
-            raise NsmapsError(
-                f"the section of {type(system).__name__} is at a clock, whose phase is fixed; expected: a section at an event "
-                "that the state determines, such as an impact"
-            )
         self.letters = tuple(letter for letter in self.timed.letters if letter != INSTANT)
         self.section = self.definition.alphabet.section or ()
         self.is_impact = isinstance(system, ImpactFormulas)

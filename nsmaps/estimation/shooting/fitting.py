@@ -42,7 +42,7 @@ def fit(problem: Problem, x: Floats) -> Fit | None:
     Where impacts are unpaired at a minimum, they are aligned there as loosely as at first, as long as this leads to a better one.
     """
     best = found = fitted(problem, x)
-    while found is not None and found.unpaired:
+    while found is not None and found.unpaired and np.mean(found.residuals**2) < HOPELESS:
         found = fitted(problem, found.x)
         if found is None or best is None or found.cost >= best.cost:
             break
@@ -112,10 +112,10 @@ def minimize(
 
 def measured_chi2(shooting: Shooting, residuals: Floats, pairings: Sequence[Pairing]) -> float:
     """The sum of squares of all residuals but those of continuity."""
-    return float((residuals[measured(shooting, pairings)] ** 2).sum())
+    return float((residuals[is_measured(shooting, pairings)] ** 2).sum())
 
 
-def measured(shooting: Shooting, pairings: Sequence[Pairing]) -> np.ndarray:
+def is_measured(shooting: Shooting, pairings: Sequence[Pairing]) -> np.ndarray:
     """Which residuals are not of continuity, a mask."""
     sizes = [shooting.sizes(number, pairing) for number, pairing in enumerate(pairings)]
     return np.concatenate([np.repeat([True, False], [sum(part[:3]), part[3]]) for part in sizes])

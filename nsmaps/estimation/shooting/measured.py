@@ -13,21 +13,25 @@ from nsmaps.estimation.shooting.fitting import mean_interval
 from nsmaps.estimation.shooting.guesses import Library, segments_of
 from nsmaps.estimation.shooting.problem import Measured, Shooting, Units, with_noise
 
+SAMPLED = "samples", "sample_noise"  #: fields of records by state
 UNKNOWN_NOISE = 0.01  #: of the mean interval of impacts: deviations that stand in for unknown ones
 LENGTHS = 300.0  #: of returns in the data, over those of the model, beyond which the unit of time is wrong
 
 
 def after_transient(record: Record, transient: float) -> Record:
-    """A record without what was measured within a time of its beginning. DataError if nothing is left."""
+    """A record without what was measured within a time, or so many returns, of its beginning. DataError if nothing is left."""
     if not transient > 0:
         return record
-    begin = float(np.concatenate([record.times, record.sample_times]).min()) + transient
+    if record.returns > transient:
+        samples, noise = ({k: one[int(transient) :] for k, one in getattr(record, name).items()} for name in SAMPLED)
+        return replace(record, samples=samples, sample_noise=noise)
+    begin = float(np.concatenate([record.times, record.sample_times]).min(initial=np.inf)) + transient
     hits, at = record.times >= begin, record.sample_times >= begin
     if not hits.any() and not at.any():
         raise DataError(f"nothing of {record} is left after a transient of {transient:g}; expected: less than its length")
     names = "times", "walls", "speeds", "noise", "speed_noise"
     cut: dict[str, Any] = {name: getattr(record, name)[hits] for name in names}
-    for name in ("samples", "sample_noise"):
+    for name in SAMPLED:
         cut[name] = {key: value[at] for key, value in getattr(record, name).items()}
     return replace(record, **cut, sample_times=record.sample_times[at])
 
@@ -69,13 +73,19 @@ def measured_of(model: EventModel, record: Record, length: float, returns: float
     letters = np.array([model.letters.index(wall) if wall else -1 for wall in record.walls], int)
     unit, speed = record.time_unit, record.length_unit / record.time_unit
     times, at, names = record.times / unit, record.sample_times / unit, tuple(record.samples)
-    empty = np.zeros((len(at), 0))
-    table = np.column_stack([empty, *(record.samples[name] for name in names)])
-    deviations = np.column_stack([empty, *(record.sample_noise[name] for name in names)])
+    empty, units = np.zeros((len(at), 0)), sample_units(model, record)
+    table = np.column_stack([empty, *(record.samples[name] / units.get(name, 1.0) for name in names)])
+    deviations = np.column_stack([empty, *(record.sample_noise[name] / units.get(name, 1.0) for name in names)])
     places = np.array([model.definition.states.index(name) for name in names], int)
     segments = segments_of(model, times, letters, at, returns * length)
     noise = record.noise / unit, record.speed_noise / speed
     return Measured(times, letters, record.speeds / speed, *noise, at, places, table, deviations, record.phase, segments)
+
+
+def sample_units(model: EventModel, record: Record) -> dict[str, float]:
+    """The units of the states of an impact system in those of a record; none of other systems, whose dimensions are unknown."""
+    speed = record.length_unit / record.time_unit
+    return {"place": record.length_unit, "v": speed} if model.is_impact else {}
 
 
 def _check_names(model: EventModel, record: Record) -> None:

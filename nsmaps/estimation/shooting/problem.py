@@ -286,8 +286,13 @@ def with_noise(record: Measured, noise: float) -> Measured:
 
 
 def check_model(model: EventModel) -> None:
-    """Refuse a model without events that a sensor could see."""
+    """Refuse a model without events that a sensor could see, or whose section is at a clock."""
     if not model.letters:
         raise NsmapsError(
             f"{type(model.system).__name__} has no event with a letter; expected: impacts or other events in its words"
+        )
+    if model.forced and not model.definition.coordinates.angles.any():
+        raise NsmapsError(
+            f"the section of {type(model.system).__name__} is at a clock, whose phase is fixed; expected: samples at this clock, "
+            "without times, or a section at an event that the state determines, such as an impact"
         )

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
+from nsmaps.arrays import Floats
 from nsmaps.estimation.result import Estimate
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLACK, BLUE, GREY, ORANGE, RED, label
@@ -22,12 +23,12 @@ def sheets(found: Estimate) -> tuple[Sheet, ...]:
 
 
 def estimate(found: Estimate, ax: Axes) -> Axes:
-    """Residuals of impact times over time, in standard deviations; missed and spurious impacts on the edge."""
+    """Residuals of impact times over time, in standard deviations, missed and spurious ones on the edge; or those of samples."""
     pairs = found.pairs
+    if not len(pairs.time):
+        return samples(found, ax)
     residual, both = pairs.residual, np.isfinite(pairs.residual)
-    edge = max(3.0, 1.1 * float(np.abs(residual[both]).max(initial=0.0)))
-    ax.axhspan(-2, 2, color=GREY, alpha=0.12, lw=0)
-    ax.axhspan(-1, 1, color=GREY, alpha=0.18, lw=0)
+    edge = bands(residual[both], ax)
     for letter, colour in zip(dict.fromkeys(pairs.model_wall[both].tolist()), (BLACK, BLUE, ORANGE, GREY), strict=False):
         mine = both & (pairs.model_wall == letter)
         ax.plot(pairs.model_time[mine], residual[mine], "o", ms=3, mew=0, color=colour, label=letter)
@@ -35,11 +36,27 @@ def estimate(found: Estimate, ax: Axes) -> Axes:
     for mine, times, marker, name in ((missed, pairs.model_time, "v", "missed"), (spurious, pairs.time, "x", "spurious")):
         if mine.any():
             ax.plot(times[mine], np.full(mine.sum(), edge), marker, ms=4, color=RED, label=name, ls="")
-    ax.set_ylim(-edge * 1.1, edge * 1.1)
     ax.set_xlabel("time of the record")
-    ax.set_ylabel("residual, in standard deviations")
     ax.legend(ncols=2)
     return ax
+
+
+def samples(found: Estimate, ax: Axes) -> Axes:
+    """Residuals of samples in their order, in standard deviations."""
+    bands(found.sample_residuals, ax)
+    ax.plot(found.sample_residuals, "o", ms=3, mew=0, color=BLACK)
+    ax.set_xlabel("number of the sample")
+    return ax
+
+
+def bands(residuals: Floats, ax: Axes) -> float:
+    """Bands of one and two standard deviations; where unpaired impacts are drawn, beyond all residuals."""
+    edge = max(3.0, 1.1 * float(np.abs(residuals).max(initial=0.0)))
+    ax.axhspan(-2, 2, color=GREY, alpha=0.12, lw=0)
+    ax.axhspan(-1, 1, color=GREY, alpha=0.18, lw=0)
+    ax.set_ylim(-edge * 1.1, edge * 1.1)
+    ax.set_ylabel("residual, in standard deviations")
+    return edge
 
 
 def parameter(found: Estimate, ax: Axes, number: int = 0) -> Axes:
