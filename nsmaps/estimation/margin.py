@@ -1,0 +1,157 @@
+"""How far the motion of a record is from the boundary of its basin, at the estimate and at draws of the parameters: sampled."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
+from nsmaps.continuation.bisection import bisect_change
+from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.attractors.attractor import Attractor
+from nsmaps.dynamics.attractors.basins import Basins, basins
+from nsmaps.dynamics.scale import scale_of
+from nsmaps.errors import NsmapsError
+from nsmaps.estimation.result import Estimate
+from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.flow import FlowSystem
+from nsmaps.progress import beat, shows
+from nsmaps.results import NONE, Result, array
+
+LOOKS = 24  #: states that are looked at along a direction, before bisection
+RETURNS = 1000  #: within which an attractor must be reached
+WIDTH = 1e-6  #: of the unit of each coordinate: to which a boundary is bisected
+
+
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class BasinDistance(WithCoordinates, Result):
+    """Distances of a motion from the boundary of its basin in D directions, and the least of them at N draws; all sampled."""
+
+    picture: ClassVar[str] = "nsmaps.figures.estimation.margin"
+
+    coordinates: Coordinates
+    label: str  #: of the motion at the estimate, such as 1:1/T
+    state: Floats = field(metadata=array("coordinate", "of the motion, from which distances count"))
+    unit: Floats = field(metadata=array("coordinate", "of distances: the extent of the motion, a radian of an angle", NONE))
+    directions: Floats = field(metadata=array("direction coordinate", "of length 1 in these units", NONE))
+    distances: Floats = field(
+        metadata=array("direction", "to the boundary in these units; infinite without one within reach", NONE)
+    )
+    points: Floats = field(metadata=array("direction coordinate", "on the boundary, NaN without one"))
+    draws: Floats = field(metadata=array("draw parameter", "parameters", NONE))
+    labels: np.ndarray = field(metadata=array("draw", "the motion on which the record ends", NONE))
+    least: Floats = field(metadata=array("draw", "the least distance over all directions; NaN of another motion", NONE))
+
+    @property
+    def share(self) -> tuple[float, float]:
+        """The share of the draws with which the record ends on this motion, and its standard error."""
+        count, share = len(self.labels), float(np.mean(self.labels == self.label)) if len(self.labels) else float("nan")
+        return share, float(np.sqrt(share * (1 - share) / count)) if count else float("nan")
+
+    def summary(self) -> str:
+        """The numbers that matter."""
+        share, error = self.share
+        nearest = f"boundary of its basin at {self.distances.min():.3g} of its extent or nearer"
+        text = f"{self.label}: {nearest}, in {len(self.distances)} directions"
+        known = self.least[np.isfinite(self.least)]
+        if len(known):
+            text += f"; {np.quantile(known, 0.05):.3g} to {np.quantile(known, 0.95):.3g} in 90 % of the draws"
+        return f"{text}; this motion in {100 * share:.0f} +- {100 * error:.0f} % of {len(self.labels)} draws; sampled"
+
+
+@shows
+def basin_distance(
+    system: FlowSystem,
+    estimate: Estimate,
+    *,
+    record: int = 0,
+    directions: int | ArrayLike = 32,
+    reach: float = 1.0,
+    n_draws: int = 16,
+    rng: int | np.random.Generator = 0,
+) -> BasinDistance:
+    """The distance of the motion on which a record ends from the boundary of its basin, at the estimate and at draws.
+
+    Along each direction states at `LOOKS` distances are followed, and the first change of what they end on is bisected. A basin
+    may be left and entered between two of them, and the boundary is nearer than the least distance in other directions, so that
+    this is an upper bound on the radius of the ball that the basin holds (M. S. Soliman, J. M. T. Thompson, J. Sound Vib. 135
+    (1989) 453).
+
+    Args:
+        system: that of the estimate.
+        estimate: of `nsmaps.estimate`.
+        record: number of the record.
+        directions: number of random ones, or changes of the coordinates, shape (D, c).
+        reach: farthest distance, in units of the extent of the motion, a radian of an angle.
+        n_draws: of the parameters, by the covariance of the estimate.
+        rng: random numbers.
+
+    Raises:
+        NsmapsError: the record ends on no attractor, or directions are none.
+    """
+    random = np.random.default_rng(rng)
+    state, best = estimate.last_states[record], system.at(**estimate.parameters)
+    own = _motion(best, state)
+    if own is None:
+        raise NsmapsError(f"the motion of record {record} reaches no attractor in {RETURNS} returns; expected: another")
+    coordinates, unit = Coordinates(best.coordinates), scale_of(best, own.states)
+    given = (
+        random.standard_normal((directions, len(unit))) if isinstance(directions, int) else np.asarray(directions, float) / unit
+    )
+    if given.ndim != 2 or given.shape[1] != len(unit) or not len(given) or not given.any(axis=1).all():
+        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {len(unit)}), none of them zero, or a number")
+    ways = given / np.linalg.norm(given, axis=1, keepdims=True)
+    distances = _distances(best, own, ways * unit, reach)
+    draws, labels, least = estimate.draws(n_draws, random), [], []
+    for k, row in enumerate(draws):
+        there = system.at(**dict(zip(estimate.names, row.tolist(), strict=True)))
+        one = _motion(there, state)
+        labels.append("none" if one is None else str(one.label))
+        same = one is not None and labels[-1] == own.label
+        least.append(_distances(there, one, ways * unit, reach).min() if one is not None and same else np.nan)
+        beat((k + 1) / len(draws))
+    points = own.states[0] + np.where(np.isfinite(distances), distances, np.nan)[:, None] * ways * unit
+    return BasinDistance(
+        coordinates,
+        str(own.label),
+        own.states[0],
+        unit,
+        ways,
+        distances,
+        coordinates.wrap(points),
+        draws,
+        np.array(labels, str),
+        np.array(least, float),
+    )
+
+
+def _motion(system: FlowSystem, state: Floats) -> Attractor | None:
+    """The attractor that a state reaches."""
+    found = basins(system, state[None], max_returns=RETURNS).attractors
+    return found[0] if found else None
+
+
+def _distances(system: FlowSystem, own: Attractor, steps: Floats, reach: float) -> Floats:
+    """The distances (D,) at which the basin ends along steps (D, c) of length 1; infinite where it does not within reach."""
+    origin, coordinates = own.states[0], Coordinates(system.coordinates)
+
+    def reached(distance: Floats, which: Ints) -> Basins:
+        states = coordinates.wrap(origin + distance[:, None] * steps[which])
+        return basins(system, states, attractors=[own], max_returns=RETURNS)
+
+    def inside(found: Basins) -> Bools:
+        return np.asarray(found.label == 0)
+
+    grid, all_ = reach * np.arange(1, LOOKS + 1) / LOOKS, np.arange(len(steps))
+    seen = reached(np.tile(grid, len(steps)), np.repeat(all_, LOOKS))
+    out = ~inside(seen).reshape(-1, LOOKS)
+    no_start = (seen.outcome == Outcome.invalid).reshape(-1, LOOKS)  # such as a negative impact speed: no boundary of a basin
+    first = np.argmax(out, axis=1)
+    ends = np.flatnonzero(out.any(axis=1) & ~no_start[all_, first])
+    found = np.full(len(steps), np.inf)
+    if len(ends):
+        low, high = np.append(0.0, grid)[first[ends]], grid[first[ends]]
+        yes, no = np.ones(len(ends), bool), np.zeros(len(ends), bool)
+        low, high, _ = bisect_change(lambda middle: inside(reached(middle, ends)), low, high, yes, no, WIDTH)
+        found[ends] = (low + high) / 2
+    return found
