@@ -35,7 +35,7 @@ CASES: dict[str, Any] = {
 }
 LEVELS = 0.001, 0.05  #: of the noise
 APART = 10.0  #: standard deviations of the noise between impacts, at least, so that their order is that of the motion
-ATTEMPTS = 10  #: guesses within 2 % of the truth, until the estimate says that it describes all impacts of a record
+ATTEMPTS = 2  #: guesses within 2 % of the truth, until the estimate says that it describes all impacts of a record
 
 
 @lru_cache

@@ -67,7 +67,7 @@ def fitted(problem: Problem, x: Floats) -> Fit | None:
         if found is None:
             return None
         x, mean = found.x, float(np.mean(found.fun**2))
-        if number > len(WEIGHTS) and mean > max(HOPELESS, BETTER * error):
+        if number >= len(WEIGHTS) and mean > max(HOPELESS, BETTER * error):
             break
         error = mean
         scales = [min(new, old) for new, old in zip(_scales(problem, x, pairings), scales, strict=True)]
