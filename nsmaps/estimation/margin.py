@@ -18,9 +18,9 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.progress import beat, shows
 from nsmaps.results import NONE, Result, array
 
-LOOKS = 24  #: states that are looked at along a direction, before bisection
-RETURNS = 1000  #: within which an attractor must be reached
-WIDTH = 1e-6  #: of the unit of each coordinate: to which a boundary is bisected
+LOOKS = 16  #: states that are looked at along a direction, before bisection
+RETURNS = 500  #: within which an attractor must be reached
+WIDTH = 1e-5  #: of the unit of each coordinate: to which a boundary is bisected
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -32,6 +32,7 @@ class BasinDistance(WithCoordinates, Result):
     coordinates: Coordinates
     label: str  #: of the motion at the estimate, such as 1:1/T
     state: Floats = field(metadata=array("coordinate", "of the motion, from which distances count"))
+    reach: float  #: farthest distance that was looked at
     unit: Floats = field(metadata=array("coordinate", "of distances: the extent of the motion, a radian of an angle", NONE))
     directions: Floats = field(metadata=array("direction coordinate", "of length 1 in these units", NONE))
     distances: Floats = field(
@@ -51,8 +52,9 @@ class BasinDistance(WithCoordinates, Result):
     def summary(self) -> str:
         """The numbers that matter."""
         share, error = self.share
-        nearest = f"boundary of its basin at {self.distances.min():.3g} of its extent or nearer"
-        text = f"{self.label}: {nearest}, in {len(self.distances)} directions"
+        least = float(self.distances.min())
+        nearest = f"boundary of its basin {f'at {least:.3g}' if np.isfinite(least) else f'beyond {self.reach:.3g}'} of its extent"
+        text = f"{self.label}: {nearest} in {len(self.distances)} directions"
         known = self.least[np.isfinite(self.least)]
         if len(known):
             text += f"; {np.quantile(known, 0.05):.3g} to {np.quantile(known, 0.95):.3g} in 90 % of the draws"
@@ -65,7 +67,7 @@ def basin_distance(
     estimate: Estimate,
     *,
     record: int = 0,
-    directions: int | ArrayLike = 32,
+    directions: int | ArrayLike = 16,
     reach: float = 1.0,
     n_draws: int = 16,
     rng: int | np.random.Generator = 0,
@@ -115,6 +117,7 @@ def basin_distance(
         coordinates,
         str(own.label),
         own.states[0],
+        reach,
         unit,
         ways,
         distances,

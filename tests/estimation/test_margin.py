@@ -47,9 +47,9 @@ def test_the_boundary_of_a_basin_and_its_spread_are_those_of_the_closed_form() -
     margin = basin_distance(system, found, directions=[[1.0], [-1.0]], n_draws=6)
     assert margin.state[0] == pytest.approx(3.0)
     assert margin.distances[0] == np.inf
-    assert margin.distances[1] * margin.unit[0] == pytest.approx(3.0 - 4 * found.values[0], rel=1e-4)
-    np.testing.assert_allclose(margin.points[1], 4 * found.values, rtol=1e-4)
-    np.testing.assert_allclose(margin.least * margin.unit[0], 3.0 - 4 * margin.draws[:, 0], rtol=1e-4)
+    assert margin.distances[1] * margin.unit[0] == pytest.approx(3.0 - 4 * found.values[0], rel=1e-3)
+    np.testing.assert_allclose(margin.points[1], 4 * found.values, rtol=1e-3)
+    np.testing.assert_allclose(margin.least * margin.unit[0], 3.0 - 4 * margin.draws[:, 0], rtol=1e-3)
     assert margin.share == (1.0, 0.0)
     assert "this motion in 100 +- 0 % of 6 draws; sampled" in str(margin)
     assert isinstance(margin.plot(), Figure)

@@ -19,14 +19,14 @@ def sheets(found: BasinDistance) -> tuple[Sheet, ...]:
 
 def boundary(found: BasinDistance, ax: Axes) -> Axes:
     """The motion and the points where directions leave its basin, over the first two coordinates."""
-    across = [0, 1] if len(found.state) > 1 else [0, 0]
-    x, y = found.points[:, across].T
-    for a, b in zip(x, y, strict=True):
-        ax.plot([found.state[across[0]], a], [found.state[across[1]], b], color=GREY, lw=0.5)
-    ax.plot(x, y, "o", ms=3, mew=0, color=BLUE, label="boundary of the basin")
-    ax.plot(*found.state[across], "+", ms=7, color=BLACK, label=found.label)
-    ax.set_xlabel(label(found.coordinates[across[0]]))
-    ax.set_ylabel(label(found.coordinates[across[1]]))
+    ends = np.minimum(found.distances, found.reach)[:, None] * found.directions * found.unit
+    (x, y), (a, b) = ((*each, 0 * each[0])[:2] for each in (found.state, ends.T))
+    ax.plot([x + 0 * a, x + a], [y + 0 * b, y + b], color=GREY, lw=0.5)
+    known = np.isfinite(found.distances)
+    ax.plot(x + a[known], y + b[known], "o", ms=3, mew=0, color=BLUE, label="boundary of the basin")
+    ax.plot(x, y, "+", ms=7, color=BLACK, label=found.label)
+    ax.set_xlabel(label(found.coordinates[0]))
+    ax.set_ylabel(label(found.coordinates[1]) if len(found.state) > 1 else "")
     ax.legend()
     return ax
 
@@ -36,8 +36,10 @@ def least(found: BasinDistance, ax: Axes) -> Axes:
     known = found.least[np.isfinite(found.least)]
     if len(known):
         ax.hist(known, bins=np.histogram_bin_edges(known, BINS).tolist(), color=BLUE)
-    ax.axvline(float(found.distances.min()), color=BLACK, lw=0.8, ls="--", label="estimate")
-    ax.set_xlabel("least distance, in units of the motion's extent")
+    center = float(found.distances.min())
+    name = "estimate" if np.isfinite(center) else f"estimate: beyond {found.reach:.3g}"
+    ax.axvline(min(center, found.reach), color=BLACK, lw=0.8, ls="--", label=name)
+    ax.set_xlabel("least distance, in extents")
     ax.set_ylabel("draws")
     ax.legend()
     return ax
