@@ -89,7 +89,7 @@ def basin_distance(
         rng: random numbers.
 
     Raises:
-        NsmapsError: the record ends on no attractor, or directions are none.
+        NsmapsError: the record ends on no attractor, or a direction is zero.
     """
     random = np.random.default_rng(rng)
     state, best = estimate.last_states[record], system.at(**estimate.parameters)
