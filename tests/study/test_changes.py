@@ -52,7 +52,7 @@ def test_a_value_that_is_the_studys_own_changes_no_title() -> None:
 @pytest.mark.parametrize(
     ("setting", "says"),
     [
-        ("R=1", "ball/drop with R = 1: unknown parameter 'R'; expected: a, r, mode, did you mean 'r'?"),
+        ("R=1", "ball/drop with R = 1: unknown parameter 'R', did you mean 'r'?; expected: a, r, mode"),
         ("r=2", "ball/drop with r = 2: Ball: r is 2.0; expected: less than or equal to 1"),
         ("r", "'r' is not an assignment; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
         ("=1", "'=1' is not an assignment; expected: NAME=VALUE, such as r=0.45 or beta=pi/3"),
