@@ -52,7 +52,7 @@ def map_along(model: Model, *parameters: str) -> Callable[..., ReturnMap]:
         NsmapsError: the system has no such parameter, or it is a map without parameters.
     """
     if not isinstance(model, System | CompleteChatter):
-        if isinstance(model, type | ReturnMap) or not callable(model):
+        if not callable(model) or isinstance(model, ReturnMap) or (isinstance(model, type) and issubclass(model, System)):
             System.require(model, "parameters")
         return model
     for name in parameters:
