@@ -164,7 +164,7 @@ def thumbnails() -> Iterator[str]:
     for one in (*listed["pages"], *listed["saved"], *listed["tables"]):
         file = HERE.parent / one["file"]
         for page, text in texts.items():
-            if f"/{file.name})" in text and file.is_relative_to(HERE):
+            if file.is_relative_to(HERE) and (f"/{file.name})" in text or f"/{file.name}\n" in text):
                 shown = f"../{page.relative_to(HERE).with_suffix('')}"
                 pictures[f"../{file.relative_to(HERE)}"] = (shown, one.get("figure", page.stem))
     yield from ("# Thumbnails", "", "Every picture of these pages; a click leads to the page that shows it.", "")
