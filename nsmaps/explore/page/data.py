@@ -11,7 +11,7 @@ from nsmaps.exact.events import ModeTrack
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.exact.trajectory import track
-from nsmaps.explore.page.sweep import letter, shortened, sweep_of
+from nsmaps.explore.page.sweep import events_of, letter, shortened, sweep_of
 from nsmaps.exports.write import export
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.style import family_colours, piece_colours
@@ -67,6 +67,7 @@ def data_of(result: "StudyResult") -> dict[str, Any]:
         else {"name": moved.parameter, "label": letter(moved.parameter), "low": moved.low, "high": moved.high},
         "start": starts[0],
         "sweep": sweep_of(result),
+        "events": events_of(result),
         "motion": _motions(result, np.array(starts[0])),
         "surfaces": _surfaces(result),
         "flights": _flights(result) if len(result.surfaces) else [],

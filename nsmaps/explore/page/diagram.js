@@ -4,9 +4,9 @@ const TRANSIENT = 500, ENOUGH = 150, MOST_RETURNS = 3000, SLICE = 20, KEPT = 20 
 
 class Diagram {
     /* maps: by name {title, colour, at: value => state => [image, piece]}; stored: by name {title, colour, values, states}. */
-    constructor(canvas, {stored, events, parameter, labels, angles, start}, maps, set, ranged) {
+    constructor(canvas, {stored, events, parameter, labels, angles, start}, maps, set) {
         const shown = [...new Set([...Object.keys(stored), ...Object.keys(maps)])]
-        Object.assign(this, {canvas, maps, stored, events, parameter, labels, start, ranged, shown, cursor: null, corner: null})
+        Object.assign(this, {canvas, maps, stored, events, parameter, labels, start, shown, cursor: null, corner: null})
         Object.assign(this, {coordinate: 0, earlier: [], found: {}, held: document.createElement("canvas"), ran: 0})
         const all = shown.length > 1 ? [["all", "all"]] : []
         this.fill("drawn", [...all, ...shown.map(of => [of, this.title(of)])], () => this.compute())
@@ -115,7 +115,7 @@ class Diagram {
         this.view = view
         Object.assign(this.frame, {x: view.x, y: view.y})
         this.paint()
-        this.ranged(this.events.filter(event => view.x[0] <= event.value && event.value <= view.x[1]))
+        listEvents(this.events.filter(event => view.x[0] <= event.value && event.value <= view.x[1]))
         clearTimeout(this.waits)
         this.waits = setTimeout(() => {
             this.waits = 0
@@ -252,10 +252,14 @@ class Diagram {
     }
 }
 
+const listEvents = events => {
+    document.getElementById("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
+}
+
 /* The diagram of a page, with the maps that the page has. */
-function openDiagram(sweep, set, ranged) {
+function openDiagram(sweep, set) {
     const maps = {}
     if (typeof nsmaps_exact !== "undefined") maps.exact = {title: sweep.exact, colour: "points", at: value => nsmaps_exact.at(value).image_of}
     if (sweep.moves) maps.composite = {title: "composite map", colour: "composite", at: value => state => nsmaps_map.image_of([...state, value])}
-    return new Diagram(document.getElementById("diagram"), sweep, maps, set, ranged)
+    return new Diagram(document.getElementById("diagram"), sweep, maps, set)
 }

@@ -149,10 +149,8 @@ function set(value) {
     refresh()
 }
 
-const listed = events => {
-    byId("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
-}
-const diagram = DATA.sweep ? openDiagram(DATA.sweep, value => DATA.sweep.moves && set(value), listed) : null
+const diagram = DATA.sweep && openDiagram(DATA.sweep, value => DATA.sweep.moves && set(value))
+if (!diagram) listEvents(DATA.events)
 
 function moveCursor() {
     if (!DATA.sweep?.moves) return

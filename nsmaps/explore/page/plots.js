@@ -1,8 +1,6 @@
 "use strict"
 /* The pictures of a run, in the colours of the page. */
-const diagram = DATA.sweep && openDiagram(DATA.sweep, () => {}, events => {
-    document.getElementById("events").innerHTML = events.map(event => `<span>${event.kind} at ${event.value.toFixed(8)}</span>`).join(" ")
-})
+const diagram = DATA.sweep && openDiagram(DATA.sweep, () => {})
 const boxes = DATA.plots.map(plot => {
     const part = document.querySelector("main").appendChild(document.createElement("section"))
     part.className = "wide"

@@ -41,7 +41,7 @@ def sweep_of(result: "StudyResult") -> dict[str, Any] | None:
             of: {"title": result.map_title(of), "colour": _COLOURS.get(of, "event"), **_points(diagram)}
             for of, diagram in result.bifurcation_diagram.items()
         },
-        "events": _events(result),
+        "events": events_of(result),
     }
 
 
@@ -80,7 +80,7 @@ def _points(diagram: "BifurcationDiagram") -> dict[str, Any]:
     return {"values": shortened(values[own][::step]), "states": shortened(states[own][::step].T)}
 
 
-def _events(result: "StudyResult") -> list[dict[str, Any]]:
+def events_of(result: "StudyResult") -> list[dict[str, Any]]:
     """The events of all branches, each once, in ascending order of the parameter."""
     branches = [branch for found in result.branches.values() for branch in found]
     seen = {(event.kind, float(event.value)) for branch in branches for event in branch.events}
