@@ -133,7 +133,7 @@ def _inches(text: str) -> float:
     """The width of a text; of one that is not mathematics, as many letters as it has."""
     try:
         return extent_of(text)[0] / 72
-    except ValueError:
+    except (ValueError, RecursionError):
         return len(text) * SIZE / 100
 
 
