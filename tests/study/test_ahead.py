@@ -41,7 +41,13 @@ assert after <= before, after - before
 """
 
 
-@pytest.mark.parametrize(("study", "calls"), [("vi_pair/fp", "call_composite call_boxes"), ("soft_impact/domain", "call_boxes")])
+@pytest.mark.parametrize(
+    ("study", "calls"),
+    [
+        ("vi_pair/fp", "call_composite call_boxes"),
+        pytest.param("soft_impact/domain", "call_boxes", marks=pytest.mark.thorough),
+    ],
+)
 def test_steps_call_the_code_that_was_compiled_ahead(study, calls):
     assert [call.__name__ for call in ahead.calls_of(load_study(study))] == calls.split()
     subprocess.run([sys.executable, "-c", SAME_CODE, study, calls], check=True, capture_output=True, text=True)
