@@ -76,7 +76,7 @@ class AttractingDomain(WithCoordinates, Result):
 
 
 def attracting_domain(
-    return_map: AnyMap,
+    system: AnyMap,
     box: BoxLike,
     *,
     max_updates: int = 11,
@@ -100,7 +100,7 @@ def attracting_domain(
     the box may take a hundred times as long. On a terminal a line shows the progress.
 
     Args:
-        return_map: an exact system, a composite map or a PolyMap.
+        system: an exact system, a composite map or a PolyMap.
         box: a mapping of names to (low, high), a `Box`, or an array of shape (n, 2); angles in radians, on any turn.
         max_updates: largest number N of updates.
         grow: start from the smallest box around the given one that is carried into itself (`smallest_box`), if there is one.
@@ -116,30 +116,30 @@ def attracting_domain(
     Raises:
         NsmapsError: the box is empty or has other coordinates, a number is out of range, or the map has no such bounds.
     """
-    start = as_box(box, return_map.coordinates)
+    start = as_box(box, system.coordinates)
     _check(max_updates, n_samples)
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is valid on the given box only; expected: one of the two")
-    make = auxiliary_maps(return_map, bounds, error, n_samples)
+    make = auxiliary_maps(system, bounds, error, n_samples)
     centre = None if around is None else np.asarray(around, float)
     with working("attracting domain", progress, max_seconds) as work:
-        found, why = found_box(make, return_map, start, centre, MOST, work) if grow else (start, "")
+        found, why = found_box(make, system, start, centre, MOST, work) if grow else (start, "")
         start = start if found is None else found
         done, boxes, maps = _updates(make, start, max_updates if found is not None else 0, work)
     invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)
-    reason = why if found is None else _reason(return_map, done, moved, tolerance, maps.status)
+    reason = why if found is None else _reason(system, done, moved, tolerance, maps.status)
     stopped = f"; stopped after {max_seconds:g} s, with update {len(done)} of {max_updates}"
     reason += stopped if invariant and len(done) < max_updates and moved > REST else ""
     return AttractingDomain(
-        of=of or (error.of if error is not None else name_of(return_map)),
-        coordinates=Coordinates(return_map.coordinates),
+        of=of or (error.of if error is not None else name_of(system)),
+        coordinates=Coordinates(system.coordinates),
         boxes=np.array(boxes),
         updates=tuple(done),
         forward_invariant=invariant,
         converged=invariant and moved <= (tolerance if len(done) == max_updates else REST),
         status=maps.status,
-        reason=reason if invariant else _why_not(return_map, reason, start, error),
-        units=units_of(return_map),
+        reason=reason if invariant else _why_not(system, reason, start, error),
+        units=units_of(system),
         **_limits(done[-1], maps, _accuracy(maps, start, done[-1]), invariant),
     )
 

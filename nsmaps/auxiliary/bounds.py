@@ -78,6 +78,6 @@ def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int
     return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 
-def envelopes(return_map: AnyMap, box: BoxLike, *, n_samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
+def envelopes(system: AnyMap, box: BoxLike, *, n_samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
     """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds` as in `auxiliary_maps`."""
-    return auxiliary_maps(return_map, bounds, None, n_samples)(as_box(box, return_map.coordinates)).envelopes()
+    return auxiliary_maps(system, bounds, None, n_samples)(as_box(box, system.coordinates)).envelopes()

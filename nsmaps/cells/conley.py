@@ -23,7 +23,7 @@ class MorseGraph:
 
 
 @shows
-def conley_indices(return_map: Boxed, box: BoxLike, *, depth: int = 5, of: str = "") -> MorseGraph:
+def conley_indices(system: Boxed, box: BoxLike, *, depth: int = 5, of: str = "") -> MorseGraph:
     """The Morse graph with Conley indices of a map in a window of 2^depth cells an axis.
 
     CMGDB takes one image box of a cell: the hull of the images by all words, so that its sets may be larger than those of
@@ -36,9 +36,9 @@ def conley_indices(return_map: Boxed, box: BoxLike, *, depth: int = 5, of: str =
         import CMGDB
     except ImportError as error:
         raise NsmapsError("Conley indices are computed by CMGDB, which is not installed; expected: the extra 'morse'") from error
-    cells = Cells.over(return_map.coordinates, box, 1)
+    cells = Cells.over(system.coordinates, box, 1)
     low, high = cells.window.T
-    enclosing = box_map(return_map)
+    enclosing = box_map(system)
 
     def images(rects: ArrayLike) -> Floats:
         sides = np.asarray(rects, float).reshape(-1, 2, len(low)).transpose(0, 2, 1)
@@ -55,7 +55,7 @@ def conley_indices(return_map: Boxed, box: BoxLike, *, depth: int = 5, of: str =
     hulls = np.array([np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)], axis=1) for boxes in sets])
     edges = np.array(graph.edges(), np.int64).reshape(-1, 2)
     indices = tuple(tuple(graph.annotations(k)) for k in graph.vertices())
-    return MorseGraph(of or name_of(return_map), hulls.reshape(-1, len(low), 2), edges, indices)
+    return MorseGraph(of or name_of(system), hulls.reshape(-1, len(low), 2), edges, indices)
 
 
 def _in_window(cells: Cells, hulls: Floats) -> Floats:

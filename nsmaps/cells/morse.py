@@ -92,7 +92,7 @@ class MorseCover(Result):
 
 @shows
 def morse_sets(
-    return_map: Boxed,
+    system: Boxed,
     box: BoxLike,
     *,
     depth: int = 4,
@@ -107,7 +107,7 @@ def morse_sets(
     images are not bounded has arcs to all cells. States that leave the window or have no image are followed no further.
 
     Args:
-        return_map: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
+        system: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         n_cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
@@ -119,8 +119,8 @@ def morse_sets(
     """
     if depth < 0:
         raise NsmapsError(f"the depth is {depth}; expected: at least 0")
-    enclosing = box_map(return_map)
-    stage, levels = _Stage.first(Cells.over(return_map.coordinates, box, n_cells)), list[Level]()
+    enclosing = box_map(system)
+    stage, levels = _Stage.first(Cells.over(system.coordinates, box, n_cells)), list[Level]()
     try:
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels))
@@ -129,8 +129,8 @@ def morse_sets(
     except KeyboardInterrupt as error:
         if not levels:
             raise
-        raise Interrupted(_cover(stage, tuple(levels), of or name_of(return_map), False)) from error
-    return _cover(stage, tuple(levels), of or name_of(return_map), True)
+        raise Interrupted(_cover(stage, tuple(levels), of or name_of(system), False)) from error
+    return _cover(stage, tuple(levels), of or name_of(system), True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,27 +209,25 @@ class ForwardInvariantSet(Result):
 
 
 @shows
-def forward_invariant_box(
-    return_map: Boxed, box: BoxLike, *, n_cells: int | Sequence[int] = 32, of: str = ""
-) -> ForwardInvariantSet:
+def forward_invariant_box(system: Boxed, box: BoxLike, *, n_cells: int | Sequence[int] = 32, of: str = "") -> ForwardInvariantSet:
     """A box of states as a set of cells, such as the start box of a domain: forward invariant if every image is in it.
 
     Args:
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         n_cells: into which it is divided, an axis or each axis: enclosures of smaller cells are sharper.
     """
-    grid = Cells.over(return_map.coordinates, box, n_cells)
-    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(return_map), grid, np.arange(grid.size)))
+    grid = Cells.over(system.coordinates, box, n_cells)
+    out = sum(int((~found.stays).sum()) for found in targets_of(box_map(system), grid, np.arange(grid.size)))
     said = (
         f"{out} of {grid.size} cells have images that leave the box, are not bounded or may not exist"
         if out
         else "the images of all cells lie in it"
     )
-    return ForwardInvariantSet(of or name_of(return_map), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
+    return ForwardInvariantSet(of or name_of(system), grid, np.arange(grid.size), 0, not out, f"{said}, by enclosure")
 
 
 @shows
-def forward_invariant_set(return_map: Boxed, cover: MorseCover, component: int = 0) -> ForwardInvariantSet:
+def forward_invariant_set(system: Boxed, cover: MorseCover, component: int = 0) -> ForwardInvariantSet:
     """The cells of a component, joined with all cells that their images meet until nothing is added: a forward invariant set.
 
     The set is not forward invariant if an image leaves the window, is not bounded, or may not exist; its cells are then those
@@ -238,7 +236,7 @@ def forward_invariant_set(return_map: Boxed, cover: MorseCover, component: int =
     if not 0 <= component < len(cover.hulls):
         known = f"from 0 to {len(cover.hulls) - 1}" if len(cover.hulls) else "another window, since the cover has no components"
         raise NsmapsError(f"component {component} of {len(cover.hulls)}; expected: {known}")
-    enclosing, cells = box_map(return_map), cover.cells
+    enclosing, cells = box_map(system), cover.cells
     inside = np.zeros(cells.size, bool)
     fresh = cover.numbers[cover.component == component]
     own, reason = len(fresh), ""

@@ -78,7 +78,7 @@ class CycleSearch(Result):
 
 @shows
 def find_cycles(
-    return_map: ReturnMap | PolyMap,
+    system: ReturnMap | PolyMap,
     box: BoxLike,
     *,
     max_period: int = 1,
@@ -95,7 +95,7 @@ def find_cycles(
     the window are not looked for.
 
     Args:
-        return_map: an exact system, a composite map or a PolyMap: with `first_return` with derivatives and `image_boxes`.
+        system: an exact system, a composite map or a PolyMap: with `first_return` with derivatives and `image_boxes`.
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); angles on any turn.
         max_period: the longest period, in returns, at least 1; cycles of every period up to it are sought.
         depth: how many times the cells that cannot be excluded are halved along every axis, at least 0; more exclude more.
@@ -114,9 +114,9 @@ def find_cycles(
     """
     if max_period < 1 or depth < 0:
         raise NsmapsError(f"max_period is {max_period} and depth is {depth}; expected: at least 1 and 0")
-    of, boxed = of or name_of(return_map), box_map(return_map)
+    of, boxed = of or name_of(system), box_map(system)
     returning = ReturnMap.require(boxed, "cycles")
-    grid = Cells.over(return_map.coordinates, box, n_cells)
+    grid = Cells.over(system.coordinates, box, n_cells)
     numbers = np.arange(grid.size)
     may, walks = np.ones((grid.size, max_period), bool), tuple[Ints, ...]()
     for level in range(depth + 1):

@@ -131,7 +131,7 @@ def _listed(point: tuple[float, ...]) -> str:
 
 @shows
 def exit_times(
-    return_map: Boxed,
+    system: Boxed,
     regions: CompositeMap | Mapping[str, Region],
     box: BoxLike,
     *,
@@ -153,7 +153,7 @@ def exit_times(
     enclosure does not separate from them.
 
     Args:
-        return_map: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
+        system: the one that all this is true of: an exact system, a PolyMap or a CompositeMap, or any map with `image_boxes`.
         regions: the pieces of a composite map, or regions by name; of those that hold a state the first counts.
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2).
         depth, n_cells: as for `morse_sets`.
@@ -164,7 +164,7 @@ def exit_times(
     if depth < 0 or (target is not None and not target.forward_invariant):
         wrong = f"the depth is {depth}" if depth < 0 else f"the target is not closed under the map ({target and target.reason})"
         raise NsmapsError(f"{wrong}; expected: a depth of at least 0, and a target that is forward invariant")
-    grids = [Cells.over(return_map.coordinates, box, n_cells)]
+    grids = [Cells.over(system.coordinates, box, n_cells)]
     for _ in range(depth):
         grids.append(grids[-1].halved())
     finest = grids[-1]
@@ -174,12 +174,12 @@ def exit_times(
     goals = [region != k for k in range(len(names))]
     if target is not None:
         goals.append(_cells_inside(finest, target))
-    steps = _solved(box_map(return_map), grids, goals, [k < len(names) for k in range(len(goals))])
+    steps = _solved(box_map(system), grids, goals, [k < len(names) for k in range(len(goals))])
     left = np.full(finest.size, NEVER)
     for k in range(len(names)):
         left[region == k] = steps[k][region == k]
     arrived = None if target is None else steps[-1]
-    return ExitTimes(of or name_of(return_map), finest, names, region, left, arrived, tuple(cycles))
+    return ExitTimes(of or name_of(system), finest, names, region, left, arrived, tuple(cycles))
 
 
 def _regions(cells: Cells, regions: CompositeMap | Mapping[str, Region]) -> tuple[tuple[str, ...], Ints]:

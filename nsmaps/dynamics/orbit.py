@@ -70,13 +70,13 @@ class Orbit(WithCoordinates, Result):
 
 
 @shows
-def orbit(return_map: ReturnMap, start: StateLike, n_returns: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
+def orbit(system: ReturnMap, start: StateLike, n_returns: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
 
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
-        return_map: an exact system, a composite map, or any other return map.
+        system: an exact system, a composite map, or any other return map.
         start: one state or many.
         n_returns: their number.
         progress: called now and then with the fraction of the returns that is made, from 0 to 1.
@@ -85,7 +85,7 @@ def orbit(return_map: ReturnMap, start: StateLike, n_returns: int, *, progress: 
     Raises:
         StateError: the state has not the map's coordinates, or `n_returns` is negative.
     """
-    coordinates = Coordinates(ReturnMap.require(return_map, "an orbit").coordinates)
+    coordinates = Coordinates(ReturnMap.require(system, "an orbit").coordinates)
     first, dim, n = as_starts(start, coordinates), len(coordinates), n_returns
     if n < 0:
         raise StateError(f"n_returns is {n}; expected: a number of returns >= 0")
@@ -94,9 +94,9 @@ def orbit(return_map: ReturnMap, start: StateLike, n_returns: int, *, progress: 
     states, turns = np.empty((n + 1, m, dim)), np.empty((n, m, dim), np.int32)
     codes, outcome, time = np.empty((n, m), np.int64), np.empty((n, m), np.int8), np.empty((n, m))
     number = np.ones((n, m), np.int32)
-    states[0], none = flat, return_map.first_return(flat[:0], **how) if not n * m else None
+    states[0], none = flat, system.first_return(flat[:0], **how) if not n * m else None
     walls, alphabet = (none.walls, none.alphabet) if none is not None else ((), PLAIN)
-    for part in returns_of(return_map, flat, n, **how):
+    for part in returns_of(system, flat, n, **how):
         rows = slice(done, done + len(part) // m)
         done, walls, alphabet = rows.stop, part.walls, part.alphabet
         states[1:][rows], turns[rows] = part.image.reshape(-1, m, dim), part.known_turns.reshape(-1, m, dim)
@@ -107,7 +107,7 @@ def orbit(return_map: ReturnMap, start: StateLike, n_returns: int, *, progress: 
     shape = n, *first.shape
     each = turns.reshape(shape), codes.reshape(shape[:-1]), outcome.reshape(shape[:-1]), time.reshape(shape[:-1])
     several = number.reshape(shape[:-1]) if (number > 1).any() else None
-    about = alphabet, several, units_of(return_map)
+    about = alphabet, several, units_of(system)
     return Orbit(coordinates, walls, states.reshape(n + 1, *first.shape), *each, *about)
 
 

@@ -145,14 +145,14 @@ def stability(multipliers: ArrayLike) -> bool | None:
 
 
 def periodic_orbit(
-    return_map: ReturnMap, start: StateLike, period: int = 1, *, tolerance: float = 1e-10, scale: ArrayLike | None = None
+    system: ReturnMap, start: StateLike, period: int = 1, *, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:
     """The periodic orbit near a guess, by Newton's method in all its states at once, with the map's derivative.
 
     Steps are halved until they reduce the residual. The orbit found may have a divisor of the period.
 
     Args:
-        return_map: with derivatives, such as an exact system, a composite map or one of strips.
+        system: with derivatives, such as an exact system, a composite map or one of strips.
         start: the first state, shape (n,) or a mapping by name, whose images are the others; or all states, shape (period, n).
         period: q, in returns.
         tolerance: largest residual of a converged orbit, as a share of the scale; see `PeriodicOrbit.converged`.
@@ -165,15 +165,15 @@ def periodic_orbit(
     """
     if period < 1:
         raise NsmapsError(f"the period is {period}; expected: at least one return")
-    states = np.atleast_2d(as_starts(start, ReturnMap.require(return_map, "a periodic orbit").coordinates))
-    dim = len(return_map.coordinates)
+    states = np.atleast_2d(as_starts(start, ReturnMap.require(system, "a periodic orbit").coordinates))
+    dim = len(system.coordinates)
     if states.shape not in ((1, dim), (period, dim)):
         raise StateError(f"the guess has shape {states.shape}; expected: ({dim},) or ({period}, {dim})")
-    states = return_map.on_section(states)
+    states = system.on_section(states)
     if len(states) < period:
-        states = orbit(return_map, states[0], period - 1).states
+        states = orbit(system, states[0], period - 1).states
     size = None if scale is None else np.asarray(scale, float)
-    return refined(return_map, return_map.first_return(states, derivative=True), tolerance, size)
+    return refined(system, system.first_return(states, derivative=True), tolerance, size)
 
 
 def refined(return_map: ReturnMap, now: Returns, tolerance: float = 1e-10, scale: Floats | None = None) -> PeriodicOrbit:

@@ -14,7 +14,7 @@ from nsmaps.progress import shows
 
 @shows
 def periodic_orbits(
-    return_map: ReturnMap,
+    system: ReturnMap,
     starts: ArrayLike,
     period: int = 1,
     *,
@@ -28,7 +28,7 @@ def periodic_orbits(
     as chatter at speeds below the tolerance may have, and any orbit of a family, such as motions that keep their energy.
 
     Args:
-        return_map: with derivatives.
+        system: with derivatives.
         starts: shape (N, n), the first state of each guess.
         period: q, in returns.
         words: those of the q returns, from any state of the cycle on; None for all.
@@ -40,8 +40,8 @@ def periodic_orbits(
     """
     found: list[PeriodicOrbit] = []
     rotations = None if words is None else {(*words[k:], *words[:k]) for k in range(len(words))}
-    for start in as_states(starts, ReturnMap.require(return_map, "periodic orbits").coordinates):
-        orbit = periodic_orbit(return_map, start, period, tolerance=tolerance)
+    for start in as_states(starts, ReturnMap.require(system, "periodic orbits").coordinates):
+        orbit = periodic_orbit(system, start, period, tolerance=tolerance)
         if not (orbit.converged and orbit.exists) or (rotations is not None and orbit.words not in rotations):
             continue
         turned = [np.roll(orbit.states, k, axis=0) for k in range(period)]
@@ -53,14 +53,14 @@ def periodic_orbits(
     return tuple(found)
 
 
-def periodic_orbits_by_word(return_map: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
+def periodic_orbits_by_word(system: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
     """All periodic orbits up to a period of a map with affine pieces, in the order of periods and words.
 
     Of each word the one cycle of its formulas is kept if its states lie in the pieces of the word, up to rounding. Words of which
     1 is a multiplier are left out: they have no cycle, or a line of them.
 
     Args:
-        return_map: without angles, whose images are affine.
+        system: without angles, whose images are affine.
         max_period: in returns.
         tolerance: as in `periodic_orbit`.
 
@@ -69,10 +69,9 @@ def periodic_orbits_by_word(return_map: PiecewiseMap, max_period: int, tolerance
     """
     from nsmaps.exact.piecewise.affine import cycles_of_words
 
-    return_map = PiecewiseMap.require(return_map, "cycles by their words")
+    system = PiecewiseMap.require(system, "cycles by their words")
     return tuple(
-        periodic_orbit(return_map, states, len(states), tolerance=tolerance)
-        for _, states in cycles_of_words(return_map, max_period)
+        periodic_orbit(system, states, len(states), tolerance=tolerance) for _, states in cycles_of_words(system, max_period)
     )
 
 

@@ -144,24 +144,24 @@ class FittedBoxes(ReturnMap):
 
 
 @overload
-def box_map(return_map: Fitted) -> FittedBoxes: ...
+def box_map(system: Fitted) -> FittedBoxes: ...
 @overload
-def box_map(return_map: Boxed) -> BoxMap: ...
-def box_map(return_map: Boxed) -> BoxMap:
+def box_map(system: Boxed) -> BoxMap: ...
+def box_map(system: Boxed) -> BoxMap:
     """A map that encloses the images of boxes: itself where it does, as exact systems, and `FittedBoxes` of a fitted one.
 
     Raises:
         NsmapsError: the map does neither, as a ParametricMap: its map at a value is one.
     """
-    if isinstance(return_map, BoxMap):
-        return return_map
-    if isinstance(return_map, Fitted):
-        return FittedBoxes.of(return_map)
+    if isinstance(system, BoxMap):
+        return system
+    if isinstance(system, Fitted):
+        return FittedBoxes.of(system)
     accepted = (
         "an exact system, a map given by formulas, a PolyMap, a CompositeMap (of a ParametricMap, that at a value), "
         "any map with `image_boxes`"
     )
-    raise NsmapsError(f"a {type(return_map).__name__} encloses no images of boxes; expected: {accepted}")
+    raise NsmapsError(f"a {type(system).__name__} encloses no images of boxes; expected: {accepted}")
 
 
 def _common(piece: Piece, whole: Parts) -> Iterator[Parts]:

@@ -48,7 +48,7 @@ class Laps:
         return rows
 
 
-def topological_entropy(return_map: PiecewiseMap) -> float:
+def topological_entropy(system: PiecewiseMap) -> float:
     """The topological entropy of a map of one coordinate whose pieces are affine; constant ones as limits of increasing ones.
 
     Itineraries are computed in rational numbers, those that the parameters are, and series to 400 terms: the error is about
@@ -58,7 +58,7 @@ def topological_entropy(return_map: PiecewiseMap) -> float:
         NsmapsError: the map has several coordinates or an angle, or a piece is not affine, or states between two breaks are in
             no piece.
     """
-    laps = laps_of(PiecewiseMap.require(return_map, "the entropy by kneading series"))
+    laps = laps_of(PiecewiseMap.require(system, "the entropy by kneading series"))
     kneading = np.array([laps.series(k, 1) - laps.series(k, -1) for k in range(len(laps.breaks))])
     if not len(kneading):
         return 0.0

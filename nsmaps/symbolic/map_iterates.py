@@ -101,7 +101,7 @@ def symbolic_iterate(
     return _composition([formula(polynomial, piece, coordinates)] * n)
 
 
-def compose_pieces(return_map: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
+def compose_pieces(composite: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
     """The composition of pieces along a word of regions, such as ["R2", "R1", "R1"], the first applied first.
 
     It is what an orbit does that visits these regions in this order; whether a state stays in them is not looked at. Angles are
@@ -111,11 +111,11 @@ def compose_pieces(return_map: "CompositeMap | ParametricMap", word: Sequence[st
     from nsmaps.reduced.composite.parametric import ParametricMap
     from nsmaps.symbolic.formula import formula
 
-    check_class(return_map, (CompositeMap, ParametricMap), "a word of regions requires a map of pieces")
+    check_class(composite, (CompositeMap, ParametricMap), "a word of regions requires a map of pieces")
     if isinstance(word, str) or not word:
-        known = ", ".join(piece.name for piece in return_map.pieces)
+        known = ", ".join(piece.name for piece in composite.pieces)
         raise NsmapsError(f"the word is {word!r}; expected: a sequence of one or more of {known}")
-    return _composition([formula(return_map, name) for name in word])
+    return _composition([formula(composite, name) for name in word])
 
 
 def _composition(steps: "Sequence[Formula]") -> ClosedMap:

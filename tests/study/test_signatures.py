@@ -1,7 +1,7 @@
 """The keys of a section are the arguments of its public function: the same names in the same order with the same defaults."""
 
 from collections.abc import Callable, Mapping
-from inspect import Parameter, signature
+from inspect import Parameter, isfunction, signature
 from typing import Any, NamedTuple
 
 import pytest
@@ -12,7 +12,7 @@ from nsmaps.proof.horseshoe import prove_horseshoe
 from nsmaps.proof.prove import prove
 from nsmaps.study.study import Study
 
-RUN = {"system", "return_map", "parallel", "progress", "of"}  #: arguments that the study, its system and its run give
+RUN = {"system", "parallel", "progress", "of"}  #: arguments that the study, its system and its run give
 SWEEP = {"low", "high", "points"}  #: values of a parameter, in a file as `from`, `to` and `points`
 
 
@@ -90,3 +90,12 @@ def test_keys_are_arguments(key: str) -> None:
     assert both
     other = [name for name in both if default_of(fields[name]) != default_of(arguments[name])]
     assert set(other) == set(call.defaults.split())
+
+
+def test_maps_have_one_name_among_arguments() -> None:
+    rooms = [nsmaps, *(getattr(nsmaps, room) for room in ("auxiliary", "cells", "dynamics", "reduced", "symbolic"))]
+    public = {name: getattr(room, name) for room in rooms for name in dir(room) if not name.startswith("_")}
+    taken = {name: list(signature(each).parameters) for name, each in public.items() if isfunction(each)}
+    assert len(taken) > 40
+    assert not [name for name, arguments in taken.items() if "return_map" in arguments]
+    assert not [name for name, arguments in taken.items() if "system" in arguments[1:]]

@@ -126,7 +126,7 @@ class BasinBoundary(WithCoordinates, Result):
 
 @divides
 def basins(
-    return_map: ReturnMap,
+    system: ReturnMap,
     starts: Grid | ArrayLike,
     *,
     attractors: Sequence[Attractor] | None = None,
@@ -164,26 +164,26 @@ def basins(
     if max_returns < 1 or max_period < 1 or not tolerance > 0:
         text = f"{max_returns} returns, max_period {max_period}, tolerance {tolerance}"
         raise NsmapsError(f"{text}; expected: at least 1 return, max_period at least 1, a tolerance above 0")
-    coordinates = Coordinates(ReturnMap.require(return_map, "basins").coordinates)
+    coordinates = Coordinates(ReturnMap.require(system, "basins").coordinates)
     if isinstance(starts, Grid):
         check_axes(starts, coordinates)
     named = quantifiers_of(quantifiers, Basins)
     grid, states = (starts, starts.states()) if isinstance(starts, Grid) else (None, starts)
     start = as_states(states, coordinates)
-    known, ends = list(attractors or ()), follow(return_map, start, (), 0)
+    known, ends = list(attractors or ()), follow(system, start, (), 0)
 
     def result() -> Basins:
         order = np.argsort([-(ends.label == k).sum() for k in range(len(known) if attractors is None else 0)], kind="stable")
         renamed = np.append(np.argsort(order), [ENDED, UNRESOLVED])[ends.label].astype(np.int32)
         found, label = (known, ends.label) if attractors is not None else ([known[k] for k in order], renamed)
-        values = quantified(named, (len(found),), (((k,), each.states, return_map) for k, each in enumerate(found)))
-        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(return_map), values)
+        values = quantified(named, (len(found),), (((k,), each.states, system) for k, each in enumerate(found)))
+        return Basins(coordinates, grid, start, tuple(found), label, *ends[1:], units_of(system), values)
 
     try:
         if attractors:
-            _arrive(return_map, start, np.arange(len(start)), known, max_returns, parallel.share(0.0, 1.0, "given"), ends)
+            _arrive(system, start, np.arange(len(start)), known, max_returns, parallel.share(0.0, 1.0, "given"), ends)
         else:
-            _search(return_map, start, known, (max_returns, tolerance, max_period), parallel, ends)
+            _search(system, start, known, (max_returns, tolerance, max_period), parallel, ends)
     except KeyboardInterrupt as stopped:
         raise Interrupted.of(stopped, result() if known else None) from None
     return result()
@@ -245,7 +245,7 @@ def _followed(return_map: ReturnMap, start: Floats, attractors: Sequence[Attract
 
 
 @shows
-def basin_boundary(return_map: ReturnMap, basins: Basins, *, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
+def basin_boundary(system: ReturnMap, basins: Basins, *, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
     """Points between basins, by bisection along the edges of their grid.
 
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.
@@ -261,10 +261,10 @@ def basin_boundary(return_map: ReturnMap, basins: Basins, *, tolerance: float = 
     if not tolerance > 0:
         raise NsmapsError(f"the tolerance is {tolerance}; expected: a positive length")
     ends, sides = basins.edges()
-    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(return_map, ends)
+    tolerance, scale = max(tolerance, 4 * float(np.spacing(TWO_PI))), scale_of(system, ends)
 
     def label(states: Floats) -> NDArray[np.int32]:
-        return follow(return_map, states, basins.attractors, max_returns)[0]
+        return follow(system, states, basins.attractors, max_returns)[0]
 
     low, high, beyond = bisect_change(label, ends[:, 0], ends[:, 1], sides[:, 0], sides[:, 1], tolerance * scale)
     middle = basins.coordinates.wrap((low + high) / 2)

@@ -65,7 +65,7 @@ class Manifold(WithCoordinates, Result):
 
 @shows
 def manifold(
-    return_map: ReturnMap,
+    system: ReturnMap,
     orbit: PeriodicOrbit,
     which: Which = "unstable",
     *,
@@ -90,7 +90,7 @@ def manifold(
     has that of `PiecewiseMap.inverse`, of several preimages the one in the first piece. Other maps need an `inverse`.
 
     Args:
-        return_map: with two coordinates.
+        system: with two coordinates.
         orbit: a saddle: one multiplier within the unit circle, one beyond it.
         which: "unstable" or "stable".
         length: of each side, in units of the manifold's `scale`.
@@ -101,15 +101,15 @@ def manifold(
     Raises:
         NsmapsError: not two coordinates, an orbit that is not a saddle, no inverse, or lengths that are not positive.
     """
-    _check(return_map, orbit, which, length, gap, max_points)
+    _check(system, orbit, which, length, gap, max_points)
     scale = orbit.scale
     grow = (length, gap, max_points)
     if which == "unstable":
-        return _unstable(return_map, orbit, scale, *grow)
-    inverse = return_map.inverse() if inverse is None else inverse
+        return _unstable(system, orbit, scale, *grow)
+    inverse = system.inverse() if inverse is None else inverse
     if inverse is None:
         raise NsmapsError(
-            f"the stable manifold of a {type(return_map).__name__} needs its inverse, which is not known; expected: `inverse`"
+            f"the stable manifold of a {type(system).__name__} needs its inverse, which is not known; expected: `inverse`"
         )
     return _stable(_unstable(inverse, _reversed_orbit(inverse, orbit, scale), scale, *grow), orbit, scale)
 

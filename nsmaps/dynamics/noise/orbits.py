@@ -75,7 +75,7 @@ class NoisyOrbits(WithCoordinates, Result):
 
 @divides
 def noisy_orbits(
-    return_map: ReturnMap,
+    system: ReturnMap,
     start: StateLike,
     noise: Noise,
     *,
@@ -121,23 +121,23 @@ def noisy_orbits(
             map has no motion that could be forced, or noise on images has a step, impacts or a scale of no coordinate.
         Interrupted: Ctrl-C; `result` has the first realisations, up to a part that was not finished.
     """
-    return_map = ReturnMap.require(return_map, "noise")
-    coordinates = Coordinates(return_map.coordinates)
+    system = ReturnMap.require(system, "noise")
+    coordinates = Coordinates(system.coordinates)
     starts, dim, n, seed = as_starts(start, coordinates), len(coordinates), n_returns, entropy_of(rng)
     if starts.shape not in ((dim,), (n_realisations, dim)) or n_realisations < 0:
         raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(n_realisations, 0)}, {dim})")
-    check_noise(return_map, noise)
+    check_noise(system, noise)
     if noise.tau is None:
         work, part, h, how = (
             kicked_realisations,
             max(CHUNK, RETURNS // max(n, 1)),
             np.nan,
-            _of_images(return_map, n, noise, step, max_impacts),
+            _of_images(system, n, noise, step, max_impacts),
         )
         chatter = np.nan
     else:
-        work, part, h, how = _realised, CHUNK, *_forced(return_map, n, noise, noise.tau, step, chatter, max_impacts)
-    starts, letters = np.broadcast_to(starts, (n_realisations, dim)), letters_of(return_map)
+        work, part, h, how = _realised, CHUNK, *_forced(system, n, noise, noise.tau, step, chatter, max_impacts)
+    starts, letters = np.broadcast_to(starts, (n_realisations, dim)), letters_of(system)
     tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(n_realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:

@@ -50,7 +50,7 @@ class Graze(WithCoordinates, Result):
         return f"between {' and '.join(self.words)} at {self.state.tolist()}, coefficients of the square root {roots}"
 
 
-def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, n_samples: int = 400) -> Graze:
+def graze(system: ReturnMap, one: StateLike, other: StateLike, *, n_samples: int = 400) -> Graze:
     """The graze between two states of different words: the map along the line through them, and its square root.
 
     The graze is found by bisection of the word. The coefficient is that of s in a polynomial in s, the square root of the
@@ -58,7 +58,7 @@ def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, n_samples:
     less.
 
     Args:
-        return_map: exact, or of pieces given by formulas.
+        system: exact, or of pieces given by formulas.
         one: a state, shape (n,) or by name.
         other: another one, whose return has another word.
         n_samples: states along the line, up to the nearer of both on either side.
@@ -66,21 +66,21 @@ def graze(return_map: ReturnMap, one: StateLike, other: StateLike, *, n_samples:
     Raises:
         NsmapsError: both states have one word, or the map has no square root beside the change of words.
     """
-    ends = np.concatenate([as_starts(each, return_map.coordinates).reshape(1, -1) for each in (one, other)])
-    words = return_map.first_return(ends).words
+    ends = np.concatenate([as_starts(each, system.coordinates).reshape(1, -1) for each in (one, other)])
+    words = system.first_return(ends).words
     if words[0] == words[1]:
         raise NsmapsError(f"the returns of both states have the word {words[0]}; expected: states on both sides of a graze")
-    low, high, beyond = bisect_change(lambda rows: return_map.first_return(rows).words, ends[:1], ends[1:], words[:1], words[1:])
+    low, high, beyond = bisect_change(lambda rows: system.first_return(rows).words, ends[:1], ends[1:], words[:1], words[1:])
     sides = (low[0], ends[0], str(words[0])), (high[0], ends[1], str(beyond[0]))
-    rooted = [_roughness(return_map, place, end) for place, end, _ in sides]
+    rooted = [_roughness(system, place, end) for place, end, _ in sides]
     if max(rooted) == 0:
         raise NsmapsError(f"the map has no square root beside the change of words at {low[0].tolist()}; expected: a graze there")
     (smooth, away, before), (place, end, after) = sides if rooted[1] >= rooted[0] else sides[::-1]
     direction = (end - place) / np.linalg.norm(end - place)
     reach = min(np.linalg.norm(end - place), np.linalg.norm(away - smooth))
-    near, far = return_map.first_return(smooth - LEAST * reach * np.array([[1], [2]]) * direction).lifted
+    near, far = system.first_return(smooth - LEAST * reach * np.array([[1], [2]]) * direction).lifted
     value = 2 * near - far
-    return _beside(return_map, place, direction, float(reach), value, (before, after), n_samples)
+    return _beside(system, place, direction, float(reach), value, (before, after), n_samples)
 
 
 def graze_of(system: System, event: BifurcationPoint) -> Graze:

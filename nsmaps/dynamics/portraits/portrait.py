@@ -38,12 +38,12 @@ class PhasePortrait(Result):
 
 
 def phase_portrait(
-    return_map: ReturnMap, attractors: Sequence[Attractor | LimitSet], *, n_points: int = 100_000, n_returns: int = 20
+    system: ReturnMap, attractors: Sequence[Attractor | LimitSet], *, n_points: int = 100_000, n_returns: int = 20
 ) -> PhasePortrait:
     """The motions of attractors, such as those of `basins`, over a period each, and states of their Poincare sections.
 
     Args:
-        return_map: of the attractors.
+        system: of the attractors.
         attractors: one or more.
         n_points: states of an attractor without a period, of 100 orbits side by side.
         n_returns: over which the motion on an attractor without a period is shown.
@@ -53,8 +53,8 @@ def phase_portrait(
     """
     if not attractors:
         raise NsmapsError("there is no attractor; expected: those of `basins(...).attractors`, or the limit set of an orbit")
-    tracks = tuple(motion_over(return_map, each.states[0], each.period or n_returns) for each in attractors)
-    return PhasePortrait(tuple(_densely(return_map, each, n_points) for each in attractors), tracks, units_of(return_map))
+    tracks = tuple(motion_over(system, each.states[0], each.period or n_returns) for each in attractors)
+    return PhasePortrait(tuple(_densely(system, each, n_points) for each in attractors), tracks, units_of(system))
 
 
 def _densely(return_map: ReturnMap, attractor: Attractor | LimitSet, n_points: int) -> Attractor | LimitSet:

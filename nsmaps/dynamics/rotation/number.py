@@ -30,7 +30,7 @@ class RotationNumber:
 
 
 def rotation_number(
-    return_map: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, of: str | None = None
+    system: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, of: str | None = None
 ) -> RotationNumber:
     """The rotation number of the orbit of a start: exact where it ends on a cycle, estimated otherwise.
 
@@ -38,7 +38,7 @@ def rotation_number(
     power on smooth quasi-periodic orbits: S. Das, Y. Saiki, E. Sander, J. A. Yorke, Nonlinearity 30 (2017) 4111.
 
     Args:
-        return_map: with an angle, whose turns are counted from each state to its image, or whose words have two letters.
+        system: with an angle, whose turns are counted from each state to its image, or whose words have two letters.
         start: one state, shape (n,) or by name.
         n_returns: number over which the mean is taken.
         transient: number before these.
@@ -47,21 +47,21 @@ def rotation_number(
     Raises:
         NsmapsError: no such angle or letter, several to choose from, or an orbit that ends or escapes.
     """
-    coordinates = Coordinates(ReturnMap.require(return_map, "a rotation number").coordinates)
+    coordinates = Coordinates(ReturnMap.require(system, "a rotation number").coordinates)
     state = as_starts(start, coordinates)[None]
-    settled = orbit(return_map, state, transient).final
-    name = _named(return_map, coordinates, of)
-    scale = scale_of(return_map, settled, beside=state)
-    found = limits(return_map, settled, scale, 1e-6, state)[0] if np.isfinite(settled).all() else None
+    settled = orbit(system, state, transient).final
+    name = _named(system, coordinates, of)
+    scale = scale_of(system, settled, beside=state)
+    found = limits(system, settled, scale, 1e-6, state)[0] if np.isfinite(settled).all() else None
     if found is None or not found.held:
         raise NsmapsError(f"the orbit of {state[0].tolist()} ends or escapes; expected: a start whose orbit stays")
     length = found.path.last(SHORT).repeats(ROUNDED * scale) if found.unstable else found.length
     if length:
         seen = found.path.states[-length - 1 : -1, 0]
-        cycle = found.cycle if found.cycle is not None else periodic_orbit(return_map, seen, length)
+        cycle = found.cycle if found.cycle is not None else periodic_orbit(system, seen, length)
         fraction = Fraction(steps(cycle.returns.known_turns.astype(np.int64), list(cycle.words), coordinates, name), cycle.period)
         return RotationNumber(float(fraction), float(np.spacing(float(fraction))), name, fraction, cycle)
-    path = orbit(return_map, settled[0], n_returns)
+    path = orbit(system, settled[0], n_returns)
     each = _each(path, coordinates, name)
     halves, value = [_mean(half) for half in np.array_split(each, 2)], _mean(each)
     return RotationNumber(value, max(abs(half - value) for half in halves) + float(np.spacing(value)), name)
