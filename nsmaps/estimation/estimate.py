@@ -12,7 +12,7 @@ from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
 from nsmaps.estimation.shooting.guesses import first_guess, library_of, variants_of
 from nsmaps.estimation.shooting.inference import spread_of
-from nsmaps.estimation.shooting.measured import after_transient, return_time, shooting_of
+from nsmaps.estimation.shooting.measured import after_transient, check_names, return_time, shooting_of
 from nsmaps.estimation.shooting.problem import Problem, check_model
 from nsmaps.estimation.shooting.strobes import ReturnShooting, fit_returns
 from nsmaps.estimation.space import Space, space_of
@@ -75,8 +75,12 @@ def estimate(
     space = space_of(system, free, dict(start or {}))
     model = EventModel(flow, space.names)
     if any(record.returns for record in records):
+        _check_size(model, space, records)
         return _of_returns(model, space, records, n_starts, loss, profile, random)
     check_model(model)
+    for record in records:
+        check_names(model, record)
+    _check_size(model, space, records)
     length = return_time(model, records)
     library = library_of(model, model.at(space.first), random, space.near(model), length)
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
@@ -88,6 +92,21 @@ def estimate(
         return pairs_of(problem, best, records, noise) | starts_of(problem, best.x, records)
 
     return estimate_of(problem, _found(problem, fits, space), records, profile, details)
+
+
+def _check_size(model: EventModel, space: Space, records: tuple[Record, ...]) -> None:
+    """Refuse fewer measured numbers than unknowns: the free parameters, and the start of each record with its phase."""
+    known, unknown = 0, len(space.names)
+    for record in records:
+        series = [record.times, record.speeds, *record.samples.values()]
+        known += sum(int(np.isfinite(one).sum()) for one in series)
+        phase = model.forced and record.phase is None
+        unknown += len(record.samples) if record.returns else len(model.names) + 1 + phase
+    if known < unknown:
+        raise DataError(
+            f"{known} measured numbers for {unknown} unknowns, which are {', '.join(space.names)} and the start of each record; "
+            "expected: as many at least"
+        )
 
 
 def _of_returns(

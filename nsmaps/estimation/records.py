@@ -97,6 +97,8 @@ class Record(Result):
         for what, series in (("times", hits), ("sample_times", at)):
             _check_order(label, what, series)
         _check_units(label, {"time_unit": time_unit, "length_unit": length_unit})
+        if phase is not None and not np.isfinite(phase):
+            raise DataError(f"{label}: phase is {phase}; expected: radians at time zero, or None if it is unknown")
         letters = np.array([""] * len(hits) if walls is None else [str(wall).strip() for wall in walls], str)
         if len(letters) != len(hits):
             raise DataError(f"{label} has {len(letters)} walls for {len(hits)} impacts; expected: one for each, '' if unknown")
@@ -173,8 +175,10 @@ def _csv(path: Path) -> dict[str, NDArray[Any]]:
         lines = [
             line for line in path.read_text(encoding="utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")
         ]
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}; expected: a CSV file with a header") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(
+            f"{path} cannot be read: {getattr(error, 'strerror', 'it is no text')}; expected: a CSV file with a header"
+        ) from None
     header, *rows = csv.reader(lines) if lines else [[]]
     names = [name.strip() for name in header]
     for number, row in enumerate(rows, 1):
@@ -241,5 +245,5 @@ def _check_order(label: str, what: str, series: Floats) -> None:
 
 def _check_units(label: str, units: Mapping[str, float]) -> None:
     for name, value in units.items():
-        if not (np.isfinite(value) and value > 0):
-            raise DataError(f"{label}: {name} is {value}; expected: the system's unit in that of the record, above zero")
+        if isinstance(value, str) or not (np.isfinite(value) and value > 0):
+            raise DataError(f"{label}: {name} is {value!r}; expected: the system's unit in that of the record, above zero")

@@ -174,6 +174,8 @@ def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
         nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], n_starts=1)
     with pytest.raises(DataError, match="there is no state 'X'"):
         nsmaps.estimate(PAIR, Record.of(sample_times=[0.0, 1.0], samples={"X": [0.0, 1.0]}, sample_noise=0.1), free=["r"])
+    with pytest.raises(DataError, match="1 measured numbers for 4 unknowns, which are r and the start of each record"):
+        nsmaps.estimate(PAIR, [0.0], free=["r"])
     with pytest.raises(ParameterError, match="start has 'q'"):
         nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], start={"q": 1.0})
     with pytest.raises(ParameterError, match="r starts at 2 between 0 and 1"):

@@ -22,6 +22,8 @@ from nsmaps.estimation.records import records_of
         ({"times": [1.0], "speeds": [2.0]}, "speed_noise 1 is nan; expected: a standard deviation above zero"),
         ({"times": [1.0], "speeds": [-2.0], "speed_noise": 0.1}, "speed -2 is negative; expected: impact speeds"),
         ({"times": [1.0], "time_unit": 0.0}, "time_unit is 0.0; expected: the system's unit"),
+        ({"times": [1.0], "time_unit": "s"}, "time_unit is 's'; expected: the system's unit"),
+        ({"times": [1.0], "phase": np.nan}, "phase is nan; expected: radians at time zero, or None"),
         ({"times": ["a"]}, "times are not numbers"),
         ({"sample_times": [1.0]}, "sample_times without samples"),
         ({"times": [1.0], "name": "run 7", "length_unit": -1}, "record 'run 7': length_unit is -1"),
@@ -66,6 +68,9 @@ def test_files_that_are_no_records_are_refused(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"nowhere\.csv cannot be read"):
         Record.read(tmp_path / "nowhere.csv")
     path = tmp_path / "rig.csv"
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(DataError, match=r"rig\.csv cannot be read: it is no text"):
+        Record.read(path)
     path.write_text("tme,wall\n1,B\n")
     with pytest.raises(DataError, match="no column 'time'; the columns are tme, wall, did you mean 'tme'"):
         Record.read(path)

@@ -69,7 +69,6 @@ def shooting_of(model: EventModel, records: Sequence[Record], library: Library, 
 
 def measured_of(model: EventModel, record: Record, length: float, returns: float) -> Measured:
     """A record in the units of the system, whose mean return takes a time `length`. DataError if it cannot be one of it."""
-    _check_names(model, record)
     letters = np.array([model.letters.index(wall) if wall else -1 for wall in record.walls], int)
     unit, speed = record.time_unit, record.length_unit / record.time_unit
     times, at, names = record.times / unit, record.sample_times / unit, tuple(record.samples)
@@ -88,7 +87,7 @@ def sample_units(model: EventModel, record: Record) -> dict[str, float]:
     return {"place": record.length_unit, "v": speed} if model.is_impact else {}
 
 
-def _check_names(model: EventModel, record: Record) -> None:
+def check_names(model: EventModel, record: Record) -> None:
     """Refuse walls and states that the system does not have."""
     cls, label = type(model.system).__name__, record.name or "the record"
     walls = [wall for wall in dict.fromkeys(record.walls.tolist()) if wall]
