@@ -177,7 +177,7 @@ def _csv(path: Path) -> dict[str, NDArray[Any]]:
         ]
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(
-            f"{path} cannot be read: {getattr(error, 'strerror', 'it is no text')}; expected: a CSV file with a header"
+            f"{path} cannot be read: {getattr(error, 'strerror', 'it is not a text file')}; expected: a CSV file with a header"
         ) from None
     header, *rows = csv.reader(lines) if lines else [[]]
     names = [name.strip() for name in header]

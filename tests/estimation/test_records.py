@@ -69,7 +69,7 @@ def test_files_that_are_no_records_are_refused(tmp_path: Path) -> None:
         Record.read(tmp_path / "nowhere.csv")
     path = tmp_path / "rig.csv"
     path.write_bytes(b"\xff\xfe")
-    with pytest.raises(DataError, match=r"rig\.csv cannot be read: it is no text"):
+    with pytest.raises(DataError, match=r"rig\.csv cannot be read: it is not a text file"):
         Record.read(path)
     path.write_text("tme,wall\n1,B\n")
     with pytest.raises(DataError, match="no column 'time'; the columns are tme, wall, did you mean 'tme'"):
