@@ -13,7 +13,8 @@ from nsmaps.exact.words import encode
 from nsmaps.figures.composite.areas import colours_over
 from nsmaps.figures.composite.cobweb import cobweb, draw_pieces
 from nsmaps.figures.composite.partition import partition
-from nsmaps.figures.returns.words import pieces, words
+from nsmaps.figures.composite.regions import regions
+from nsmaps.figures.returns.words import words
 from nsmaps.figures.style import GREY, PIECES, REST, family_colours, piece_label, tint
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
 from nsmaps.reduced.conditions.region import Box
@@ -123,7 +124,7 @@ def test_panels_keep_their_size_beside_a_long_legend(many, name):
 
 
 def test_a_name_lies_within_its_piece(many, ax):
-    pieces(many.composite, ax, GRID, many.orbits)
+    regions(many.composite, ax, GRID, many.orbits, shares=False)
     ax.figure.canvas.draw()
     assert 0 < len(ax.texts) < STRIPS
     label = {rf"$\mathcal{{R}}_{{{k + 1}}}$": k for k in range(STRIPS)}

@@ -24,11 +24,14 @@ def sheets(composite: CompositeMap, grid: Grid | None = None, orbits: "Sequence[
     return (Sheet("regions", (partial(regions, composite, grid=grid, orbits=orbits),), 1, 0.66, legend=True),)
 
 
-def regions(composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = ()) -> Axes:
+def regions(
+    composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits: "Sequence[OrbitPair]" = (), shares: bool = True
+) -> Axes:
     """Each state in the colour of the first piece that holds it (eq. compositemapM), lines between pieces.
 
     The window is that of the grid, or else holds the data of all fits. The legend has the words of the pieces, their shares of
-    the window, and that of what is in no piece. Of many pieces those have a colour in which the orbits end.
+    the window, if they are to be shown, and that of what is in no piece. Of many pieces those have a colour in which the orbits
+    end.
     """
     grid = finer(grid or window_of(composite))
     colours = colours_over(composite, grid, orbits)
@@ -37,17 +40,18 @@ def regions(composite: CompositeMap, ax: Axes, grid: Grid | None = None, orbits:
     handles = []
     for k, (piece, colour) in enumerate(zip(composite.pieces, colours, strict=True)):
         own = number == k
-        if not own.any() or colour == REST:
+        if not shares or not own.any() or colour == REST:
             continue
         text = f"{piece_label(piece.name)}{f', {piece.word}' if piece.word else ''}: {100 * own.mean():.3g} %"
         handles.append(Patch(fc=fill_of(colour), ec="0.25", lw=0.5, label=text))
     resets = np.isin(number, [k for k, colour in enumerate(colours) if colour == REST])
-    if resets.any():
+    if shares and resets.any():
         text = f"{len(np.unique(number[resets]))} more: {100 * resets.mean():.3g} %"
         handles.append(Patch(fc=REST, ec="0.25", lw=0.5, label=text))
     if np.any(number < 0):
         handles.append(Patch(fc="none", ec="0.6", hatch="////", lw=0, label=f"in no piece: {100 * np.mean(number < 0):.3g} %"))
-    ax.legend(handles=handles)
+    if handles:
+        ax.legend(handles=handles)
     return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))
 
 

@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch, Rectangle
 
 from nsmaps.exact.surfaces.mesh import grid_mesh
-from nsmaps.exact.surfaces.surface import Grid
-from nsmaps.figures.composite.areas import colours_over, paint_pieces, pieces_on
+from nsmaps.figures.composite.regions import regions
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.parts import plane
 from nsmaps.figures.returns.facets import flat
@@ -33,7 +32,7 @@ def sheets(
     """One sheet: the words, and beside them the pieces where there is a composite map."""
     panels = [partial(words, named, mesh=mesh, diagonal=diagonal)]
     if composite is not None:
-        panels.append(partial(pieces, composite, grid=next(iter(by_name(named).values())).grid, orbits=orbits))
+        panels.append(partial(regions, composite, grid=next(iter(by_name(named).values())).grid, orbits=orbits, shares=False))
     alone = len(panels) == 1
     return (Sheet("words", tuple(panels), len(panels), 0.8 if alone else 0.85, legend=True, share=0.65 if alone else 1.0),)
 
@@ -65,12 +64,3 @@ def words(named: Surfaces, ax: Axes, mesh: Meshing = grid_mesh, diagonal: Diagon
     ax.legend(handles=handles)
     across, up = (first.coordinates[k] for k in seen)
     return dress(ax, (across, "k"), (up, "k"))
-
-
-def pieces(composite: CompositeMap, ax: Axes, grid: Grid, orbits: "Sequence[OrbitPair]" = ()) -> Axes:
-    """The state space by the first piece of the composite map that holds each state (eq. compositemapM)."""
-    paint_pieces(ax, composite, colours_over(composite, grid, orbits), grid)
-    if np.any(pieces_on(composite, grid) < 0):
-        handle = Patch(fc="none", ec="0.6", hatch="////", lw=0, label="in no piece")
-        ax.legend(handles=[handle])
-    return dress(ax, (composite.coordinates[0], "k"), (composite.coordinates[1], "k"))
