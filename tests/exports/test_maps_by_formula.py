@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.exports.programs.moving import moving_script
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
 node = pytest.mark.skipif(not shutil.which("node"), reason="node is not here, so the JavaScript was not run")
@@ -75,6 +76,30 @@ def test_javascript(return_map, tmp_path):
         return rows[:, :-1], rows[:, -1].astype(int)
 
     compare(return_map, answer)
+
+
+class Tent(nsmaps.PiecewiseMap):
+    """Slopes a/4 and -a, or a squared and -a."""
+
+    a: float
+    squared: bool = False
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        rise = self.a**2 if self.squared else self.a / 4
+        return {"L": (x.x <= 0, {"x": rise * x.x + 1}), "R": (True, {"x": 1 - self.a * x.x})}
+
+
+@node
+def test_a_script_follows_a_parameter_in_which_its_numbers_are_affine(tmp_path):
+    def write(system):
+        return nsmaps.export(system, "javascript", name="tent")
+
+    script = moving_script(Tent(a=1.5), "a", 1.1, 1.9, "tent", write)
+    (tmp_path / "tent.js").write_text(f"{script}\nconsole.log([-1, 0.5].map(x => tent.at(1.7).image_of([x])[0][0]).join())")
+    found = subprocess.run(["node", "tent.js"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    assert [float(each) for each in found.split(",")] == pytest.approx([1 - 1.7 / 4, 1 - 1.7 / 2], rel=1e-15)
+    assert moving_script(Tent(a=1.5, squared=True), "a", 1.1, 1.9, "tent", write) is None
 
 
 @of_each
