@@ -10,6 +10,7 @@ from boxmaps import Henon, plain_returns
 import nsmaps
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
+from nsmaps.exact.systems.reversed import inverse_map, reversed_system
 
 
 @dataclass
@@ -221,13 +222,11 @@ def test_what_has_no_manifold_is_refused(pair):
         nsmaps.manifold(Line(), fixed)
     lost = system.at(r=0.0)
     with pytest.raises(NsmapsError, match="VIPair in reversed time: an impact on B leaves no speed"):
-        nsmaps.exact.systems.reversed.reversed_system(lost)
+        reversed_system(lost)
 
 
 def test_the_reversed_system_leads_back(pair):
     """Images of 2,000 states, back by the reversed system, words backwards."""
-    from nsmaps.exact.systems.reversed import inverse_map
-
     for system, speed in ((pair(0.35), 1.2), (SADDLES["bouncing_ball"][0](), 3.0)):
         rng = np.random.default_rng(0)
         states = np.column_stack([rng.uniform(0.05, speed, 2000), rng.uniform(0, 2 * np.pi, 2000)])
