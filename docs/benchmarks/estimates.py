@@ -9,8 +9,8 @@ with their standard errors as if all were independent.
 import json
 import sys
 from collections.abc import Iterable
-from concurrent.futures import ProcessPoolExecutor
-from functools import lru_cache, partial
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from functools import lru_cache
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -97,7 +97,8 @@ def main(name: str, count: int, file: str = "") -> None:
     rows = [json.loads(line) for line in path.read_text().splitlines()] if path and path.exists() else []
     missing = sorted(set(range(count)) - {row["record"] for row in rows})
     with ProcessPoolExecutor() as pool:
-        for row in pool.map(partial(result_of, name), missing, chunksize=5):
+        for done in as_completed([pool.submit(result_of, name, number) for number in missing]):
+            row = done.result()
             rows.append(row)
             if path:
                 with path.open("a") as lines:
