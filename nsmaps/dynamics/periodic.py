@@ -240,12 +240,16 @@ def newton_step(returns: Returns, scale: Floats) -> Floats:
 
 
 def dependent(jacobian: Floats) -> bool:
-    """True if equations with this derivative, each by the length of its gradient, are not independent up to rounding."""
+    """True if equations with this derivative, each by the length of its gradient, are not independent up to rounding.
+
+    The derivative has a row an equation, shape (N, N), or (N, N + 1) with a column of a parameter.
+    """
     lengths = np.linalg.norm(jacobian, axis=1)
     if not lengths.min() > FAMILY * min(lengths.max(), 1.0):
         return True
     scaled = jacobian / lengths[:, None]
-    if len(scaled) > MANY and np.linalg.cond(scaled, 1) * len(scaled) * FAMILY < 1:  # bounds that of singular values
+    rows, columns = scaled.shape
+    if rows == columns > MANY and np.linalg.cond(scaled, 1) * rows * FAMILY < 1:  # bounds that of singular values
         return False
     sizes = np.linalg.svd(scaled, compute_uv=False)
     return bool(sizes[-1] <= FAMILY * sizes[0])

@@ -5,7 +5,7 @@ import pytest
 
 import nsmaps
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.dynamics.periodic import shooting_jacobian
+from nsmaps.dynamics.periodic import dependent, shooting_jacobian
 from nsmaps.errors import NsmapsError, StateError
 
 DOUBLING = 0.32418854
@@ -119,3 +119,13 @@ def test_wrong_calls_are_errors(pair):
         nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], 0)
     with pytest.raises(StateError, match=r"the guess has shape \(3, 2\)"):
         nsmaps.periodic_orbit(pair(0.35), [[0.8, 0.4]] * 3, 2)
+
+
+@pytest.mark.parametrize("rows", [8, 40])
+@pytest.mark.parametrize("extra", [0, 1])
+def test_equations_are_dependent_if_a_row_is_a_sum_of_others(rows, extra):
+    """Few and many equations, with and without a column of a parameter, on scales that differ by nine orders."""
+    equations = np.random.default_rng(rows).standard_normal((rows, rows + extra)) * np.logspace(0, 9, rows)[:, None]
+    assert not dependent(equations)
+    equations[-1] = equations[0] - equations[1]
+    assert dependent(equations)
