@@ -176,6 +176,7 @@ OTHERS |= {
     "diagonal_region",
     "parametric_map",
     "write_certificate",
+    "basin_distance",
     "chatter_scaling",
     "estimate",
     "graze",
