@@ -50,7 +50,7 @@ def inset(
     x, y = (_numbers(*ends) for ends in zip(low_end, high_end, strict=True))
     wide = _DIGIT * max(map(len, y), default=0)
     if sum(map(len, x)) * _DIGIT > _SIDES[-1] * ax.bbox.width / ax.figure.dpi:
-        x = dict([*x.items()][:: max(len(x) - 1, 1)])  # the first and the last
+        x = dict([*x.items()][:: len(x) - 1] if len(x) > 2 else [*x.items()][:1])  # the first and the last, or one
     room = np.array([wide, _LINE]) * ax.figure.dpi / ax.bbox.size
     marked = middle + half * np.array(list(product((-1, 0, 1), repeat=2)))
     others = np.concatenate([*_drawn(ax), points, *([] if beside is None else [beside])])
