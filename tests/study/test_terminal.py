@@ -123,7 +123,7 @@ def test_piped_help_of_the_program_has_no_escape_codes() -> None:
 
 def test_a_piped_run_has_no_escape_codes_and_no_progress(looked_at: Callable[..., tuple[int, str]]) -> None:
     """Where a terminal would show progress."""
-    assert "left of orbits" in looked_at()[1]
+    assert "orbits (4 of 5)" in looked_at()[1]
     done = CliRunner().invoke(app, ["run", "s.yaml", "--no-figures"])
     assert done.exit_code == 0
     assert not CODES.search(done.stdout)
