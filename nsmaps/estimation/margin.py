@@ -97,12 +97,7 @@ def basin_distance(
     if own is None:
         raise NsmapsError(f"the motion of record {record} reaches no attractor in {RETURNS} returns; expected: another")
     coordinates, unit = Coordinates(best.coordinates), scale_of(best, own.states)
-    given = (
-        random.standard_normal((directions, len(unit))) if isinstance(directions, int) else np.asarray(directions, float) / unit
-    )
-    if given.ndim != 2 or given.shape[1] != len(unit) or not len(given) or not given.any(axis=1).all():
-        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {len(unit)}), none of them zero, or a number")
-    ways = given / np.linalg.norm(given, axis=1, keepdims=True)
+    ways = _unit_directions(directions, unit, random)
     distances = _distances(best, own, ways * unit, reach)
     draws, labels, least = estimate.draws(n_draws, random), [], []
     for k, row in enumerate(draws):
@@ -126,6 +121,15 @@ def basin_distance(
         np.array(labels, str),
         np.array(least, float),
     )
+
+
+def _unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:
+    """Directions of length 1 in these units, shape (D, c): so many random ones, or those given as changes of the coordinates."""
+    size = len(unit)
+    given = random.standard_normal((directions, size)) if isinstance(directions, int) else np.asarray(directions, float) / unit
+    if given.ndim != 2 or given.shape[1] != size or not len(given) or not given.any(axis=1).all():
+        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {size}), none of them zero, or a number")
+    return np.asarray(given / np.linalg.norm(given, axis=1, keepdims=True))
 
 
 def _motion(system: FlowSystem, state: Floats) -> Attractor | None:

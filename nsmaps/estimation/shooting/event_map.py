@@ -114,9 +114,8 @@ def formulas_of(definition: "Definition", timed: "Definition") -> Formulas:
         if one.letter and not one.releases and timed.moves(one.function):
             rates = timed.smooth[one.mode] if timed.smooth else [row.of(timed.columns) for row in timed.rates[one.mode]]
             function = one.function.of(timed.columns)
-            slope = sum(
-                sp.diff(function, y) * rate for y, rate in zip(timed.variables, rates, strict=False)
-            )  # own states are first
+            own = zip(timed.variables, rates, strict=False)  # the first ones, of the system itself
+            slope = sum(sp.diff(function, y) * rate for y, rate in own)
             speeds.setdefault(one.letter, -slope - timed.phase_rate * sp.diff(function, PHI))
     rate = sp.lambdify(symbols, [definition.phase_rate, *(sp.diff(definition.phase_rate, p) for p in symbols)], "numpy")
     kinds = tuple(compiled(rows, definition.variables) for rows in starts)
@@ -186,7 +185,7 @@ class EventMap:
 
         Directions are the c coordinates, the time of the start, the free parameters and the offset; none without `derivative`.
         """
-        state, by = self._full(starts, offsets, RUN_DOWN)
+        state, by = self._full(starts, offsets)
         found = self.kernel.orbits(state, n - 1, derivative, SUMMED_SPEED)
         count, m = state.shape
         images, times = found.image.reshape(n - 1, count, m), found.time.reshape(n - 1, count)
@@ -207,7 +206,7 @@ class EventMap:
 
     def times(self, starts: Floats, offsets: Floats, n: int) -> tuple[Ints, Floats]:
         """Letters and times of the first n events of motions, each of shape (S, n), without derivatives."""
-        state, _ = self._full(starts, offsets, RUN_DOWN)
+        state = self._full(starts, offsets)[0]
         found = self.kernel.orbits(state, n - 1, False, SUMMED_SPEED)
         times = starts[:, -1:] + np.concatenate([np.zeros((1, len(state))), found.time.reshape(n - 1, -1).cumsum(axis=0)]).T
         known = np.isfinite(times)
@@ -243,7 +242,7 @@ class EventMap:
                 speed_by[mine, first:-1] += values[:, 1 + self.timer + 2 :][:, self.places]
         return speed, speed_by
 
-    def _full(self, starts: Floats, offsets: Floats, timer: float) -> tuple[Floats, Floats]:
+    def _full(self, starts: Floats, offsets: Floats) -> tuple[Floats, Floats]:
         """Full states of starts, shape (S, m), and their derivatives by the directions, shape (S, m, D)."""
         model, n = self.model, self.timer
         count, width = starts.shape
@@ -254,7 +253,7 @@ class EventMap:
         states, tables = self._started(known)
         m, free = n + 1 + model.forced, len(model.free)
         full, by = np.zeros((count, m)), np.zeros((count, m, width + free + 1))
-        full[:, :n], full[:, n] = states, timer
+        full[:, :n], full[:, n] = states, RUN_DOWN
         phase_by = np.zeros((count, width + free + 1))
         phase_by[:, width - 1], phase_by[:, -1] = self.rate, 1.0
         phase_by[:, width:-1] = starts[:, -1:] * self.rate_by
@@ -278,8 +277,7 @@ class EventMap:
 
     def _is_start(self, states: Floats, phase: Floats) -> Bools:
         columns = [states, np.full((len(states), 1), RUN_DOWN)] + [phase[:, None]] * self.model.forced
-        valid: Bools = self.kernel.first_returns(np.hstack(columns), False, SUMMED_SPEED).valid
-        return valid
+        return np.asarray(self.kernel.first_returns(np.hstack(columns), False, SUMMED_SPEED).valid)
 
     def _evaluate(self, function: Any, states: Floats, variables: int) -> Floats:
         """The rows of compiled formulas at states with their phase, shape (F, K, 1 + arguments)."""
@@ -296,7 +294,7 @@ class EventMap:
     def _letters(self, words: Any, count: int, known: Bools) -> Ints:
         """The numbers of letters of the starts and of the events after them, shape (S, E)."""
         numbers = {letter: k for k, letter in enumerate(self.model.letters)}
-        known_words, which = np.unique(words, return_inverse=True)
-        ends = np.array([[numbers.get(word[:1], -1), numbers.get(word[-1:], -1)] for word in known_words], int)[which]
+        different, which = np.unique(words, return_inverse=True)
+        ends = np.array([[numbers.get(word[:1], -1), numbers.get(word[-1:], -1)] for word in different], int)[which]
         first, last = ends[:count, 0], ends[:, 1].reshape(-1, count).T
         return np.where(known, np.hstack([first[:, None], last]), -1)
