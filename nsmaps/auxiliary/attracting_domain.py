@@ -121,9 +121,8 @@ def attracting_domain(
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is valid on the given box only; expected: one of the two")
     make = auxiliary_maps(system, bounds, error, n_samples)
-    centre = None if around is None else np.asarray(around, float)
     with working("attracting domain", progress, max_seconds) as work:
-        found, why = found_box(make, system, start, centre, MOST, work) if grow else (start, "")
+        found, why = found_box(make, system, start, around, MOST, work) if grow else (start, "")
         start = start if found is None else found
         done, boxes, maps = _updates(make, start, max_updates if found is not None else 0, work)
     invariant, moved = found is not None and all(each.forward_invariant for each in done), _moved(boxes)

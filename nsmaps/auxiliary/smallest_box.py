@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.bounds import Maker
 from nsmaps.auxiliary.envelope import AnyMap
 from nsmaps.auxiliary.reasons import without_image
@@ -17,7 +17,7 @@ TRIFLE = 1e-5  # of its side, by which a growing box exceeds its image
 
 
 def found_box(
-    make: Maker, return_map: AnyMap, start: Floats, around: Floats | None, max_growth: float, work: Work
+    make: Maker, return_map: AnyMap, start: Floats, around: ArrayLike | None, max_growth: float, work: Work
 ) -> tuple[Floats | None, str]:
     """The smallest box around a given one that a map carries into itself, with auxiliary maps from `make`; or None, and why.
 
@@ -28,7 +28,7 @@ def found_box(
     for halves in range(1, MOST_HALVED + 1):
         if found is not None or around is None or work.over:
             break
-        shrunk = (shrunk + around[:, None]) / 2
+        shrunk = (shrunk + np.asarray(around, float)[:, None]) / 2
         found, why = _grown(make, return_map, shrunk, start, max_growth, work)
         why += f" from a box halved {halves} times about the state nearest to the diagonals"
     if work.over and found is None:

@@ -99,9 +99,7 @@ class Record(Result):
         _check_units(label, {"time_unit": time_unit, "length_unit": length_unit})
         if phase is not None and not np.isfinite(phase):
             raise DataError(f"{label}: phase is {phase}; expected: radians at time zero, or None if it is unknown")
-        letters = np.array([""] * len(hits) if walls is None else [str(wall).strip() for wall in walls], str)
-        if len(letters) != len(hits):
-            raise DataError(f"{label} has {len(letters)} walls for {len(hits)} impacts; expected: one for each, '' if unknown")
+        letters = _letters(label, walls, len(hits))
         given = _column(label, "speeds", np.nan if speeds is None else speeds, len(hits))
         if (given < 0).any():
             raise DataError(
@@ -140,6 +138,14 @@ class Record(Result):
             return cls.of(**{**{key: columns[column] for key, column in known.items() if column in columns}, **options})
         errors = {key: columns[f"{key}_noise"] for key in states if f"{key}_noise" in columns}
         return cls.of(**{"sample_times": columns[TIME], "samples": states, "sample_noise": errors or None, **options})
+
+
+def _letters(label: str, walls: Sequence[str] | str | None, count: int) -> NDArray[np.str_]:
+    """The letters of so many impacts, '' where they are unknown."""
+    letters = np.array([""] * count if walls is None else [str(wall).strip() for wall in walls], str)
+    if len(letters) != count:
+        raise DataError(f"{label} has {len(letters)} walls for {count} impacts; expected: one for each, '' if unknown")
+    return letters
 
 
 def _at_returns(columns: dict[str, NDArray[Any]]) -> dict[str, Any]:

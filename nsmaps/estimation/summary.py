@@ -49,8 +49,10 @@ def estimate_of(
     profiled = False if profiled is None and probability < POOR else profiled  # the errors of a false minimum say nothing
     lines = _profiles(problem, found[0], errors, noise, profiled)
     intervals, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
+    names = shooting.model.free
+    profiles = {name: Profile(one.values, one.chi2 / noise**2) for name, one in zip(names, lines, strict=True) if one}
     return Estimate(
-        names=shooting.model.free,
+        names=names,
         values=best.x[:free].copy(),
         errors=errors,
         covariance=noise**2 * spread.covariance,
@@ -66,9 +68,7 @@ def estimate_of(
         probability=probability,
         converged=best.converged,
         minima=minima_of(found, free, noise),
-        profiles={
-            name: Profile(one.values, one.chi2 / noise**2) for name, one in zip(shooting.model.free, lines, strict=True) if one
-        },
+        profiles=profiles,
         records=records,
         coordinates=tuple(map(str, shooting.model.definition.coordinates)),
         **details(best, noise),
@@ -152,13 +152,8 @@ def pairs_of(problem: Problem, best: Fit, records: Sequence[Record], scale: floa
     event_map = shooting.model.at(best.x[: problem.free])
     for number, (record, pairing) in enumerate(zip(records, best.pairings, strict=True)):
         starts, offsets = shooting.starts(best.x, number)
-        _, times = enough_events(
-            event_map,
-            starts,
-            offsets,
-            np.append(starts[1:, -1], shooting.records[number].span[1]),
-            most_events(shooting.records[number]),
-        )
+        ends = np.append(starts[1:, -1], shooting.records[number].span[1])
+        _, times = enough_events(event_map, starts, offsets, ends, most_events(shooting.records[number]))
         parts = shooting.parts(event_map, best.x, number, pairing) or [(np.zeros(0), np.zeros(0))] * 4
         speeds.append(parts[1][0])
         samples.append(parts[2][0])
@@ -171,15 +166,8 @@ def pairs_of(problem: Problem, best: Fit, records: Sequence[Record], scale: floa
             mine = (record.times[k], record.walls[k]) if k is not None else (np.nan, "")
             lines.append((number, mine[0], time, mine[1], names[letter]))
         for row, k in of_model.items():  # at the ends of the record
-            lines.append(
-                (
-                    number,
-                    record.times[k],
-                    times[row] * record.time_unit,
-                    record.walls[k],
-                    _letter(event_map, shooting, best.x, number, row),
-                )
-            )
+            letter = _letter(event_map, shooting, best.x, number, row)
+            lines.append((number, record.times[k], times[row] * record.time_unit, record.walls[k], letter))
         lines += [(number, record.times[k], np.nan, record.walls[k], "") for k in range(len(record.times)) if k not in used]
     return {
         "pairs": _sorted_pairs(lines, shooting, records, scale),
