@@ -122,6 +122,19 @@ class Definition:
             yield from surface.rows
 
     @cached_property
+    def states_to_recompute(self) -> tuple[list[int], ...]:
+        """For each transition the positions of the derived states that change if the own states do that its reset changes."""
+        own, found = len(self.states), []
+        for one in self.transitions:
+            moving = {
+                variable
+                for k, (variable, row) in enumerate(zip(self.variables, one.reset[:own], strict=True))
+                if k in dict(one.curved) or row.remainder != 0 or [*row.coefficients[:own]] != [int(j == k) for j in range(own)]
+            }
+            found.append([own + r for r, formula in enumerate(self.derived) if formula.free_symbols & moving])
+        return tuple(found)
+
+    @cached_property
     def expansions(self) -> Numbers:
         """What computes the rows, at values of the parameters."""
         return Numbers(tuple(self.rows), self.symbols)

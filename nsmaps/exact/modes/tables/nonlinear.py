@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from nsmaps.arrays import Floats, Ints
-from nsmaps.exact.modes.definitions.definition import Definition, Transition
+from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.taylor.kinds import NO_KIND
 
 POINTER = ctypes.c_void_p
@@ -81,14 +81,3 @@ def write_by_law(table: Any, address: int, states: Floats, phase: Floats, shape:
         for state, phi, place in zip(rows, phase.tolist(), out, strict=True):
             law(phi, state.ctypes.data, table.parameters.ctypes.data, place.ctypes.data)
     return out
-
-
-def states_to_recompute(definition: Definition, one: Transition) -> list[int]:
-    """The positions of the derived states that a transition may change: those of own states that its reset changes."""
-    own = len(definition.states)
-    moving = {
-        variable
-        for k, (variable, row) in enumerate(zip(definition.variables, one.reset[:own], strict=True))
-        if k in dict(one.curved) or row.remainder != 0 or [*row.coefficients[:own]] != [int(j == k) for j in range(own)]
-    }
-    return [own + r for r, formula in enumerate(definition.derived) if formula.free_symbols & moving]

@@ -9,7 +9,6 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.resets import law_address
-from nsmaps.exact.modes.tables.nonlinear import states_to_recompute
 from nsmaps.exact.words import base_of_words
 
 
@@ -36,10 +35,10 @@ def rows_of(definition: Definition, given: Floats) -> Rows:
     n, width = len(definition.states) + len(definition.derived), given.shape[1]
     rates = np.array([[next(waiting) for _ in mode] for mode in definition.rates])
     functions, resets, where, begins, held = [], [], [], [], []
-    for one in definition.transitions:
+    for one, changing in zip(definition.transitions, definition.states_to_recompute, strict=True):
         functions.append(next(waiting))
         reset = np.array([next(waiting) for _ in one.reset])
-        for d in set(range(len(definition.states), n)) - set(states_to_recompute(definition, one)):
+        for d in set(range(len(definition.states), n)) - set(changing):
             reset[d] = np.eye(n, width)[d]
         resets.append(reset)
         where.append(np.array([next(waiting) for _ in one.where]).reshape(-1, width))
@@ -88,15 +87,15 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
 
 @lru_cache(maxsize=64)
 def fixed_fields(definition: Definition) -> dict[str, Any]:
-    """The fields of a table that describe its transitions, and are the same at all parameters."""
-    letters, transitions = definition.letters, definition.transitions
+    """The fields of a table that describe its transitions and starts, and are the same at all parameters."""
+    letters, transitions, states = definition.letters, definition.transitions, definition.states
     names = {transitions[start.transition].name for start in definition.starts}
     guards = [one.guard for one in transitions if one.begins]
     return {
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
         "laws": np.array([law_address(definition, one) for one in transitions]),
-        "curved": np.array([[k in dict(one.curved) for k in range(len(definition.states))] for one in transitions]),
+        "curved": np.array([[k in dict(one.curved) for k in range(len(states))] for one in transitions]),
         "conditions": np.cumsum([0, *(len(one.where) for one in transitions)]),
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
         "base": base_of_words(letters),
@@ -109,4 +108,8 @@ def fixed_fields(definition: Definition) -> dict[str, Any]:
         "beside": np.array([[mode in one.modes for mode in definition.modes] for one in definition.surfaces], bool).reshape(
             len(definition.surfaces), len(definition.modes)
         ),
+        "starts": np.array([start.transition for start in definition.starts]),
+        "start_laws": np.array([law_address(definition, start) for start in definition.starts]),
+        "start_curved": np.array([[k in dict(start.curved) for k in range(len(states))] for start in definition.starts]),
+        "places": np.array([states.index(name) if name in states else -1 for name in definition.coordinates]),
     }

@@ -15,7 +15,6 @@ from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
-from nsmaps.exact.modes.definitions.resets import law_address
 from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.nonlinear import taylor_of
@@ -110,7 +109,6 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
     """The table of a system at values of its parameters, with steps of at most `max_step`."""
     rows = rows_of(definition, definition.expansions.floats(values))
     (rate, horizon, _), *_ = definition.scalars.floats(values).tolist()
-    places = [definition.states.index(name) if name in definition.states else -1 for name in definition.coordinates]
     flows = flows_of(rows, rate, min(horizon, max_step))
     functions = functions_of(definition, values, rows, rate, flows)
     tables = Tables(
@@ -123,12 +121,8 @@ def tables_of(definition: Definition, values: Sequence[float], max_step: float =
         parameters=np.array(values),
         after=definition.after,
         phase=0.0 if definition.clock < 0 else phase_of_fall(definition, rows.functions[definition.clock], values),
-        starts=np.array([start.transition for start in definition.starts]),
         states=rows.starts,
         landings=landings_of(definition, rows, values),
-        start_laws=np.array([law_address(definition, start) for start in definition.starts]),
-        start_curved=np.array([[k in dict(start.curved) for k in range(len(definition.states))] for start in definition.starts]),
-        places=np.array(places),
     )
     return Tables(*map(_in_rows, tables))
 

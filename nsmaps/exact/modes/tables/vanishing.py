@@ -12,7 +12,6 @@ from nsmaps.arrays import Ints
 from nsmaps.exact.flows.balls import many_digits
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import BallRow
-from nsmaps.exact.modes.tables.nonlinear import states_to_recompute
 from nsmaps.exact.modes.tables.rows import Rows, flow_matrices, rows_of
 from nsmaps.exact.modes.tables.taylor import TERMS
 
@@ -48,7 +47,7 @@ def vanishing(definition: Definition, values: Sequence[float], leads: Sequence[i
         rows, ((rate, *_), *_) = ball_rows(definition, values, width), definition.scalars.at(values)
         flows, functions = flows_of(rows, rate), [arb_mat([list(row)]) for row in rows.functions]
         for k, one in enumerate(definition.transitions):
-            reset, given = features_after(rows.resets[k]), [*dict(one.curved), *states_to_recompute(definition, one)]
+            reset, given = features_after(rows.resets[k]), [*dict(one.curved), *definition.states_to_recompute[k]]
             zeros = independent_rows([rows.functions[k], *rows.held[k]])
             for i, lead in enumerate(leads):
                 if definition.transitions[lead].mode == one.target:
