@@ -4,6 +4,8 @@ import re
 from hashlib import sha256
 from pathlib import Path
 
+from matplotlib.lines import Line2D
+
 from nsmaps.bench.plot import sheet
 from nsmaps.bench.result import BenchResult, Row
 from nsmaps.cells.certified import Orders
@@ -16,7 +18,8 @@ CERTIFICATE = Path(__file__).parents[1] / "certificates" / "fp-coarse.proof"
 PAGE = Path(__file__).parents[1] / "explanation" / "benchmarks.md"
 _HEADS = {"bench": "| program | returns |", "surrogates": "| d | map | tolerance |"}  #: with which the tables begin
 _PROGRAM = re.compile(r"(?P<family>C loop|nsmaps|NumPy)(?: (?P<setting>.*))?|(?P<other>.*?)(?: (?P<tolerance>[\d.]+e[-+]\d+))?")
-_LOOKS = {"accurate": (BLUE, "o"), "closed form": (GREEN, "s"), "exact": (RED, "*")}
+_COLOURS = {"accurate": BLUE, "closed form": GREEN, "exact": RED}
+_MARKERS = "os^"  #: of the values of d
 
 
 def text_of(table: str) -> str:
@@ -44,23 +47,26 @@ def _row(program: str, returns: str, time: str, ratio: str, worst: str, quantile
     return Row(family, setting, "", int(returns), (float(time) / 1e6,), float(worst), float(quantile), missed, int(hard))
 
 
-def surrogates() -> dict[str, list[tuple[float, float]]]:
-    """Processor time, nanoseconds a state, and largest error, by kind of map."""
-    points: dict[str, list[tuple[float, float]]] = {}
+def surrogates() -> dict[tuple[str, str], list[tuple[float, float]]]:
+    """Processor time, nanoseconds a state, and largest error, by kind of map and value of d, in the order of the tolerances."""
+    points: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for cells in rows_of("surrogates"):
-        points.setdefault(cells[1], []).append((float(cells[5]), float(cells[6])))
+        points.setdefault((cells[1], cells[0]), []).append((float(cells[5]), float(cells[6])))
     return points
 
 
 def _surrogates(ax):
-    for name, points in surrogates().items():
-        colour, marker = _LOOKS[name]
-        label = f"{name} (attracting pieces)" if name == "closed form" else name
-        ax.semilogy(*zip(*points, strict=True), marker, color=colour, ms=6 if name == "exact" else 4, label=label)
+    runs = surrogates()
+    markers = dict(zip(dict.fromkeys(d for _, d in runs), _MARKERS, strict=True))
+    for (name, d), points in runs.items():
+        ax.semilogy(*zip(*points, strict=True), marker=markers[d], color=_COLOURS[name], lw=0.6, ms=4)
+    kinds = [(colour, f"{name} (attracting pieces)" if name == "closed form" else name) for name, colour in _COLOURS.items()]
+    handles = [Line2D([], [], color=colour, label=label) for colour, label in kinds]
+    handles += [Line2D([], [], color="0.3", ls="", marker=marker, ms=4, label=f"$d$ = {d}") for d, marker in markers.items()]
     ax.set(xlim=(0, None), xlabel="processor time (ns a state)", ylabel="largest held-out error of\nspeed or phase (rad)")
     ax.grid(color="0.9")
     ax.set_axisbelow(True)
-    ax.legend()
+    ax.legend(handles=handles)
     return ax
 
 

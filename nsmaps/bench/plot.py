@@ -1,7 +1,9 @@
 """The figure of a benchmark: error against time, a line a program."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +15,7 @@ from nsmaps.figures.style import BLACK, BLUE, GREEN, GREY, MAGENTA, OLIVE, ORANG
 
 _COLOURS = (BLUE, ORANGE, GREEN, RED, MAGENTA, SKY, OLIVE, GREY)
 _MARKERS = "osD^vPXphd"
+_WIDE = 34  #: letters of a line of the legend, with which it has two columns
 FLOOR = 1e-16  #: an error below it is drawn there
 
 
@@ -33,7 +36,7 @@ def error_against_time(result: BenchResult, ax: Axes) -> Axes:
             marker = _MARKERS[k % len(_MARKERS)]
             ax.plot(time[right == full], worst[right == full], marker, mfc=face, mec=colour, ms=4.2, ls="none")
         ax.plot([], [], marker=_MARKERS[k % len(_MARKERS)], color=colour, ls=":", lw=0.6, label=_label(family, rows))
-    ax.plot([], [], "|", color="0.3", ms=7.2, label="bar: from worst down to 99 %")
+    ax.plot([], [], "|", color="0.3", ms=7.2, label="largest to 99 % of errors")
     ax.plot([], [], "o", mfc="white", mec="0.3", ls="none", label="hollow: not all words right")
     ax.set(xscale="log", yscale="log", xlabel="time (µs a return)", ylabel="error of speed or phase (rad)")
     ax.yaxis.set_major_locator(LogLocator(numticks=12))
@@ -46,7 +49,8 @@ def error_against_time(result: BenchResult, ax: Axes) -> Axes:
 def _label(family: str, rows: list[Row]) -> str:
     """The program, and its settings as the markers stand from left to right."""
     settings = [row.setting for row in sorted(rows, key=lambda row: row.microseconds) if row.setting]
-    return f"{family}: {', '.join(settings)}" if settings else family
+    text = f"{family}: {', '.join(settings)}" if settings else family
+    return fill(re.sub(r"(\d)e-0?(\d+)", r"\1e−\2", text), _WIDE)
 
 
 def _families(result: BenchResult) -> Iterator[tuple[str, list[Row]]]:

@@ -1,6 +1,6 @@
 """A sheet: panels that are laid out on one page and saved as one file, without pyplot and so without global state."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +21,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from nsmaps.figures.grey import alike_in_grey, in_grey
+from nsmaps.figures.legend import one_legend
 from nsmaps.figures.png import write_png
 from nsmaps.figures.style import SIZE, extent_of, noted, settings
 from nsmaps.files.storage import file_part
@@ -32,6 +33,7 @@ _FLATTER = 0.75  #: of the height of panels that stand one below the other for w
 COLUMN = 5.1  #: inches, the width of a page's text in a journal of applied mathematics
 _TITLE = 13  #: letters of the title of a sheet in an inch of its width
 _BESIDE, _APART = 0.5, 0.2  #: inches, beside a panel, and of its letter with the space behind it
+_AFTER = 0.06  #: inches between a letter and a title behind it
 _TICKS = 6  #: of an axis that has no ticks of its own, at most
 GREY = "grey-"  #: before the names of files without colour
 Panel = Callable[[Axes], Axes]
@@ -73,7 +75,8 @@ class Sheet:
             figure.suptitle(fill(self.title, int(_TITLE * self.share * width)) or " ")
         _as_it_stands(figure)
         if self.legend:
-            _one_legend(figure, Bbox([[1 - 1 / columns, 0], [1, 1 / rows]]) if len(self.panels) < rows * columns else None)
+            one_legend(figure, Bbox([[1 - 1 / columns, 0], [1, 1 / rows]]) if len(self.panels) < rows * columns else None)
+            _renderer(figure)  # another one, if the size is new
         return figure
 
     def _letter(self, number: int) -> str:
@@ -122,7 +125,8 @@ def _entitle(ax: Axes, letter: str, width: float, pad: float) -> None:
         if title:
             own, free = _inches(title), width - _BESIDE - (_inches(letter) + _APART if letter else 0.0)
             place = "right" if letter and own > free - _inches(letter) - _APART else side
-            title = fill(title, int(len(title) * free / own)) if own > free else title
+            parts = title.replace(": ", ":\n", 1)
+            title = title if own <= free else parts if _inches(parts) <= free else fill(title, int(len(title) * free / own))
         ax.set_title("", loc=side)
         ax.set_title(title, loc=place, pad=pad)
     if letter:
@@ -135,50 +139,6 @@ def _inches(text: str) -> float:
         return extent_of(text)[0] / 72
     except (ValueError, RecursionError):
         return len(text) * SIZE / 100
-
-
-def _one_legend(figure: Figure, free: Bbox | None) -> None:
-    """The legends of all panels as one: in what is left free of the figure, if it fits, else below all panels.
-
-    It has as many columns as there is room for; below the panels the figure grows by its height.
-    """
-    entries: dict[str, Any] = {}
-    for ax in figure.axes:
-        own = ax.get_legend()
-        if own is not None:
-            place = len(entries)
-            for text, handle in zip(own.get_texts(), own.legend_handles, strict=True):
-                name = text.get_text()
-                if name not in entries:  # behind what it follows in its own panel
-                    kept = list(entries.items())
-                    entries = dict([*kept[:place], (name, handle), *kept[place:]])
-                place = list(entries).index(name) + 1
-            own.remove()
-    if not entries:
-        return
-    if free is not None:
-        inside = _widest(figure, entries, free.width, loc="center", bbox_to_anchor=free)
-        if inside.height <= free.height * figure.bbox.height:
-            return
-        figure.legends.pop()
-    width, height = figure.get_size_inches()
-    below = _widest(figure, entries, 1.0, loc="outside lower center")
-    figure.set_size_inches(width, height + below.height / figure.dpi)
-    _renderer(figure)  # another one, of the new size
-
-
-def _widest(figure: Figure, entries: Mapping[str, Any], share: float, **place: Any) -> Bbox:
-    """A legend in as many columns as fit into a share of the width of the figure; its box in pixels."""
-    renderer, names = cast(Any, figure.canvas).get_renderer(), list(entries)
-    for columns in range(len(entries), 0, -1):
-        ordered = [name for column in range(columns) for name in names[column::columns]]  # to be read row by row
-        handles = [entries[name] for name in ordered]
-        legend = figure.legend(handles, ordered, ncols=columns, frameon=False, columnspacing=1.4, **place)
-        box: Bbox = legend.get_window_extent(renderer)
-        if box.width <= share * figure.bbox.width or columns == 1:
-            break
-        legend.remove()
-    return box
 
 
 def _renderer(figure: Figure) -> Any:
@@ -207,6 +167,19 @@ def lay_out(figure: Figure) -> None:
         with _measured_once(figure):
             engine.execute(figure)
         figure.set_layout_engine(None)
+        _separate_titles(figure)
+
+
+def _separate_titles(figure: Figure) -> None:
+    """Move a title that would touch the letter of its panel, which is as narrow as it is placed, to behind the letter."""
+    renderer, gap = cast(Any, figure.canvas).get_renderer(), _AFTER * figure.dpi
+    for ax in figure.axes:
+        letter, title = cast(Any, ax)._left_title, ax.title
+        if letter.get_text() and title.get_text():
+            end = letter.get_window_extent(renderer).x1 + gap
+            if title.get_window_extent(renderer).x0 < end:
+                title.set_horizontalalignment("left")
+                title.set_x(ax.transAxes.inverted().transform((end, 0.0))[0])
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 _DIGIT = 0.07  #: inches of an axis that a digit takes
+_FRACTION = 0.32  #: inches of an axis that a fraction of pi takes
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
 
 
@@ -22,8 +23,13 @@ def _in_pi(value: float, _: object = None) -> str:
 
 
 def angle_ticks(axis: Axis, span: float) -> None:
-    """Ticks at fractions of pi where two or more fall on an axis that spans so many radians; plain radians on a shorter one."""
-    step = next((s for s in _PI_STEPS if span / s >= 2.5), None)
+    """Ticks at fractions of pi where two or more fall on an axis that spans so many radians; plain radians on a shorter one.
+
+    On a horizontal axis they are only as many as have room.
+    """
+    fine = next((s for s in _PI_STEPS if span / s >= 2.5), None)
+    room = axis.axes.bbox.width / axis.axes.figure.dpi / _FRACTION if axis is axis.axes.xaxis else np.inf
+    step = fine and next((s for s in reversed(_PI_STEPS) if s >= fine and span / s <= room), _PI_STEPS[0])
     if step is not None:
         axis.set_major_locator(MultipleLocator(step))
         axis.set_major_formatter(FuncFormatter(_in_pi))

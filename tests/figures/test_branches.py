@@ -10,7 +10,7 @@ import nsmaps
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.errors import NsmapsError
-from nsmaps.figures.parameters.branches import branches, sheets
+from nsmaps.figures.parameters.branches import branches, enlarged, sheets
 from nsmaps.figures.style import darker
 
 
@@ -51,6 +51,22 @@ def test_a_sheet_has_a_panel_a_coordinate_and_one_legend(result):
         assert np.array_equal(solid.get_xdata(), branch.values)
         assert np.array_equal(solid.get_ydata(), branch.points[:, 0, i])
     assert [ax.get_ylabel() for ax in figure.axes] == ["$v_{k}$", r"$\phi_{k}$ (rad)"]
+
+
+def test_motions_in_a_small_part_of_the_range_are_enlarged_in_a_second_row(pair):
+    system = pair(0.35)
+    one = continue_branch(system, "d", nsmaps.periodic_orbit(system, [0.8, 0.4]), 0.35, (0.3, 0.36), direction="down")
+    two = switch_branch(system, "d", one.events[0], (0.322, 0.36))
+    figure = sheets([one, two])[0].figure()
+    assert len(figure.axes) == 4
+    for i, (above, below) in enumerate(zip(figure.axes[:2], figure.axes[2:], strict=True)):
+        (frame,) = above.patches
+        corners = np.array([frame.get_xy(), np.add(frame.get_xy(), (frame.get_width(), frame.get_height()))])
+        assert corners == pytest.approx(np.column_stack([below.get_xlim(), below.get_ylim()]))
+        path = two.points[:, int(np.ptp(two.points[..., i], axis=0).argmax()), i]
+        assert corners[0, 1] < path.min() < path.max() < corners[1, 1]
+    with pytest.raises(NsmapsError, match="no branch takes less than"):
+        enlarged(one, figure.axes[0])
 
 
 def test_parameters_have_sheets_of_their_own_and_starts_that_led_nowhere_none(result):

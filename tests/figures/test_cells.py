@@ -5,6 +5,7 @@ import pytest
 
 from nsmaps.figures.cells.exit_times import exit_times, sheets
 from nsmaps.figures.cells.morse_sets import morse_sets
+from nsmaps.figures.style import piece_label
 
 
 def shown(ax):
@@ -33,6 +34,13 @@ def test_what_stays_is_apart_from_what_is_left(result, ax):
     assert (drawn[made.region < 0] == -1).all()
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["not proved", "periodic points"]
     assert np.array_equal(np.column_stack(ax.lines[0].get_data()), made.points)
+    names = {text.get_text(): text.get_position() for text in ax.texts}
+    assert names
+    for k, region in enumerate(made.regions):
+        if piece_label(region) in names:  # there is room
+            low, high = made.cells.window.T
+            place = np.floor((np.array(names[piece_label(region)]) - low) / (high - low) * made.cells.shape).astype(int)
+            assert made.region.reshape(made.cells.shape)[tuple(place)] == k
 
 
 def test_arrival_is_a_second_panel_with_its_target(result, ax):

@@ -42,15 +42,16 @@ def test_domain_size_has_a_line_a_domain_that_holds(result, ax):
     assert ax.get_ylabel() == r"width in $\phi$ (rad)"
 
 
-def test_domains_of_one_kind_have_one_colour_and_differ_in_dashes(result, ax):
+def test_domains_of_one_kind_have_one_colour_and_differ_in_dashes_and_marks(result, ax):
     fitted = result.domains["fitted"]
     exact = replace(fitted, status="enclosed", of="exact map")
     domain_size({"fitted": fitted, "one": exact, "two": exact}, ax, "v")
-    looks = {name: (line.get_color(), line.get_linestyle()) for name, line in by_label(ax).items()}
+    looks = {name: (line.get_color(), line.get_linestyle(), line.get_marker()) for name, line in by_label(ax).items()}
     first, one, two = looks.values()
     assert list(looks) == ["fitted map R1: bounded", "one: exact map, enclosed", "two: exact map, enclosed"]
     assert first[0] != one[0] == two[0]
     assert one[1] != two[1]
+    assert len({look[2] for look in looks.values()}) == 3
 
 
 def test_sizes_have_one_legend_and_a_box_that_leads_out_at_once_is_hollow(result, ax):

@@ -155,6 +155,13 @@ def test_errors_have_a_file_an_order_and_a_row_a_delta(result):
     ]
 
 
+@pytest.mark.parametrize(("width", "scales"), [(5.1, 2), (3.4, 4)])
+def test_errors_of_one_coordinate_share_a_scale_where_their_panels_stand_in_a_column(result, width, scales):
+    figure = error_sheets(result.near)[0].figure(width=width)
+    bars = [ax for ax in figure.axes if "error" in ax.get_ylabel()]
+    assert len(bars) == scales
+
+
 @both
 def test_separable_curves_are_those_of_both_maps(result, ax, coordinate, i):
     CATALOGUE["separable"].sheets(result)[0].panels[i](ax)

@@ -136,12 +136,12 @@ def test_the_colours_of_exponents_leave_out_what_lies_beyond_and_a_side_without_
     mesh = ax.collections[0]
     red, blue = mesh.to_rgba(0.3), mesh.to_rgba(-50.0)
     assert (red[0] > red[2], blue[0] < blue[2]) == (True, True)
-    assert np.allclose(mesh.to_rgba(0.0)[:3], 0.97, atol=0.01), "white at zero"
+    assert mesh.to_rgba(0.0)[2] < 0.8 < mesh.to_rgba(0.0)[0], "yellow at zero, no white, which means something else"
 
 
 def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
     values = np.array([[-np.inf, 0.0, 0.4], [np.nan, -0.2, -0.2]])[..., None].repeat(2, axis=2)
-    exponents(replace(made(), exponent=values), ax)
+    exponents(replace(made(), exponent=values, computed=np.array([[True] * 3, [False, True, True]])), ax)
     meshes = [each for each in ax.collections if isinstance(each, QuadMesh)]
     shown = [np.ma.filled(mesh.get_array().astype(float), np.nan).reshape(2, 3) for mesh in meshes]
     assert np.array_equal(shown[0], np.where(np.isfinite(values[..., 0]), values[..., 0], np.nan), equal_nan=True)
@@ -155,6 +155,21 @@ def test_minus_infinity_and_what_was_not_computed_have_colours_of_their_own(ax):
     assert dots.hatches == [UNKNOWN]
     assert dots.get_paths()[0].contains_point((0.1, 0.6))
     assert not dots.get_paths()[0].contains_point((0.2, 0.6))
+
+
+def test_where_nothing_attracts_an_exponent_is_white_and_not_called_unknown(ax):
+    missing = np.where(MOTION[..., None] < 0, np.nan, made().exponent)
+    plain = replace(made(refused=np.zeros((2, 3), bool)), exponent=missing)
+    exponents(plain, ax)
+    (entry,) = ax.get_legend().legend_handles
+    assert (entry.get_label(), to_hex(entry.get_facecolor())) == ("no attractor", "#ffffff")
+
+
+def test_a_lowest_exponent_that_many_pixels_share_but_for_rounding_has_nothing_below_it(ax):
+    values = np.where(np.arange(200) < 150, np.log(0.25) * (1 + 1e-15 * np.arange(200)), -0.5).reshape(10, 20)
+    exponents(wide(values), ax)
+    (bar,) = [each for each in ax.figure.axes if each is not ax]
+    assert bar._colorbar.extend == "neither"
 
 
 def test_what_was_not_computed_is_told_apart_from_what_has_no_attractor(ax):

@@ -8,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from matplotlib import rc_context
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
 from nsmaps_vi_pair import VIPair
 
 from nsmaps import load_system
@@ -142,6 +144,36 @@ def test_a_long_title_is_broken_so_that_it_leaves_room_for_the_letter():
     for ax in figure.axes:
         for title in (ax.title, ax._right_title):
             assert not title.get_text() or not title.get_window_extent().overlaps(ax._left_title.get_window_extent())
+
+
+def test_a_title_over_a_panel_that_a_scale_makes_narrow_stands_behind_the_letter():
+    def panel(ax):
+        ax.figure.colorbar(ScalarMappable(), ax=ax, label="largest exponent per return", pad=0.4)
+        ax.set_title("period in returns")
+        return ax
+
+    with rc_context(style.STYLE):
+        figure = Sheet("two", (panel, panel), 2).figure()
+        lay_out(figure)
+    for ax in (each for each in figure.axes if each.get_title()):
+        assert ax.title.get_window_extent().x0 > ax._left_title.get_window_extent().x1
+
+
+@pytest.mark.parametrize(("name", "signs"), [("B~", ["chatter"]), ("BT_B, period 2", ["rest"]), ("v_after", []), ("1:0/C", [])])
+def test_signs_in_words_are_explained_by_the_legend(name, signs):
+    figure = _drawn(lambda ax: ax.plot([0, 1], label=name) and ax.legend() and ax)
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [name, *signs]
+
+
+def test_fractions_of_pi_are_as_many_as_have_room():
+    figure = Figure(figsize=(1.6, 3))
+    ax = figure.add_subplot()
+    ax.set(xlim=(0, 3.6), ylim=(0, 3.6))
+    style.dress(ax, (Angle("phi"), "k"), (Angle("phi"), "k+1"))
+    figure.draw_without_rendering()
+    across, up = ({tick.get_text() for tick in ticks} for ticks in (ax.get_xticklabels(), ax.get_yticklabels()))
+    assert {r"$\pi/2$", r"$\pi$"} <= across
+    assert up - across >= {r"$\pi/4$", r"$3\pi/4$"}
 
 
 def test_what_the_ticks_of_a_very_small_interval_share_is_in_the_label_of_its_axis(ax):

@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from nsmaps.cells.times import ExitTimes
+from nsmaps.exact.surfaces.surface import Axis, Grid
 from nsmaps.figures.cells.morse_sets import show
+from nsmaps.figures.composite.areas import name_pieces
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import GREEN, RED, dress, tint
 
@@ -37,7 +38,7 @@ def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
     blues: list[tuple[float, ...]] = [tuple(shade) for shade in colormaps["Blues"](np.linspace(0.15, 0.95, shades))]
     number = np.select([steps == -1, steps == 0, steps > 0], [1, 0 if arrives else -1, 1 + np.minimum(steps, shades)], -1)
     show(ax, times.cells, number, [*greens, *blues])
-    _borders(ax, times.cells.window, times.region.reshape(times.cells.shape))
+    _borders(ax, times)
     points = times.points
     ax.plot(*points.T, "x", ms=3.6, mew=0.8, color="k", label="periodic points")
     if steps.max() > 0:
@@ -53,10 +54,14 @@ def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
     return dress(ax, (times.cells.coordinates[0], "k"), (times.cells.coordinates[1], "k"))
 
 
-def _borders(ax: Axes, window: NDArray[np.float64], region: NDArray[np.int64]) -> None:
-    """Lines between the regions."""
-    x, y = (low + (high - low) * (np.arange(m) + 0.5) / m for (low, high), m in zip(window, region.shape, strict=True))
-    for k in np.unique(region[region >= 0]):
-        area = region == k
-        if not area.all():
-            ax.contour(x, y, area.T, levels=[0.5], colors="0.25", linewidths=0.4)
+def _borders(ax: Axes, times: ExitTimes) -> None:
+    """Lines between the regions, and their names where there is room."""
+    sizes = zip(times.cells.coordinates, times.cells.window, times.cells.shape, strict=True)
+    halves = ((name, ends, m, np.ptp(ends) / (2 * m)) for name, ends, m in sizes)
+    grid = Grid(axes={name: Axis(low=low + half, high=high - half, points=m) for name, (low, high), m, half in halves})
+    x, y = (axis.values() for axis in grid.axes.values())
+    if (times.region == times.region[0]).all():
+        return
+    for k in np.unique(times.region[times.region >= 0]):
+        ax.contour(x, y, (times.region == k).reshape(grid.shape).T, levels=[0.5], colors="0.25", linewidths=0.4)
+    name_pieces(ax, grid, times.region, times.regions, times.points)

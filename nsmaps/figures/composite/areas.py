@@ -62,12 +62,17 @@ def paint_pieces(
     fills = [fill_of(colour if only is None or k in only else "#FFFFFF") for k, colour in enumerate(colours)]
     paint(ax, fine, number, fills)
     draw_borders(ax, piece_borders(composite, fine))
-    taken = np.zeros(fine.shape, bool) if beside is None else _near(fine, beside)
-    for k, piece in enumerate(composite.pieces):
-        area = (number == k).reshape(fine.shape)
-        name_area(ax, fine, area & ~taken, piece_label(piece.name)) or name_area(ax, fine, area, piece_label(piece.name))
+    name_pieces(ax, fine, number, [piece.name for piece in composite.pieces], beside)
     if np.any(number < 0):
         hatch_area(ax, fine, (number < 0).reshape(fine.shape))
+
+
+def name_pieces(ax: Axes, grid: Grid, number: Ints, names: Sequence[str], beside: Floats | None = None) -> None:
+    """Write the names of pieces into what they hold of a grid, by their numbers, where there is room beside points (N, 2)."""
+    taken = np.zeros(grid.shape, bool) if beside is None else _near(grid, beside)
+    for k, name in enumerate(map(piece_label, names)):
+        area = (number == k).reshape(grid.shape)
+        name_area(ax, grid, area & ~taken, name) or name_area(ax, grid, area, name)
 
 
 def hatch_area(ax: Axes, grid: Grid, area: NDArray[np.bool_]) -> None:

@@ -16,6 +16,7 @@ _SIDES = (0.4, 0.32)  #: of the picture's sides
 _GAP = 0.03  #: around the inset and its numbers
 _PLACES = 7  #: along each side of the picture, where it may stand
 _DIGIT, _LINE = 0.07, 0.16  #: inches, the width of a digit of the numbers beside an inset, and the height of those below it
+_LEAST = 0.85  #: share of its width and height that a panel has at least when all around it has its place
 _END = 0.1  #: of the inset's sides, at whose ends there are no numbers
 _SMALL, _POINT = 0.3, 1e-3  #: of the picture, between which an attractor is enlarged: a single point stays one
 _STEP, _MOST = 0.02, 50  #: of the picture, between points along a line, and how many of them a step of it has at most
@@ -47,19 +48,16 @@ def inset(
     middle, half = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
     half = (1 + 2 * _AROUND) * np.maximum(half, 0.2 * (half / (high - low)).max() * (high - low))
     low_end, high_end = middle - half, middle + half
+    scale = _SIDES[-1] * _LEAST * np.array(ax.bbox.size) / ax.figure.dpi / (high_end - low_end)
     x, y = (_numbers(*ends) for ends in zip(low_end, high_end, strict=True))
-    wide = _DIGIT * max(map(len, y), default=0)
-    if sum(map(len, x)) * _DIGIT > _SIDES[-1] * ax.bbox.width / ax.figure.dpi:
-        x = dict([*x.items()][:: len(x) - 1] if len(x) > 2 else [*x.items()][:1])  # the first and the last, or one
-    room = np.array([wide, _LINE]) * ax.figure.dpi / ax.bbox.size
+    x, y = _spaced(x, scale[0], _DIGIT * (1 + max(map(len, x), default=0))), _spaced(y, scale[1], _LINE)
+    room = np.array([_DIGIT * max(map(len, y), default=0), _LINE]) * ax.figure.dpi / ax.bbox.size
     marked = middle + half * np.array(list(product((-1, 0, 1), repeat=2)))
     others = np.concatenate([*_drawn(ax), points, *([] if beside is None else [beside])])
     side, corner, hidden = _place(room, (marked - low) / (high - low), (others - low) / (high - low))
     if free and hidden:
         return None
-    for text in list(ax.texts):  # a name below the inset would be cut by it
-        if (np.abs((np.array(text.get_position()) - low) / (high - low) - corner - side / 2) < side / 2 + 2 * _GAP).all():
-            text.remove()
+    _remove_names(ax, corner, side)
     inner = ax.inset_axes((*corner, side, side), zorder=20, facecolor="white")
     limits = {"xlim": (low_end[0], high_end[0]), "ylim": (low_end[1], high_end[1])}
     inner.set(**limits)
@@ -70,10 +68,18 @@ def inset(
     inner.set_xticks([*x.values()], [*x])
     inner.set_yticks([*y.values()], [*y])
     inner.tick_params(labelsize=SIZE, pad=1, size=2)
-    paper: dict[str, Any] = {"transform": ax.transAxes, "fc": "white", "ec": "none", "zorder": 19, "label": "_"}
+    paper: dict[str, Any] = {"transform": ax.transAxes, "fc": "white", "ec": "0.7", "lw": 0.4, "zorder": 19, "label": "_"}
     ax.add_artist(Rectangle((corner - room).tolist(), *(room + side + _GAP / 2), **paper))
     ax.add_patch(Rectangle(low_end.tolist(), *(2 * half), fill=False, label="_", ec="0.2", lw=0.5, zorder=8))
     return inner
+
+
+def _remove_names(ax: Axes, corner: Floats, side: float) -> None:
+    """Remove the names in a picture that an inset with this lower left end would cut."""
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    for text in list(ax.texts):
+        if (np.abs((np.array(text.get_position()) - low) / (high - low) - corner - side / 2) < side / 2 + 2 * _GAP).all():
+            text.remove()
 
 
 def _drawn(ax: Axes) -> Iterator[Floats]:
@@ -109,3 +115,12 @@ def _numbers(low: float, high: float) -> dict[str, float]:
     decimals = max(0, -int(np.floor(np.log10(ticks[1] - ticks[0]) + 1e-9)))
     inside = [[tick for tick in ticks if low + end <= tick <= high - end] for end in (_END * (high - low), 0.0)]
     return {f"{tick:.{decimals}f}": float(tick) for tick in (inside[0] if len(inside[0]) > 1 else inside[1])}
+
+
+def _spaced(numbers: dict[str, float], scale: float, room: float) -> dict[str, float]:
+    """All numbers if each has room, in inches, on an axis of this scale; else the first and the last, or the first alone."""
+    listed = [*numbers.items()]
+    for step in range(1, len(listed)):
+        if (len(listed) - 1) % step == 0 and scale * step * (listed[1][1] - listed[0][1]) >= room:
+            return dict(listed[::step])
+    return dict(listed[:1])

@@ -14,6 +14,7 @@ from nsmaps.figures.style import symbol, with_unit
 
 _DECADES = 30.0  #: sizes that differ by more than this factor are shown on a logarithmic scale
 _DASHES = ("-", "--", "-.", ":")  #: of domains of one kind
+_MARKS = ("", "D", "v", "P")  #: of these, after the first, whose mark is that of its kind
 _MARGIN = 0.06
 
 
@@ -38,8 +39,12 @@ def domain_size(domains: Domains, ax: Axes, coordinate: str = "") -> Axes:
     for k, (key, domain) in enumerate(named.items()):
         colour, marker = look_of(domain)
         sizes, before = domain.sizes[:, i], [look_of(each) for each in list(named.values())[:k]]
-        dashes = _DASHES[before.count((colour, marker)) % len(_DASHES)]
-        width, filled = max(5.5 - k, 3), colour if dashes == "-" else "white"  # a later one on top of an earlier one hides it not
+        alike = before.count((colour, marker)) % len(_DASHES)
+        dashes, marker = _DASHES[alike], _MARKS[alike] or marker
+        width, filled = (
+            max(7 - 2 * k, 3),
+            colour if dashes == "-" else "white",
+        )  # a later one on top of an earlier one hides it not
         text = heading(key, domain) + ("" if domain.forward_invariant else ", not forward invariant")
         look: dict[str, Any] = {"color": colour, "ls": dashes if len(sizes) > 1 else "", "marker": marker, "ms": width}
         ax.plot(np.arange(len(sizes)), sizes, mfc=filled if len(sizes) > 1 else "white", label=text, **look)

@@ -6,8 +6,10 @@ from typing import cast
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
 
 from nsmaps.arrays import Floats
 from nsmaps.figures.page import Sheet, file_of
@@ -28,17 +30,40 @@ def sheets(found: NearDiagonals | Sequence[NearDiagonals]) -> tuple[Sheet, ...]:
     for k, order in enumerate(near[0].maps):
         file = file_of("fit_error", order if k else "")
         rows = range(len(near))
-        panels = tuple(partial(fit_error, found, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
+        panels = tuple(partial(_panel, found, coordinate=c, delta=row, order=order) for row in rows for c in coordinates)
         drawn.append(Sheet(file, panels, len(coordinates), 0.68, title=order))
     return tuple(drawn)
 
 
+def _panel(found: NearDiagonals | Sequence[NearDiagonals], ax: Axes, coordinate: str, delta: int, order: str) -> Axes:
+    """A panel of several, of which those of one column share a scale; where all stand in one column each has its own."""
+    place = cast(SubplotSpec, ax.get_subplotspec())
+    grid = place.get_gridspec()
+    fit_error(found, ax, coordinate, delta, order, bar=grid.ncols == 1)
+    column = [each for each in ax.figure.axes if (other := each.get_subplotspec()) and other.colspan == place.colspan]
+    if len(column) == grid.nrows and grid.ncols > 1:
+        _scale(ax.collections[0], column, coordinate)
+    return ax
+
+
+def _scale(mesh: ScalarMappable, beside: Sequence[Axes], coordinate: str) -> None:
+    """The scale of errors beside some panels, one above the other."""
+    figure = cast(Figure, beside[0].get_figure(root=True))
+    bar = figure.colorbar(mesh, ax=beside, extend="min", aspect=22 * len(beside), fraction=0.1, pad=0.03)
+    bar.set_label(rf"$|$error of {symbol(coordinate, 'k+1')}$|$")
+
+
 def fit_error(
-    found: NearDiagonals | Sequence[NearDiagonals], ax: Axes, coordinate: str = "", delta: int = 0, order: str = ""
+    found: NearDiagonals | Sequence[NearDiagonals],
+    ax: Axes,
+    coordinate: str = "",
+    delta: int = 0,
+    order: str = "",
+    bar: bool = True,
 ) -> Axes:
     """The error of one coordinate at every state near the diagonals, each as its cell of the grid, for a delta by position.
 
-    Lighter is a larger error. One logarithmic scale serves all delta, and ends at their largest error.
+    Lighter is a larger error. One logarithmic scale serves all delta, and ends at their largest error; `bar` shows it.
     """
     near = [found] if isinstance(found, NearDiagonals) else found
     order = order or next(iter(near[0].maps))
@@ -56,8 +81,8 @@ def fit_error(
     norm = LogNorm(least, largest)
     mesh = ax.pcolormesh(x, y, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True)
     ax.set(xlim=ends[0], ylim=ends[1])
-    bar = cast(Figure, ax.get_figure(root=True)).colorbar(mesh, cax=ax.inset_axes((1.03, 0, 0.035, 1)), extend="min")
-    bar.set_label(rf"$|$error of {symbol(names[i], 'k+1')}$|$")
+    if bar:
+        _scale(mesh, [ax], names[i])
     ax.set_title(rf"$\delta = {one.delta:g}$")
     ax.text(0.04, 0.95, f"{len(one.surface.start)} states", va="top", transform=ax.transAxes)
     return dress(ax, (names[0], "k"), (names[1], "k"))

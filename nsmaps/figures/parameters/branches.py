@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.branch import Branch
@@ -23,17 +24,27 @@ _SIDES = np.array([[x, y] for x in (0, 1, -1) for y in (1, -1)])  #: of a line, 
 _CORNERS = np.array([[x, y] for x in (-1, -0.5, 0, 0.5, 1) for y in (-1, 0, 1)])  #: of a name, and points between them
 _WEIGHT = {True: 1.5, False: 1.0, None: 1.0}  #: points, of lines
 _TRIED, _BETWEEN = 300, 8  #: places along the lines of a motion; points between two of a line
+_NARROW = 0.08  #: share of the range of the parameter, below which a branch is enlarged
+_REACH, _MARGIN = 0.35, 0.1  #: of the extent of a line that is enlarged, in which others are too; around them
 _FLAT = 1e-6  #: of the scale of a coordinate: least height of a panel
 
 
 def sheets(found: Found, multipliers: bool = False) -> tuple[Sheet, ...]:
-    """One sheet a parameter, a panel a coordinate, or their multipliers; none of a parameter of which no branch has orbits."""
+    """One sheet a parameter, a panel a coordinate, or their multipliers; none of a parameter of which no branch has orbits.
+
+    Where branches are narrow, as in a cascade of doublings, a second row of panels enlarges them.
+    """
     if multipliers:
         return multiplier_sheets(found)
     along, sheets = by_parameter(found), []
     for parameter, own in along.items():
         count = len(own[0].coordinates) if own else 0
         panels = tuple(partial(branches, own, coordinate=i) for i in range(count))
+        if own and _narrow(own):
+            panels = (
+                *(partial(_framed, own, i) for i in range(count)),
+                *(partial(enlarged, own, coordinate=i) for i in range(count)),
+            )
         name = "branches" if len(along) == 1 else f"branches-{parameter}"
         sheets += [Sheet(name, panels, min(count, 2), 0.9, legend=True)] if own else []
     return tuple(sheets)
@@ -55,18 +66,73 @@ def branches(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
     shown = _with_orbits(found)
     if not shown:
         raise NsmapsError("there is no branch with orbits; expected: at least one")
+    ax.margins(0.03, 0.09)
+    return _panel(shown, ax, coordinate)
+
+
+def enlarged(found: Found, ax: Axes, coordinate: int = 0) -> Axes:
+    """As `branches`, enlarged about one state of the first of the branches that are narrow, with the events there.
+
+    Raises:
+        NsmapsError: no branch is narrow.
+    """
+    shown = _with_orbits(found)
+    if not shown or not _narrow(shown):
+        raise NsmapsError(f"no branch takes less than {_NARROW:g} of the range of the parameter; expected: at least one")
+    return _panel(shown, ax, coordinate, _window(shown, coordinate))
+
+
+def _framed(shown: Sequence[Branch], coordinate: int, ax: Axes) -> Axes:
+    """A panel with a frame about what is enlarged."""
+    branches(shown, ax, coordinate)
+    low, high = _window(shown, coordinate)
+    ax.add_patch(Rectangle(low.tolist(), *(high - low), fill=False, ec="0.2", lw=0.5, label="_"))
+    return ax
+
+
+def _narrow(shown: Sequence[Branch]) -> list[Branch]:
+    """The branches of motions that have stable orbits, all in a small part of the range of the parameter."""
+    of = dict[str, list[Branch]]()
+    for branch in shown:
+        of.setdefault(str(branch.labels[-1]), []).append(branch)
+    values = {name: np.concatenate([branch.values for branch in own]) for name, own in of.items()}
+    least = _NARROW * np.ptp(np.concatenate([*values.values()]))
+    small = [name for name, own in values.items() if 0 < np.ptp(own) < least]
+    return [branch for name in small for branch in of[name] if True in branch.stable]
+
+
+def _window(shown: Sequence[Branch], coordinate: int) -> Floats:
+    """The least and the greatest parameter and state of narrow branches about one state of the first of them, shape (2, 2)."""
+    own = _narrow(shown)
+    paths = own[0].points[..., coordinate]
+    path = paths[:, int(np.ptp(paths, axis=0).argmax())]
+    every = [np.column_stack([np.repeat(each.values, each.period), each.points[..., coordinate].ravel()]) for each in own]
+    points = np.concatenate(every)
+    points = points[(points[:, 1] >= path.min() - _REACH * np.ptp(path)) & (points[:, 1] <= path.max() + _REACH * np.ptp(path))]
+    margin = _MARGIN * np.ptp(points, axis=0)
+    return np.array([points.min(axis=0) - margin, points.max(axis=0) + margin])
+
+
+def _panel(shown: Sequence[Branch], ax: Axes, coordinate: int, window: Floats | None = None) -> Axes:
+    """The lines and events of branches with their names, in a window or with room around them."""
     colours = colours_of(shown)
     for branch in shown:
         _lines(branch, ax, coordinate, colours[str(branch.labels[-1])])
     _events(shown, ax, coordinate)
-    ax.margins(0.03, 0.09)
+    if window is not None:
+        ax.set(xlim=window[:, 0], ylim=window[:, 1])
     low, high = ax.get_ylim()
     least = _FLAT * max(branch.scale[coordinate] for branch in shown)
     if high - low < least:  # constant but for rounding
         ax.set_ylim((low + high - least) / 2, (low + high + least) / 2)
     dress(ax, (shown[0].parameter, ""), (shown[0].coordinates[coordinate], "k"))
     left = _name_lines(ax, shown, coordinate, colours)
-    ax.legend(handles=_handles(shown, {motion: colours[motion] for motion in left}))
+    inside = shown if window is None else _narrow(shown)
+    ax.legend(
+        handles=_handles(
+            inside, {str(each.labels[-1]): colours[str(each.labels[-1])] for each in inside if each.labels[-1] in left}
+        )
+    )
     return ax
 
 

@@ -27,7 +27,9 @@ LONGER, CHAOTIC, RING, SLOW, NOTHING, MISSING = (len(MOTIONS) + k for k in range
 COLOURS = (*MOTIONS, OTHERS, BLACK, QUASI, OPEN, "#FFFFFF", "0.88")  #: of the kinds from period 1 on, in every plane
 WITHOUT = {CHAOS: CHAOTIC, QUASI_PERIODIC: RING, UNRESOLVED: SLOW}  #: the kinds of motions without a period
 SEVERAL, REFUSED, UNKNOWN = "////", "xxxx", "....."  #: hatches; what is unknown is grey beneath
+EXPONENTS = "RdYlBu_r"  #: colours from below zero, which is pale yellow, to above it; white and grey mean something else
 MINUS_INFINITY = "#3B0A45"  #: of exponents, beside the colours of finite ones
+_ROUNDING = 1e-9  #: share of the range of exponents within which two are one
 TRIMMED = 0.02  #: share of the exponents beyond each end of their colours
 _NUMERAL, _NUMERALS = 0.11, 16  #: inches, the least radius of an area with a numeral; numerals at most
 
@@ -109,10 +111,10 @@ def parameter_plane(
 
 
 def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
-    """The largest Lyapunov exponent per return of the first start, blue where it is below zero, white at zero, red above.
+    """The largest Lyapunov exponent per return of the first start, blue where it is below zero, yellow at zero, red above.
 
     The ends of the colours, which have ticks, leave 2 % of the exponents beyond each. Minus infinity, as of motion that rests or
-    chatters, has a colour of its own, and dotted grey is where no exponent is known.
+    chatters, has a colour of its own, white is where nothing attracts, and dotted grey where no exponent was computed.
     """
     values = result.exponent[..., 0]
     finite = values[np.isfinite(values)]
@@ -121,7 +123,8 @@ def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
     colours, norm = _about_zero(low, high)
     shown = np.where(np.isfinite(values), values, np.nan)
     mesh = ax.pcolormesh(result.along, result.across, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-    extend = ("neither", "min", "max", "both")[int((finite < low).any()) + 2 * int((finite > high).any())]
+    beyond = _ROUNDING * (high - low)
+    extend = ("neither", "min", "max", "both")[int((finite < low - beyond).any()) + 2 * int((finite > high + beyond).any())]
     bar = ax.figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend=extend)
     bar.set_ticks(
         ends := [*dict.fromkeys((low, low / 2, 0.0, high / 2, high))],
@@ -130,18 +133,27 @@ def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
     patches = []
     if (lowest := np.isneginf(values)).any():
         patches.append(_paint(ax, result, lowest, MINUS_INFINITY, "exponent minus infinity"))
-    ax.legend(handles=[*patches, *_unknown(ax, result, np.isnan(values))])
+    ax.legend(handles=[*patches, *_without(ax, result, np.isnan(values))])
     return _dressed(result, ax)
 
 
 def _about_zero(low: float, high: float) -> tuple[Colormap, Normalize]:
-    """Colours from blue over white at zero to red between two ends; one side alone where the other has no room."""
-    both = colormaps["RdBu_r"]
+    """Colours from blue over yellow at zero to red between two ends; one side alone where the other has no room."""
+    both = colormaps[EXPONENTS]
     if low < 0 < high:
         return both, TwoSlopeNorm(0.0, low, high)
     side = both(np.linspace(0.5, 1.0, 256) if high > 0 else np.linspace(0.0, 0.5, 256))
     one = ListedColormap(side).with_extremes(under=both(0.0), over=both(1.0))
     return one, Normalize(low, high if high > low else low + 1.0)
+
+
+def _without(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
+    """Paint pixels without a number, white where it was shown that nothing attracts; the entries of the legend."""
+    none = there & result.computed & (result.motion[..., 0] < 0)
+    patches = _unknown(ax, result, there & ~none)
+    if (none & ~result.refused).any():
+        patches.append(Patch(facecolor=COLOURS[NOTHING - 1], edgecolor="0.5", label="no attractor"))
+    return patches
 
 
 def _unknown(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
@@ -197,7 +209,7 @@ def mean(result: "ParameterPlane", ax: Axes, name: str) -> Axes:
     shown = np.where(np.isfinite(values), values, np.nan)
     mesh = ax.pcolormesh(result.along, result.across, shown, cmap="cividis", shading="nearest", rasterized=True)
     ax.figure.colorbar(mesh, ax=ax, label=with_unit(name, unit=result.units.get(name, "")))
-    if patches := _unknown(ax, result, np.isnan(values)):
+    if patches := _without(ax, result, np.isnan(values)):
         ax.legend(handles=patches)
     return _dressed(result, ax)
 
