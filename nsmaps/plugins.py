@@ -180,8 +180,8 @@ def entry_of(name: str, kind: Kind = SYSTEM) -> EntryPoint:
     if not found:
         known = class_names(kind)
         raise UnknownSystemError(
-            f"no {kind.name} {name!r} is installed; installed: {', '.join(known) or 'none'}; "
-            f"or a {kind.form} in a file, as {kind.in_a_file}{near_match(name, known)}"
+            f"no {kind.name} {name!r} is installed{near_match(name, known)}; installed: {', '.join(known) or 'none'}; "
+            f"or a {kind.form} in a file, as {kind.in_a_file}"
         )
     if len(found) > 1:
         owners = " and ".join(sorted(owner_of(entry) for entry in found))

@@ -15,7 +15,7 @@ PAIR = {"d": 0.35, "g_bar": 0.2113}
 @pytest.mark.parametrize(
     ("parameters", "says"),
     [
-        (PAIR | {"R": 1}, "unknown parameter 'R'; expected: d, r, g_bar, base, M, F, g, beta, s, omega, did you mean 'r'?"),
+        (PAIR | {"R": 1}, "unknown parameter 'R', did you mean 'r'?; expected: d, r, g_bar, base, M, F, g, beta, s, omega"),
         (PAIR | {"g_baz": 1}, "did you mean 'g_bar'?"),
         ({"d": 0.35}, "the parameter 'g_bar' is missing"),
         ({"D": 0.35, "g_bar": 0.2}, "unknown parameter 'D'"),
@@ -40,7 +40,7 @@ def test_a_missing_parameter_that_is_there_misspelt_is_told_once() -> None:
 
 def test_changing_a_parameter_says_the_same() -> None:
     system = nsmaps.load_system("vi_pair", **PAIR)
-    with pytest.raises(ParameterError, match=r"VIPair: unknown parameter 'G_bar'; .* did you mean 'g_bar'\?"):
+    with pytest.raises(ParameterError, match=r"VIPair: unknown parameter 'G_bar', did you mean 'g_bar'\?"):
         system.at(G_bar=1)
     with pytest.raises(ParameterError, match="r is -1; expected: greater than or equal to 0"):
         system.at(r=-1)

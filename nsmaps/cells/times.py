@@ -21,6 +21,7 @@ from nsmaps.reduced.conditions.region import Region
 from nsmaps.results import NONE, RETURNS, Result, array
 
 COARSE = "no cell lies wholly in the closed set: smaller cells are needed to show that anything arrives"
+HEADS = "region", "area", "left", "within", "stays", "arrives", "within", "periodic"  #: of the texts of a row
 NEVER = -1  #: steps of a cell where no number is shown
 
 
@@ -106,18 +107,21 @@ class ExitTimes(Result):
 
     def table(self) -> str:
         """The rows as text, and below them the periodic points found in cells that stay."""
-        head = ("region", "area", "left", "within", "stays", "arrives", "within", "periodic")
         lines = [row.texts() for row in self.rows]
-        widths = [max(map(len, column)) for column in zip(head, *lines, strict=True)]
+        widths = [max(map(len, column)) for column in zip(HEADS, *lines, strict=True)]
         text = [
             "  ".join(
                 cell.rjust(width) if k else cell.ljust(width) for k, (cell, width) in enumerate(zip(line, widths, strict=True))
             )
-            for line in (head, *lines)
+            for line in (HEADS, *lines)
         ]
+        return "\n".join([*text, *self.notes()])
+
+    def notes(self) -> list[str]:
+        """The periodic points found in cells that stay, and what the cells are too coarse for."""
         held = [f"stays in {row.region}: periodic point ({_listed(point)})" for row in self.rows[:-1] for point in row.points]
         none = self.arrived is not None and not (self.arrived == 0).any()
-        return "\n".join([*text, *held, *([COARSE] if none else [])])
+        return [*held, *([COARSE] if none else [])]
 
 
 def _largest(steps: Ints) -> int | None:

@@ -139,7 +139,7 @@ def check(
         for loc, name in read.classes().items():
             of = "the system" if loc == ("system",) else "a quantifier" if "quantifiers" in loc else "a class"
             if is_file(name) and os.path.isfile(name.rpartition(":")[0]):
-                say(f"runs the file of {of}, {name}, which can do what you can; not with --installed-only", err=True)
+                say(f"executes {name}, the file of {of}, with your permissions; --installed-only refuses it", err=True)
         read = made_ready(read, assignments(set_ or []))
         with read.source.located(("system",)):
             system = read.system_object()

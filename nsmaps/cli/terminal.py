@@ -197,17 +197,19 @@ def table_lines(section_table: "SectionTable") -> list[str]:
     from rich.measure import Measurement
     from rich.table import Table
 
-    heads, screen, lines = section_table.heads, console(), list[str]()
-    if section_table.rows:
-        table = Table(box=box.SIMPLE, title=section_table.title)
-        for column in zip(heads, *section_table.rows, strict=True):
+    screen, lines = console(), list[str]()
+    columns = [column for column in zip(section_table.heads, *section_table.rows, strict=True) if any(column)]
+    heads, *rows = zip(*columns, strict=True)
+    if rows:
+        table = Table(box=box.SIMPLE)
+        for column in columns:
             table.add_column(column[0], min_width=max(len(word) for cell in column for word in [*cell.split(), ""]))
-        for row in section_table.rows:
+        for row in rows:
             table.add_row(*map(escape, row))
         if Measurement.get(screen, screen.options, table).minimum < screen.width:
-            lines += _shown(table)
+            lines += [*_lines(section_table.title), *_shown(table)]
         else:
-            lines += _lines("\n".join([section_table.title, "", *(_paragraph(heads, row) for row in section_table.rows), ""]))
+            lines += _lines("\n".join([section_table.title, "", *(_paragraph(heads, row) for row in rows), ""]))
     elif section_table.title and section_table.notes:
         lines += _lines(f"{section_table.title}\n")
     return [*lines, *(_lines("\n".join([*section_table.notes, ""])) if section_table.notes else [])]
@@ -239,7 +241,7 @@ def verdict_lines(result: "StudyResult") -> list[str]:
 
     narrow = console().width <= NARROW
     heads = ("holds", "verdict") if narrow else ("verdict", "of", "required", "holds", "because")
-    table = Table(*heads, box=box.SIMPLE, title="Verdicts")
+    table = Table(*heads, box=box.SIMPLE)
     for verdict in result.verdicts:
         colour = "green" if verdict.holds else "red" if verdict.required else "yellow"
         text, _, because = verdict.text.partition(": ")
@@ -247,4 +249,4 @@ def verdict_lines(result: "StudyResult") -> list[str]:
         name, map_name, because = map(escape, (verdict.name, verdict.of, because))
         text_below = f"[bold]{name}[/] ({map_name}{', required' * verdict.required})\n{because}"
         table.add_row(*((holds, text_below) if narrow else (name, map_name, required, holds, because)))
-    return _shown(table) if table.rows else []
+    return ["Verdicts", *_shown(table)] if table.rows else []

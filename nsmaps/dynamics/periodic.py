@@ -70,8 +70,20 @@ class PeriodicOrbit(Result):
         """The motion, such as 1:1/2T; "" if a state has no image. See `nsmaps.dynamics.motion.label`."""
         if not self.returns.valid.all():
             return ""
-        turns = self.returns.known_turns[:, self.returns.coordinates.angles].sum(axis=1)
+        turns = self.turns[:, self.returns.coordinates.angles].sum(axis=1)
         return label(self.words, turns.tolist(), self.period, self.returns.alphabet)
+
+    @property
+    def turns(self) -> NDArray[np.int64]:
+        """The turns of each angle up to the next state, shape (q, n), also where an image lies just across a whole turn from it.
+
+        They are 0 where they are not known.
+        """
+        found = np.round((self.returns.lifted - np.roll(self.states, -1, axis=0)) / (2 * np.pi))
+        known = (
+            self.returns.coordinates.angles & np.isfinite(found) & ~(self.returns.fitted & np.isnan(self.returns.time))[:, None]
+        )
+        return np.where(known, found, 0).astype(np.int64)
 
     @property
     def residual(self) -> float:

@@ -70,7 +70,7 @@ def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, flo
     for name in others:
         known = (*names, *system.coordinates)
         raise ParameterError(
-            f"start has {name!r}; expected: free parameters or coordinates, {', '.join(known)}{near_match(name, known)}"
+            f"start has {name!r}{near_match(name, known)}; expected: free parameters or coordinates, {', '.join(known)}"
         )
     low, high, first = [], [], []
     for name in names:

@@ -11,6 +11,19 @@ from pydantic_core import ErrorDetails
 from nsmaps.errors import near_match
 
 MOST = 20  #: errors that are reported of one file
+KINDS = {
+    "tuple_type": "a list, in brackets",
+    "dict_type": "keys and values, in braces",
+    "model_type": "keys and values, in braces",
+    "int_type": "an integer",
+    "int_parsing": "an integer",
+    "int_from_float": "an integer",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "string_type": "a text",
+}  #: what pydantic expects, by the kind of its error
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +56,10 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     kind, value = problem["type"], problem["input"]
     if kind == "extra_forbidden":
         known = accepted_keys(model, loc[:-1])
-        return Complaint(loc, f"unknown {what} {name!r}; expected: {', '.join(known)}{near_match(name, known)}", at_key=True)
+        return Complaint(loc, f"unknown {what} {name!r}{near_match(name, known)}; expected: {', '.join(known)}", at_key=True)
+    if kind == "missing" and loc and isinstance(loc[-1], int):
+        entries = len(get_args(_section(model, loc[:-1]))) or "more"
+        return Complaint(loc[:-1], f"{loc[-2]} is {_brief(value)}; expected: {entries} entries")
     if kind == "missing":
         meaning = _meaning(model, loc)
         return Complaint(loc[:-1], f"the {what} {name!r} is missing" + (f"; expected: {meaning}" if meaning else ""))
@@ -53,10 +69,9 @@ def explain(problem: ErrorDetails, model: type[BaseModel] | None) -> Complaint:
     if kind == "literal_error":
         expected = problem["ctx"]["expected"]
         if known := re.findall(r"'([^']*)'", expected):
-            return Complaint(loc, f"unknown word {value!r}; expected: {', '.join(known)}{near_match(str(value), known)}")
+            return Complaint(loc, f"unknown word {value!r}{near_match(str(value), known)}; expected: {', '.join(known)}")
         return Complaint(loc, f"{name} is {_brief(value)}; expected: {expected}")
-    accepted = problem["msg"].removeprefix("Input should be ").removeprefix("a valid ")
-    accepted = "a list, in brackets" if kind == "tuple_type" else accepted
+    accepted = KINDS.get(kind, problem["msg"].removeprefix("Input should be ").removeprefix("a valid "))
     if kind == "too_short":
         least = problem["ctx"]["min_length"]
         accepted = f"{least} {'entry' if least == 1 else 'entries'} or more"

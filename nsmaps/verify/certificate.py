@@ -87,6 +87,10 @@ def read(path: Path) -> Certificate:
         with zipfile.ZipFile(path) as archive:
             data, codes = json.loads(archive.read(TEXT)), archive.read(CODES)
             slopes = archive.read(SLOPES) if SLOPES in archive.namelist() else b""
+    except zipfile.BadZipFile as error:
+        raise CertificateError(
+            f"{path} is not a certificate, or not a whole one; expected: a file that `nsmaps prove` wrote"
+        ) from error
     except Exception as error:  # zipfile, zlib and json raise a dozen kinds where bytes are changed
         raise CertificateError(f"{path} is not a whole certificate: {_in_a_line(error)}") from error
     if not isinstance(data, dict) or set(data) != KEYS or data["format"] not in (1, FORMAT):

@@ -5,7 +5,7 @@ import pytest
 
 import nsmaps
 from nsmaps.dynamics.continuation.follow import continue_branch
-from nsmaps.dynamics.periodic import dependent, shooting_jacobian
+from nsmaps.dynamics.periodic import PeriodicOrbit, dependent, shooting_jacobian
 from nsmaps.errors import NsmapsError, StateError
 
 DOUBLING = 0.32418854
@@ -129,3 +129,12 @@ def test_equations_are_dependent_if_a_row_is_a_sum_of_others(rows, extra):
     assert not dependent(equations)
     equations[-1] = equations[0] - equations[1]
     assert dependent(equations)
+
+
+def test_turns_are_those_up_to_the_next_state():
+    r = 0.5
+    ball = nsmaps.load_system("bouncing_ball", Gamma=np.pi * (1 - r) / (1 + r), r=r)  # the fold, with the phase 0
+    states = [[2 * np.pi / (1 + r) * (1 + share), 0.0] for share in (-1e-12, 0.0, 1e-12)]
+    orbits = [PeriodicOrbit(ball.first_return([state]), 1e-10, np.ones(2)) for state in states]
+    assert {int(each.returns.turns[0, 1]) for each in orbits} == {0, 1}  # an image is just below a whole turn, another is not
+    assert [(each.label, each.turns.tolist()) for each in orbits] == [("1:0/T", [[0, 1]])] * 3

@@ -139,7 +139,7 @@ def test_what_a_study_refers_to_is_copied_beside_it() -> None:
 def test_no_such_study_has_a_near_match() -> None:
     answer = CliRunner().invoke(app, ["copy", "ball/drip"])
     assert answer.exit_code == 2
-    assert answer.stderr.endswith(", did you mean 'ball/drop'?\n")
+    assert answer.stderr.startswith("no study 'ball/drip', did you mean 'ball/drop'?; expected: ")
 
 
 @pytest.mark.parametrize(

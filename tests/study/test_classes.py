@@ -161,12 +161,22 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
             '"mine.py:Disc", abs',
             "is not a fit; expected: a class that inherits from nsmaps.PolyFit",
         ),
-        ("radius: 0.35", "radus: 0.15", "radus", "unknown field of Disc 'radus'; expected: centre, radius, did you"),
+        (
+            "radius: 0.35",
+            "radus: 0.15",
+            "radus",
+            "unknown field of Disc 'radus', did you mean 'radius'?; expected: centre, radius",
+        ),
         ("radius: 0.35", "radius: wide", "wide", "unknown name 'wide'; expected: numbers"),
-        ("radius: 0.35", "radius: [1]", "[1]", "radius is [1]; expected: number"),
+        ("radius: 0.35", "radius: [1]", "[1]", "radius is [1]; expected: a number"),
         (", radius: 0.35", "", '{class: "mine.py:Disc", centre: [1/5', "the key 'radius' is missing"),
         ('mine.py:Even", degree', 'mine.py:Odd", degree', '{class: "mine.py:Odd', "Odd.exponents raises ValueError: "),
-        ("speed: 3/10", "sped: 3/10", "sped", "unknown field of Slow 'sped'; expected: max_returns, speed, did you"),
+        (
+            "speed: 3/10",
+            "sped: 3/10",
+            "sped",
+            "unknown field of Slow 'sped', did you mean 'speed'?; expected: max_returns, speed",
+        ),
         ("mine.py:Slow", "nsmaps:ReturnFamily", '"nsmaps:Ret', "nsmaps:ReturnFamily does not define contains; expected: all"),
         ("mine.py:Slow", "slow", '"slow"', "no family 'slow' is installed; installed: none; or a class in a file"),
         ("mine.py:Slow", "nowhere.else:Slow", '"nowhere', "nowhere.else failed to import: ModuleNotFoundError: No module"),
@@ -253,9 +263,9 @@ def test_a_partition_of_a_study_takes_classes(folder: Path) -> None:
     assert read.partition.spec == nsmaps.Partition(tolerance=1e-6)
     assert (read.composite.piece_of(states) == number).all()
     for old, new, message in (
-        ("[right]", "[rihgt]", "own.yaml:6:14: unknown family 'rihgt'; expected: right, did you mean 'right'"),
+        ("[right]", "[rihgt]", "own.yaml:6:14: unknown family 'rihgt', did you mean 'right'?; expected: right"),
         ("x: [0.5, 1.2], ", "", "own.yaml:9:16: the coordinate 'x' is missing"),
-        ("degree: 1", "degree: wide", "own.yaml:8:67: degree is 'wide'; expected: integer"),
+        ("degree: 1", "degree: wide", "own.yaml:8:67: degree is 'wide'; expected: an integer"),
         (
             "tolerance",
             "kind: accurate\n  tolerance",

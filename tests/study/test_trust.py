@@ -54,7 +54,8 @@ def test_check_says_that_a_file_is_run_before_it_is(stranger: None, monkeypatch:
     run_file = nsmaps.plugins.run_file
     monkeypatch.setattr(nsmaps.plugins, "run_file", lambda *file: (said.append("RUN"), run_file(*file)))
     assert CliRunner().invoke(app, ["check", "s.yaml"]).exit_code == 0
-    first = f"runs the file of the system, {Path('mine.py').resolve()}:Ball, which can do what you can; not with --installed-only"
+    mine = Path("mine.py").resolve()
+    first = f"executes {mine}:Ball, the file of the system, with your permissions; --installed-only refuses it"
     assert said[:2] == [first, "RUN"]
     assert Path("mark").exists()
 

@@ -62,7 +62,7 @@ class Limit:
     def turns(self) -> int:
         """Whole turns of the phase in a period."""
         last = self.path.turns[len(self.path.turns) - self.length :, 0]
-        turns = last if self.cycle is None else self.cycle.returns.known_turns
+        turns = last if self.cycle is None else self.cycle.turns
         found = int(turns[:, self.path.coordinates.angles].sum())
         return found or self.period * self.path.alphabet.turns
 

@@ -41,8 +41,8 @@ class Noise(BaseModel, Storable):
         scale = dict.fromkeys(coordinates, 1.0) if self.scale is None else self.scale
         for name in scale:
             if name not in coordinates:
-                known = f"expected: {coordinates}{near_match(name, coordinates)}"
-                raise NsmapsError(f"the noise has a scale of {name!r}, which is not a coordinate; {known}")
+                near = near_match(name, coordinates)
+                raise NsmapsError(f"the noise has a scale of {name!r}, which is not a coordinate{near}; expected: {coordinates}")
         return self.sigma * np.array([scale.get(name, 0.0) for name in coordinates])
 
 

@@ -59,7 +59,7 @@ def rotation_number(
     if length:
         seen = found.path.states[-length - 1 : -1, 0]
         cycle = found.cycle if found.cycle is not None else periodic_orbit(system, seen, length)
-        fraction = Fraction(steps(cycle.returns.known_turns.astype(np.int64), list(cycle.words), coordinates, name), cycle.period)
+        fraction = Fraction(steps(cycle.turns, list(cycle.words), coordinates, name), cycle.period)
         return RotationNumber(float(fraction), float(np.spacing(float(fraction))), name, fraction, cycle)
     path = orbit(system, settled[0], n_returns)
     each = _each(path, coordinates, name)

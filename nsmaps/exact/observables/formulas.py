@@ -83,7 +83,7 @@ class Vocabulary:
         what = {"impacts": "an impact", "flights": "a flight", "returns": "a return"}[of]
         for letter in set(one.at) - set(known):
             raise NsmapsError(
-                f"the observable {one.name!r} is of {what} at {letter!r}; expected: {', '.join(known)}{near_match(letter, known)}"
+                f"the observable {one.name!r} is of {what} at {letter!r}{near_match(letter, known)}; expected: {', '.join(known)}"
             )
         if one.at:
             return [place in one.at for place in places]
@@ -292,7 +292,7 @@ def _one(system: Any, one: ObservableLike, known: Mapping[str, Observable]) -> O
         return observable_of(one)
     if one not in known:
         raise NsmapsError(
-            f"{one!r} is not an observable of {type(system).__name__}; expected: {', '.join(known)}, or a `name` with a `formula`"
-            f"{near_match(one, known)}"
+            f"{one!r} is not an observable of {type(system).__name__}{near_match(one, known)}; "
+            f"expected: {', '.join(known)}, or a `name` with a `formula`"
         )
     return known[one]

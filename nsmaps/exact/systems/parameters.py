@@ -118,8 +118,8 @@ class System(BaseModel, Transferable, ReturnMap):
         names, cls = self.parameter_names(), type(self).__name__
         for name, rate in rates.items():
             if name not in names:
-                known = f"expected: {', '.join(names) or 'none, it has no numerical parameter'}{near_match(name, names)}"
-                raise ParameterError(f"{cls}: unknown parameter {name!r}; {known}")
+                known = ", ".join(names) or "none, it has no numerical parameter"
+                raise ParameterError(f"{cls}: unknown parameter {name!r}{near_match(name, names)}; expected: {known}")
             if not np.isfinite(rate):
                 raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
         return np.array([float(rates.get(name, 0.0)) for name in names])

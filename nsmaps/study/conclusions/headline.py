@@ -13,6 +13,7 @@ FIRST = (*PARAMETERS, "global_continuation", *STATES, "exit_times")
 MOST = 3  #: findings in a headline
 EACH = 3  #: numbers of one of them, unless there are too few of others
 NAME = re.compile(r"\b(\d+):(\d+)/(\d*)T\b")  #: of a motion, n:m/pT
+DECIMAL = re.compile(r"-?[0-9.]+(e-?[0-9]+)?")  #: a number alone
 
 
 def findings(result: StudyResult) -> list[Finding]:
@@ -58,9 +59,26 @@ def meaning(returns: str, others: str, periods: str) -> str:
 
 
 def key_numbers(result: StudyResult, max_numbers: int) -> list[tuple[str, str]]:
-    """The main numbers of the findings with their meanings: `EACH` of one, then, where there is room, more of them."""
+    """The main numbers of the findings with their meanings: `EACH` of one, then, where there is room, more of them.
+
+    A number that another finding has to more digits is left out.
+    """
     found = findings(result)
-    every = list(dict.fromkeys(number for finding in found for number in finding.numbers))
-    first = list(dict.fromkeys(number for finding in found for number in finding.numbers[:EACH]))
+    whole = list(dict.fromkeys(number for finding in found for number in finding.numbers))
+    every = [number for number in whole if not any(_is_rounded(number, other) for other in whole)]
+    first = [number for number in every if any(number in finding.numbers[:EACH] for finding in found)]
     chosen = [*first, *(number for number in every if number not in first)][:max_numbers]
     return [(value, as_computed(result, text)) for value, text in every if (value, text) in chosen]
+
+
+def _is_rounded(number: tuple[str, str], other: tuple[str, str]) -> bool:
+    """Whether a number is another one of the same meaning with fewer digits.
+
+    >>> _is_rounded(("a = 1.52682", "period doubling"), ("a = 1.5268237", "period doubling of 1:0/T"))
+    True
+    """
+    (value, text), (longer, more) = number, other
+    if len(value) >= len(longer) or not more.startswith(text):
+        return False
+    (name, _, few), (same, _, many) = value.partition(" = "), longer.partition(" = ")
+    return bool(name == same and DECIMAL.fullmatch(few) and DECIMAL.fullmatch(many)) and f"{float(many):.6g}" == few

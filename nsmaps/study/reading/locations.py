@@ -52,7 +52,7 @@ class Source:
         if name in expected:
             return name
         listed = ", ".join(expected) or "none"
-        raise self.error(loc, f"unknown {what} {name!r}; expected: {listed}{near_match(name, expected)}", key)
+        raise self.error(loc, f"unknown {what} {name!r}{near_match(name, expected)}; expected: {listed}", key)
 
     @contextmanager
     def located(self, loc: Loc, model: type[BaseModel] | None = None, **renamed: str) -> Iterator[None]:

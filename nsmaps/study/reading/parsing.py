@@ -47,7 +47,7 @@ def _in_words(problem: str) -> str:
     if problem.startswith("found duplicate key"):
         key = problem.removeprefix("found duplicate key").split(" with value")[0].strip().strip("\"'")
         return f"the key {key!r} is given twice; expected: each key once"
-    return f"not readable as YAML: {problem}"
+    return f"not readable as YAML: {problem}{'; expected: spaces' if chr(92) + 't' in problem else ''}"
 
 
 def plain(node: Any) -> Any:

@@ -66,6 +66,9 @@ def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
     """The study of a file checked by its grammar only; `name` is the default name. Of code only its own analyses are executed."""
     source = Source(os.fspath(path), _parsed(path))
     data = plain(source.root)
+    for key in [key for key, value in data.items() if value is None]:
+        way_out = "its keys, as listed by `nsmaps schema`, or {} for the defaults of a section"
+        raise source.error((key,), f"{key!r} is empty; expected: {way_out}", key=True)
     data.setdefault("name", name)
     if isinstance(data.get("system"), str):
         data["system"] = _found_from(path, data["system"])
@@ -147,7 +150,7 @@ def files_beside(path: Path) -> list[str]:
 
 
 def shipped_file(name: str) -> Path:
-    """The file of an installed study; raises StudyError with the names of all installed studies."""
+    """The file of an installed study; raises StudyError with the names of its system's studies."""
     system, _, stem = name.rpartition("/")
     try:
         files = study_files(system) if system and not name.endswith((".yaml", ".yml")) else {}
@@ -155,8 +158,7 @@ def shipped_file(name: str) -> Path:
         raise StudyError(f"no study {name!r}: {error}") from error
     if stem not in files:
         known = study_names()
-        raise StudyError(
-            f"no study {name!r}; expected: the path of a YAML file, or one of {', '.join(known) or 'none installed'}"
-            f"{near_match(name, known)}"
-        )
+        beside = [each for each in known if each.partition("/")[0] == name.partition("/")[0]]
+        listed = f"one of {', '.join(beside)}" if beside else "an installed study, which `nsmaps systems` lists"
+        raise StudyError(f"no study {name!r}{near_match(name, known)}; expected: the path of a YAML file, or {listed}")
     return files[stem]

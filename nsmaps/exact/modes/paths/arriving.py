@@ -36,7 +36,7 @@ def arrivals_of(
         raise StateError(f"{len(given)} modes of {len(start)} states; expected: one name, or as many as states")
     known = tuple(dict.fromkeys(definition.modes))
     for name in set(given) - {*known, ""}:
-        raise StateError(f"{name!r} is not a mode; expected: one of {', '.join(known)}{near_match(name, known)}")
+        raise StateError(f"{name!r} is not a mode{near_match(name, known)}; expected: one of {', '.join(known)}")
     phase = np.ascontiguousarray(start[:, n]) if table.rate > 0 else np.zeros(len(start))
     features = features_of(table, start[:, :n], phase)
     check_surfaces(definition, table, features, np.array(given, str))

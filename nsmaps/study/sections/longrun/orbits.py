@@ -41,7 +41,7 @@ class OrbitSection(BaseModel):
     """A start, and the number of returns of its orbits under the exact map and the composite map."""
 
     model_config = SPEC
-    start: dict[str, Number] = Field(description="the start")
+    start: dict[str, Number] = Field(description="the first state, by coordinate, as {v: 0.5, phi: pi/2}")
     n_returns: int = Field(ge=1, description="number of returns")
     track: int | None = Field(
         None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsmaps.dynamics.continuation.events import HALVING
-from nsmaps.dynamics.diagrams.borders import LABEL, RANGE
+from nsmaps.dynamics.diagrams.borders import ACCUMULATION, LABEL, RANGE
 from nsmaps.dynamics.motion import CHAOS, kind_of, kinds_explained
 from nsmaps.study.conclusions.texts import percent, values_text
 from nsmaps.study.sections.base import Finding
@@ -84,7 +84,7 @@ def diagram_finding(diagram: "BifurcationDiagram", of: str) -> Finding:
     named = [window for window in diagram.windows if window.label and not kind_of(window.label)]
     widest = sorted(named, key=lambda window: window.seen[0] - window.seen[1])[:WIDEST]
     texts = [f"{window.label} {_held(window, name)}" for window in widest]
-    events = _bifurcations(diagram, float(np.mean(widest[0].seen)) if widest else 0.0)
+    events = _bifurcations(diagram, float(np.mean(widest[0].seen)) if widest else 0.0, [window.label for window in widest])
     texts += [f"{kind} at {name} = {values_text(values)}" for kind, values in events.items()]
     chaos = [value for value, label in zip(diagram.values.tolist(), labels, strict=True) if kind_of(label) == CHAOS]
     if chaos:
@@ -99,12 +99,16 @@ def diagram_finding(diagram: "BifurcationDiagram", of: str) -> Finding:
     return Finding(of, "; ".join(texts), tuple(numbers))
 
 
-def _bifurcations(diagram: "BifurcationDiagram", of: float) -> dict[str, list[float]]:
-    """The values of the bifurcations between windows by kind, those near one value first; a halving is named as the doubling."""
+def _bifurcations(diagram: "BifurcationDiagram", of: float, motions: list[str]) -> dict[str, list[float]]:
+    """The values of the bifurcations between windows by kind, those near one value first; a halving is named as the doubling.
+
+    Of the accumulations of period doublings only those that begin with one of some motions are among them.
+    """
     borders = {end.value: end.kind for window in diagram.windows for end in (window.low, window.high) if end.kind != HALVING}
     events: dict[str, list[float]] = {}
     for value, kind in sorted(borders.items(), key=lambda pair: abs(pair[0] - of)):
-        if kind not in UNNAMED and not isnan(value):
+        minor = kind.startswith(ACCUMULATION) and not any(f" {motion} " in kind for motion in motions)
+        if kind not in UNNAMED and not isnan(value) and not minor:
             events.setdefault(kind, []).append(value)
     return events
 

@@ -15,7 +15,7 @@ from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
-from nsmaps.study.sections.sets.exit_times import composite_of, exits_finding, row_numbers
+from nsmaps.study.sections.sets.exit_times import composite_of, exits_finding, exits_table, row_numbers
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
@@ -144,4 +144,4 @@ class AuxiliaryMapSection(Analysis):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The shares of each region that are left, and that arrive in A_1."""
         if result.auxiliary_exits is not None:
-            yield Table("Exit times under the full auxiliary map, by enclosure", (), (), (result.auxiliary_exits.table(),))
+            yield exits_table("Exit times under the full auxiliary map, by enclosure", result.auxiliary_exits)

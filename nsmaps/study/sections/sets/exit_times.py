@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import Field
 
+from nsmaps.cells.times import HEADS
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.ahead import call_boxes
@@ -108,8 +109,7 @@ class ExitTimesSection(Analysis):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The remaining share of each region, and the coverage of the search for cycles."""
         if result.exit_times is not None:
-            title = f"Exit times of the regions of the {result.exit_times.of}, by enclosure"
-            yield Table(title, (), (), (result.exit_times.table(),))
+            yield exits_table(f"Exit times of the regions of the {result.exit_times.of}, by enclosure", result.exit_times)
         if result.cycles is not None:
             yield Table("", (), (), (result.cycles.coverage,))
 
@@ -141,6 +141,12 @@ def exits_finding(found: "ExitTimes", of: str, whole: "TransientRow") -> Finding
     if found.arrived is not None:
         numbers.append((percent(whole.arrives), "of the cells are shown to arrive in the closed set"))
     return Finding(of, f"{text} (enclosed)", tuple(numbers))
+
+
+def exits_table(title: str, found: "ExitTimes") -> Table:
+    """The shares of each region that are left and that arrive, and the periodic points found in the others."""
+    explained = "within: returns; stays: cells of which not all orbits are shown to leave; periodic: points found in these."
+    return Table(title, HEADS, tuple(row.texts() for row in found.rows), (explained, *found.notes()))
 
 
 def row_numbers(times: "ExitTimes") -> list[dict[str, Any]]:
