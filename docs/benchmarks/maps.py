@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from nsmaps import Angle, PiecewiseMap
+from nsmaps.exact.kernel import return_rows
 
 RETURNS, ROUNDS = 200_000, 15
 
@@ -121,10 +122,11 @@ def parallel(return_map: PiecewiseMap, loop: Any, n: int, m: int, derivative: bo
     dim, rng = len(return_map.coordinates), np.random.default_rng(0)
     start, compiled = rng.uniform(0, 0.1, (m, dim)), return_map._kernel()
     by = compiled.formulas.variables if derivative else ()
-    values, ours, theirs = np.array(list(return_map.parameters.values())), compiled._room(n, m, by), memory(n, m, dim, derivative)
+    values, theirs = np.array(list(return_map.parameters.values())), memory(n, m, dim, derivative)
+    (_, *fields) = rows = return_rows(start, n, len(by))
     return [
         lambda: loop(values, start, *theirs, derivative),
-        lambda: compiled.loop(by)(start, *ours),
+        lambda: compiled.loop(by)(start, rows.images, *fields),
         lambda: loop(values, start, *memory(n, m, dim, derivative), derivative),
         (lambda: return_map.orbits(start, n, derivative)) if m == 1 else (lambda: return_map.first_return(start, derivative)),
     ]

@@ -103,8 +103,10 @@ def beside_the_map(pixels: int, returns: int) -> None:
     theirs = (before + seconds(loop, time.process_time)) / 2 * pixels**2 / SAMPLE
     done = made[0]
     print(f"{pixels} x {pixels} pixels of {returns} returns: {ours:.0f} s of processor time, {ours / theirs:.2f} of the bare map")
-    print(f"returns computed {done.returns / (returns * pixels**2):.3f} of all; without a period {np.mean(done.period == 0):.3f}")
-    print(f"a return computed, beside a bare one {ours / theirs * returns * pixels**2 / done.returns:.2f}", flush=True)
+    print(
+        f"returns computed {done.n_returns / (returns * pixels**2):.3f} of all; without a period {np.mean(done.period == 0):.3f}"
+    )
+    print(f"a return computed, beside a bare one {ours / theirs * returns * pixels**2 / done.n_returns:.2f}", flush=True)
 
 
 def on_workers(pixels: int, returns: int) -> None:
