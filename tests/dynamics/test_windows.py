@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nsmaps import bifurcation_diagram, continue_branch, load_system, periodic_orbit
-from nsmaps.dynamics.diagrams.borders import LOCATED
+from nsmaps import PiecewiseMap, bifurcation_diagram, continue_branch, load_system, orbit, periodic_orbit
+from nsmaps.dynamics.diagrams.borders import LOCATED, CycleSearch, Located
 from nsmaps.dynamics.diagrams.changes import CHANGED
 from nsmaps.dynamics.diagrams.windows import windows
 from nsmaps.exact import Along
@@ -92,3 +92,42 @@ def test_rests_without_restitution_begin_and_end_where_flights_do():
     assert [each.label for each in (free, twice, once)] == ["1:0/2T", "BB B_B/2T", "B_B/2T"]
     for border, value in ((free.high, begins), (twice.low, begins), (twice.high, ends), (once.low, ends)):
         assert abs(border.value - value) <= border.precision <= 1e-6
+
+
+class Logistic(PiecewiseMap):
+    """x -> a x (1 - x)."""
+
+    a: float
+    coordinates = ("x",)
+
+    def pieces(self, x):
+        return {"A": (True, {"x": self.a * x.x * (1 - x.x)})}
+
+
+def test_chaos_ends_where_the_cycle_is_born_from_which_a_window_has_doubled():
+    """At 3.606 the ten-cycle, born by a fold at 3.60520806689352951353 (40 digits), has doubled at 3.60591693226942."""
+    values = [3.6033, 3.6037, 3.6041, 3.6045, 3.6049, 3.606, 3.6065, 3.607, 3.6075, 3.608]
+    made = bifurcation_diagram(Logistic(a=3.6), "a", values, [0.3], direction="up", borders=True)
+    before, after = made.windows
+    assert (before.high.kind, before.high.precision < 1e-8) == ("fold", True)
+    assert abs(before.high.value - 3.60520806689352951353) <= before.high.precision
+    assert after.low.kind == "accumulation of period doublings from AAAAAAAAAA, period 10 on"
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_the_onset_of_chaos_is_a_border_though_a_narrow_window_follows(direction):
+    """Doublings accumulate at 3.569945671870944901842 (Feigenbaum); at 3.571572 there is a cycle of forty states."""
+    values = [*np.linspace(3.5, 3.566, 12), 3.5702, 3.5706, 3.571572, 3.58, 3.59, 3.6]
+    made = bifurcation_diagram(Logistic(a=3.5), "a", values, [0.3], transient=1000, direction=direction, borders=True)
+    chaos = made.windows[1]
+    assert (chaos.label, chaos.low.kind) == ("C", "accumulation of period doublings from AAAA, period 4 on")
+    assert abs(chaos.low.value - 3.569945671870944901842) <= chaos.low.precision < 1e-6
+
+
+def test_a_doubled_cycle_ends_at_a_halving_where_a_step_ends_beside_it():
+    """The cycle of nine states doubles at 3.687274210536; the last step ends 2e-12 above, where det(M - 1) has passed zero."""
+    value, cycles = 3.687290969899666, CycleSearch(Along(Logistic(a=3.6), "a"), "a", np.array([0.89952758]), 0.2)
+    cycle = cycles.at(value, orbit(Logistic(a=value), [0.4979732122095169], 17).states)
+    end = cycles.end(Located(value, cycle), 3.6746, 0.0006688963210702347)
+    assert (end.border.kind, len(end.half.cycle.states)) == ("period halving", 9)
+    assert abs(end.border.value - 3.687274210536) < 1e-12

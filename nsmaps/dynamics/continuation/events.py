@@ -115,8 +115,8 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
     passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
     if FOLD in passed:
         passed.discard(BRANCH_POINT)
-        if swapped(curve, step.start, step.end):
-            passed = {HALVING}
+    if passed & {FOLD, BRANCH_POINT} and swapped(curve, step.start, step.end):
+        passed = {HALVING}
     for kind in passed & {*kinds, HALVING}:
         turns = False
         if kind == HALVING:

@@ -22,6 +22,7 @@ STEP, LONGEST = 0.05, 60  #: longest step of a branch beside its end, in its arc
 ROUNDING = 1e-14  #: of the parameter, as a share of its range and value
 NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its residual
 MOVED, APART = 0.1, 1e-5  #: in the scale: a cycle's largest change in a step, the least difference of its states
+ASIDE = 1e-3  #: share of the spacing of values: distance from a period halving at which the cycle of half the period is sought
 LEFT = 200  #: periods in which an orbit leaves a cycle that has ceased to exist
 AT_ONE = 0.01  #: largest distance from 1 or -1 of a multiplier of the last cycle before a fold or a doubling
 FEIGENBAUM = 4.669201609102990  #: ratio of successive intervals between period doublings, in the limit
@@ -40,6 +41,7 @@ class End:
 
     border: Border
     event: BifurcationPoint | None = None  #: of its branch, where it is one at which stability is lost
+    half: "Located | None" = None  #: at a period halving, the cycle of half the period a little beyond
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +140,7 @@ class CycleSearch:
             event = next((event for event in branch.events if event.kind in (HALVING, *TESTS)), None)
             held = int(np.argmin([*(branch.stable == True), False]))  # noqa: E712
             if event is not None and held >= len(branch.values) - 1:
-                return End(self._border(event), event)
+                return End(self._border(event), event, self._half(event, way * spacing) if event.kind == HALVING else None)
             if held and branch.values[held - 1] == far:
                 at = Located(far, branch.orbits[-1])
                 continue
@@ -156,14 +158,20 @@ class CycleSearch:
         rounding = ROUNDING * (self.unit + abs(event.value))
         return Border(event.value, max(event.precision, rounding), event.kind)
 
+    def _half(self, event: BifurcationPoint, spacing: float) -> Located | None:
+        """The stable cycle of half the period beside a period halving; None if it is not found."""
+        value = event.value + ASIDE * spacing
+        half = self.at(value, event.orbit.states[: self._part(event.orbit)])
+        return None if half is None else Located(value, half)
+
     def _halved(self, at: Located, branch: Branch, spacing: float) -> End | None:
         """Where a cycle takes half its period, if a step of its branch leads to this: at the doubling of the cycle of half."""
         for value, cycle in zip(branch.values.tolist(), branch.orbits, strict=True):
             if len(cycle.states) % 2 == 0 and self._part(cycle) == len(cycle.states) // 2:
                 half = self.at(value, cycle.states[: len(cycle.states) // 2])
                 found = self.end(Located(value, half), at.value, spacing) if half is not None else None
-                if found is not None and found.border.kind == DOUBLING:
-                    return End(replace(found.border, kind=HALVING))
+                if half is not None and found is not None and found.border.kind == DOUBLING:
+                    return End(replace(found.border, kind=HALVING), half=Located(value, half))
         return None
 
     def _branch(self, at: Located, far: float) -> Branch:
@@ -244,7 +252,7 @@ class CycleSearch:
             first: the motion with which the doublings begin.
         """
         values, given = [*before, event.value], len(before) + 1
-        while 2 * len(event.orbit.states) <= MOST_STATES and abs(far - values[-1]) > LOCATED * self.unit:
+        while abs(far - values[-1]) > LOCATED * self.unit and (len(values) == 1 or 2 * len(event.orbit.states) <= MOST_STATES):
             branch = switch_branch(
                 self.map_of,
                 "",

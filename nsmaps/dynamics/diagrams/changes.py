@@ -31,7 +31,7 @@ class Change:
     @property
     def wide(self) -> tuple[bool, bool]:
         """Which of the runs are windows, whose borders are wanted."""
-        return self.runs.is_wide(self.one), self.runs.is_wide(self.other)
+        return self.runs.is_window(self.one), self.runs.is_window(self.other)
 
     def borders(self) -> Pair:
         """Where the motion of the first run ends, and where that of the second begins."""
@@ -90,8 +90,10 @@ class Change:
             return self._by_orbits()
         if not self.wide[1]:
             return ends.border, NOT_LOCATED
-        onset = self._onset(ends, self.outer, self.one, -1)
-        return ends.border, onset or self._beside(ends.border) or self._bracket(ends.border.value, self._not_yet)
+        onset, (_, last) = self._onset(ends, self.outer, self.one, -1), self.runs.origin(self.one, 1)
+        border = ends.border if last is None else last.border
+        onset = onset or self._beside(border, self.runs.motion(self.other))
+        return ends.border, onset or self._bracket(border.value, self._not_yet)
 
     def _ends_before(self, ends: End) -> bool:
         """True if a cycle ends before the second run, or orbits that have not converged there go to it."""
@@ -103,21 +105,25 @@ class Change:
     def _onset(self, end: End, chaos: float, run: int, back: int) -> Border | None:
         """Where period doublings from the end of a run's cycle accumulate, before a value without a cycle; None if they do not.
 
-        The cycle's other end counts too, if it is the doubling before.
+        Earlier doublings that the diagram shows count too.
         """
         if end.event is None or end.border.kind != DOUBLING:
             return None
-        value, born = end.border.value, self.runs.end(run, back)
-        before = [born.border.value] if born is not None and born.border.kind == HALVING else []
-        found = self.runs.cycles.onset(end.event, value + 3 * (chaos - value), before, self._first(run, back))
+        value, (before, first) = end.border.value, self._before(run, back)
+        found = self.runs.cycles.onset(end.event, value + 3 * (chaos - value), before, first)
         return found if found is None or (found.value - chaos) * np.sign(chaos - value) <= found.precision else None
 
-    def _first(self, run: int, back: int) -> str:
-        """The motion of which that of a run has come by doublings, as far as the diagram shows these."""
-        born, before = self.runs.end(run, back), self.runs.beside(run, back)
-        while born is not None and born.border.kind == HALVING and before is not None:
-            run, born, before = before, self.runs.end(before, back), self.runs.beside(before, back)
-        return self.runs.motion(run)
+    def _before(self, run: int, back: int) -> tuple[list[float], str]:
+        """The doublings by which the motion of a run has come from another, in their order, and this motion."""
+        born, values = self.runs.end(run, back), list[float]()
+        while born is not None and born.border.kind == HALVING:
+            values.insert(0, born.border.value)
+            before = self.runs.beside(run, back)
+            if before is None or 2 * self.runs.length(before) != self.runs.length(run):
+                origin = self.runs.origin(run, back)[0]
+                return values, self.runs.motion(run) if origin is None else origin.cycle.label
+            run, born = before, self.runs.end(before, back)
+        return values, self.runs.motion(run)
 
     def _to_cycle(self, begins: End | None) -> Pair:
         """From motion without a period, or none, to a cycle."""
@@ -128,7 +134,9 @@ class Change:
             return NOT_LOCATED, border
         if onset := self._onset(begins, self.inner, self.other, 1):
             return onset, border
-        beside = self._beside(border)
+        at, first = self.runs.origin(self.other, -1)
+        motion = self.runs.motion(self.other) if first is begins or at is None else at.cycle.label
+        beside = None if first is None else self._beside(first.border, motion)
         return (beside, border) if beside else self._by_orbits()
 
     def _across(self, begin: Border | None) -> Pair:
@@ -142,11 +150,11 @@ class Change:
             return begin, begin
         return NOT_LOCATED, Change(self.runs, self.one - 1, self.other).borders()[1] if self.one else NOT_LOCATED
 
-    def _beside(self, border: Border) -> Border | None:
-        """The end of a cycle, to the least distance at which orbits have the motion of the second run; None if they have not."""
+    def _beside(self, border: Border, motion: str) -> Border | None:
+        """The end of a cycle, to the least distance beyond at which orbits have a motion; None if they have not."""
         if abs(self.outer - border.value) <= border.precision:
             return border
-        nearest, motion = 0.0, self.runs.motion(self.other)
+        nearest = 0.0
         for k in range(1, NEARER):
             off = (self.outer - border.value) / NEAR**k
             if self.runs.motion_at(border.value + off, self.state)[0] != motion:
@@ -198,7 +206,7 @@ class Change:
         """True if a statement that does not hold at the first value of the second run does a little beyond."""
         way = CHANGED * self.runs.unit * float(np.sign(self.outer - self.inner))
         beside = (self.runs.motion_at(value + aside * way, state)[0] for aside in ASIDE)
-        return self.runs.is_wide(self.other) and any(holds(motion) for motion in beside)
+        return self.runs.is_window(self.other) and any(holds(motion) for motion in beside)
 
     def _bisected(self, low: float, state: Floats, holds: Callable[[str], bool]) -> tuple[float, float, Floats, str]:
         """Values between which a statement ceases to hold, the state of an orbit at the first, and the motion at the second."""

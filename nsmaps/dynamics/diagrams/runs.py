@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.borders import CycleSearch, End, Located
+from nsmaps.dynamics.diagrams.borders import MOST_STATES, CycleSearch, End, Located
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, continued_diagram
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.path import Path
@@ -69,19 +69,41 @@ class Runs:
         edges = [k for k in range(1, len(self.labels)) if self.labels[k] != self.labels[k - 1]]
         return list(zip([0, *edges], [*(k - 1 for k in edges), len(self.labels) - 1], strict=True))
 
-    def is_wide(self, run: int) -> bool:
-        """True if a run is a window."""
+    def is_window(self, run: int) -> bool:
+        """True of a wide run, and of chaos next to the doublings of a wide one, which is cut by windows of cycles."""
+        return self._is_wide(run) or (kind_of(self.motion(run)) == CHAOS and any(self._doubles(run, way) for way in (-1, 1)))
+
+    def _is_wide(self, run: int) -> bool:
         first, last = self.runs[run]
         return last - first + 1 >= FEWEST and abs(self.value(last) - self.value(first)) >= NARROWEST * self.unit
 
+    def _doubles(self, run: int, way: int) -> bool:
+        """True if the runs on one side of another are cycles, each of half the period of the one before, up to a wide one."""
+        other = self.beside(run, way)
+        while other is not None and self.length(other) and not self._is_wide(other):
+            further = other + way
+            is_half = 0 <= further < len(self.runs) and 2 * self.length(further) == self.length(other)
+            other = further if is_half else None
+        return other is not None and self.length(other) > 0
+
+    def length(self, run: int) -> int:
+        """The states of a run's cycle, in its middle; 0 without one."""
+        return int(self.diagram.length[self.order[sum(self.runs[run]) // 2], 0])
+
     def beside(self, run: int, way: int) -> int | None:
-        """The run on one side of another, beyond a narrow one that is unresolved; None at the end of the range."""
+        """The run on one side of another, beyond narrow ones that are unresolved or long cycles; None at the end of the range."""
         near = other = run + way
-        while 0 <= other < len(self.runs) and not self.is_wide(other) and kind_of(self.motion(other)) == UNRESOLVED:
+        while 0 <= other < len(self.runs) and not self._is_wide(other) and self._is_passed(other, way):
             other += way
         if 0 <= other < len(self.runs) and self.motion(other) != self.motion(run):
             return other
         return near if 0 <= near < len(self.runs) else None
+
+    def _is_passed(self, run: int, way: int) -> bool:
+        """True of a run without a known motion, and of a cycle too long to be followed that a doubling beside it has made."""
+        beyond, length = run + way, self.length(run)
+        is_long = length > MOST_STATES and 0 <= beyond < len(self.runs) and 2 * self.length(beyond) == length
+        return is_long or kind_of(self.motion(run)) == UNRESOLVED
 
     def motion(self, run: int) -> str:
         """The motion of a run."""
@@ -117,11 +139,22 @@ class Runs:
         if (run, way) not in self.known:
             at, end = self._cycle(run, way), None
             if at is not None:
-                beyond = (k for k in range(run + way, len(self.runs) if way > 0 else -1, way) if self.is_wide(k))
-                limit = next((sum(self.runs[k]) // 2 for k in beyond), len(self.labels) - 1 if way > 0 else 0)
-                end = self.cycles.end(at, self.value(limit), self.unit / max(len(self.labels) - 1, 1))
+                end = self._end(at, run, way)
             self.known[run, way] = at, end
         return self.known[run, way]
+
+    def _end(self, at: Located, run: int, way: int) -> End | None:
+        """Where a cycle of a run ends, up to the middle of the next window."""
+        beyond = (k for k in range(run + way, len(self.runs) if way > 0 else -1, way) if self.is_window(k))
+        limit = next((sum(self.runs[k]) // 2 for k in beyond), len(self.labels) - 1 if way > 0 else 0)
+        return self.cycles.end(at, self.value(limit), self.unit / max(len(self.labels) - 1, 1))
+
+    def origin(self, run: int, way: int) -> tuple[Located | None, End | None]:
+        """The cycle from which that of a run has come by period doublings on one side, and where it ends there."""
+        at, end = self._side(run, way)
+        while end is not None and end.half is not None:
+            at, end = end.half, self._end(end.half, run, way)
+        return at, end
 
     def _cycle(self, run: int, way: int) -> Located | None:
         """The cycle at the end of a run, or where it has converged nearest to this."""

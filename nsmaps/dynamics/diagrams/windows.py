@@ -23,6 +23,8 @@ def windows(
 ) -> tuple[Window, ...]:
     """The windows of a diagram that are at least 1/50 of its range wide and have four values, in ascending order.
 
+    Narrower chaos next to the period doublings of such a window is one, too: windows of cycles interrupt it.
+
     A window with a cycle ends where this ceases to be stable or to exist: it is followed as a branch to the event, whose kind
     and precision are those of the border. Where chaos follows a period doubling, it begins at the accumulation of the further
     ones. At other borders, as at a crisis, orbits that start from the last states before the change are bisected to 1e-5 of the
@@ -35,7 +37,7 @@ def windows(
     """
     order = np.argsort(-diagram.values if direction == "down" else diagram.values, kind="stable")
     runs = Runs(diagram, lru_cache(maxsize=1)(map_of), np.atleast_2d(starts)[0], transient, direction is not None, order)
-    wide = [run for run in range(len(runs.runs)) if runs.is_wide(run)]
+    wide = [run for run in range(len(runs.runs)) if runs.is_window(run)]
     beside = [(run, runs.beside(run, way)) for run in wide for way in (-1, 1)]
     edges = {(min(run, other), max(run, other)) for run, other in beside if other is not None}
     between: dict[tuple[int, int], Pair] = {edge: Change(runs, *edge).borders() for edge in sorted(edges)}
