@@ -51,6 +51,7 @@ class Sheet:
     title: str = ""
     legend: bool = False  #: whether the legends of all panels are drawn as one, below them
     share: float = 1.0  #: of the width of a page that the figure takes
+    tall: float = 0.0  #: inches, the least height of a panel with all around it
     letters: str = ""  #: one a panel, a blank for none; a, b, c, ... of several panels, if empty
 
     def figure(self, dpi: float | None = None, width: float = COLUMN, kind: type[Figure] = Figure) -> Figure:
@@ -60,7 +61,7 @@ class Sheet:
         """
         columns = self.columns if width >= COLUMN else max(1, min(self.columns, int(width / _NARROW)))
         rows, each = -(-len(self.panels) // columns), self.share * width / columns
-        high = self.ratio * each * (_FLATTER if columns < self.columns else 1.0)
+        high = max(self.ratio * each * (_FLATTER if columns < self.columns else 1.0), self.tall)
         figure = kind(figsize=(columns * each, rows * high), dpi=dpi, layout="constrained")
         FigureCanvasAgg(figure)
         for number, panel in enumerate(self.panels):

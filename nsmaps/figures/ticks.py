@@ -10,6 +10,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 _DIGIT = 0.07  #: inches of an axis that a digit takes
 _FRACTION = 0.32  #: inches of an axis that a fraction of pi takes
+_LEAST = 0.9  #: share of its width that a panel keeps
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
 
 
@@ -22,13 +23,19 @@ def _in_pi(value: float, _: object = None) -> str:
     return f"${sign}{head}$" if bottom == 1 else f"${sign}{head}/{bottom}$"
 
 
+def _inches(axis: Axis) -> float:
+    """The length of a horizontal axis when all around its panel has its place, at least; infinite of a vertical one."""
+    ax = axis.axes
+    return _LEAST * ax.bbox.width / ax.figure.dpi if axis is ax.xaxis else np.inf
+
+
 def angle_ticks(axis: Axis, span: float) -> None:
     """Ticks at fractions of pi where two or more fall on an axis that spans so many radians; plain radians on a shorter one.
 
     On a horizontal axis they are only as many as have room.
     """
     fine = next((s for s in _PI_STEPS if span / s >= 2.5), None)
-    room = axis.axes.bbox.width / axis.axes.figure.dpi / _FRACTION if axis is axis.axes.xaxis else np.inf
+    room = _inches(axis) / _FRACTION
     step = fine and next((s for s in reversed(_PI_STEPS) if s >= fine and span / s <= room), _PI_STEPS[0])
     if step is not None:
         axis.set_major_locator(MultipleLocator(step))
@@ -37,7 +44,7 @@ def angle_ticks(axis: Axis, span: float) -> None:
 
 def decimal_ticks(ax: Axes, axis: Axis) -> None:
     """At most six ticks; on a horizontal axis only as many as have room for their digits, which are many of a small domain."""
-    room = ax.bbox.width / ax.figure.dpi / _DIGIT if axis is ax.xaxis else np.inf
+    room = _inches(axis) / _DIGIT
     formatter = axis.get_major_formatter()
     formatter.set_useOffset(False)  # type: ignore[attr-defined]
     for count in (6, 5, 4, 3, 2):

@@ -20,8 +20,8 @@ def sketch(ax: "Axes") -> "Axes":
     for x, low, high, style in arrows:
         look = {"arrowstyle": style, "color": "0.2", "lw": 1.0, "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", (x, high), (x, low), arrowprops=look)
-    for x, y, text in ((3.3, 1.5, "$x$"), (0.95, 3.0, "$g$"), (7.45, 0.15, r"$A\,\sin\,\omega t$"), (0.4, 0.95, "$B$")):
-        ax.text(x, y, text, ha="center", va="center", color=GREEN if text == "$B$" else "black")
-    ax.set(xlim=(-0.7, 8.3), ylim=(-1.2, 4.0), aspect="equal")
+    for x, y, text in ((3.2, 1.5, "$x$"), (0.8, 3.0, "$g$"), (6.85, 0.15, r"$A\,\sin\,\omega t$"), (0.2, 0.95, "$B$")):
+        ax.text(x, y, text, va="center", color=GREEN if text == "$B$" else "black")
+    ax.set(xlim=(-0.7, 9.4), ylim=(-1.2, 4.0), aspect="equal")
     ax.set_axis_off()
     return ax

@@ -165,6 +165,14 @@ def test_where_nothing_attracts_an_exponent_is_white_and_not_called_unknown(ax):
     assert (entry.get_label(), to_hex(entry.get_facecolor())) == ("no attractor", "#ffffff")
 
 
+def test_an_exponent_that_is_zero_but_for_rounding_is_zero(ax):
+    values = np.where(np.arange(200) < 20, 2.2e-16, -0.1).reshape(10, 20)
+    exponents(wide(values), ax)
+    (bar,) = [each for each in ax.figure.axes if each is not ax]
+    assert [tick.get_text() for tick in bar.get_yticklabels()] == ["−0.1", "−0.05", "0"]
+    assert np.count_nonzero(ax.collections[0].get_array() == 0.0) == 20
+
+
 def test_a_lowest_exponent_that_many_pixels_share_but_for_rounding_has_nothing_below_it(ax):
     values = np.where(np.arange(200) < 150, np.log(0.25) * (1 + 1e-15 * np.arange(200)), -0.5).reshape(10, 20)
     exponents(wide(values), ax)

@@ -48,7 +48,7 @@ def speed_error(
     ax.xaxis.set_major_formatter("{x:g}")
     ax.grid(color="0.9", zorder=0)
     ax.legend()
-    ax.set(xlabel="processor time per state (ns)", ylabel="largest error (of a speed, or rad)")
+    ax.set(xlabel="processor time per state (ns)", ylabel="largest error\n(of a speed, or rad)")
     return ax
 
 

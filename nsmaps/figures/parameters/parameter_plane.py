@@ -119,11 +119,12 @@ def exponents(result: "ParameterPlane", ax: Axes) -> Axes:
     values = result.exponent[..., 0]
     finite = values[np.isfinite(values)]
     low, high = np.quantile(finite, (TRIMMED, 1 - TRIMMED), method="nearest").tolist() if finite.size else (-1.0, 0.0)
-    low, high = min(low, 0.0), max(high, 0.0)
+    size = max(high, 0.0) - min(low, 0.0)
+    low, high = (0.0 if abs(end) <= _ROUNDING * size else end for end in (min(low, 0.0), max(high, 0.0)))
     colours, norm = _about_zero(low, high)
-    shown = np.where(np.isfinite(values), values, np.nan)
+    shown = np.where(np.isfinite(values), np.where(np.abs(values) <= _ROUNDING * size, 0.0, values), np.nan)
     mesh = ax.pcolormesh(result.along, result.across, shown, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-    beyond = _ROUNDING * (high - low)
+    beyond = _ROUNDING * size
     extend = ("neither", "min", "max", "both")[int((finite < low - beyond).any()) + 2 * int((finite > high + beyond).any())]
     bar = ax.figure.colorbar(mesh, ax=ax, label="largest exponent per return", extend=extend)
     bar.set_ticks(
@@ -157,12 +158,13 @@ def _without(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
 
 
 def _unknown(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
-    """Paint what was not computed; the entry of the legend."""
+    """Paint what was not computed, or was without a result; the entry of the legend."""
     if not there.any():
         return []
     _paint(ax, result, there, COLOURS[MISSING - 1], "")
     _hatch(ax, result, there, UNKNOWN)
-    return [Patch(facecolor=COLOURS[MISSING - 1], edgecolor="0.35", hatch=UNKNOWN, label="not computed")]
+    name = "unknown" if (there & result.computed).any() else "not computed"
+    return [Patch(facecolor=COLOURS[MISSING - 1], edgecolor="0.35", hatch=UNKNOWN, label=name)]
 
 
 def _numerals(ax: Axes, result: "ParameterPlane", kinds: Ints) -> None:

@@ -114,4 +114,5 @@ def raised(ax: Axes, figure: str, parts: Sequence[Part], over: Sequence[str], im
             angle_ticks(axis, spans[name] * (1 if wide else 2 / few))  # of one kind on both axes of a phase
         else:
             count = (5 if axis is space.zaxis else 3) if wide else 2
-            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
+            meets = "lower" if axis is space.xaxis else None  # where the ticks of both axes below would touch
+            axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10], prune=meets))

@@ -34,13 +34,14 @@ def plane(track: ModeTrack, ax: Axes, start: bool = True) -> Axes:
 
     Grey lines are at the first state of events that all have the same, as at a stop.
     """
-    events = track.events
+    events, fixed = track.events, list[Line2D]()
     for letter in dict.fromkeys(events.letter.tolist()):
         places = events.before[events.letter == letter, 0]
         if np.ptp(places) <= _ONE_PLACE * np.ptp(track.states[..., 0]):  # a stop, or a section
-            ax.axvline(places[0], color="0.87", lw=2.4, zorder=0)
+            fixed = [ax.axvline(places[0], color="0.87", lw=2.4, zorder=0, label="places of events")]
     _flights(ax, track, track.states[..., 0], track.states[..., 1])
     _events(ax, track, *((events.before[:, k], events.after[:, k]) for k in (0, 1)))
+    legend(ax, [*cast(Any, ax.get_legend()).legend_handles, *fixed])
     return _labelled(ax, events.before[0, :2] if start else None, *map(label, track.names[:2]))
 
 

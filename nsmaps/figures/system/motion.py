@@ -96,5 +96,6 @@ def marks_of(track: Track) -> list[Line2D]:
     """What the marks of the walls mean, for a legend."""
     return [
         Line2D([], [], color=colour, marker=shape, ls="", ms=size, mec="white", mew=0.3, label=f"impact on {name}")
-        for name, (colour, shape, size) in zip(track.impacts.walls, MARKS, strict=False)
+        for wall, (name, (colour, shape, size)) in enumerate(zip(track.impacts.walls, MARKS, strict=False))
+        if (track.impacts.wall == wall).any()
     ]

@@ -36,7 +36,11 @@ SUMMARY = StudyFigure(
     "The system at a glance: its drawing, a diagram over a parameter, a motion, and a plane of states.",
     "The system at a glance, with what the study has of these: a drawing of the system, a diagram over a parameter, the motion "
     "on the first attractor, and basins, an attracting domain or words in the plane of states.",
-    (FigurePart("two pictures or more of the study", (), lambda result: _panels(result)),),
+    (
+        FigurePart(
+            "two pictures or more of the study", (), lambda result: _panels(result), "two or more sections that have pictures"
+        ),
+    ),
 )
 _AT_A_GLANCE = (
     ("sketch",),
