@@ -2,15 +2,17 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from nsmaps.arrays import Bools, Floats, Ints
 
-SLICES, FEW = 8, 16  #: into which a box is cut along one coordinate, more if that makes but few: a round of these costs no more
-MOST_ROUNDS, MOST_BOXES = 60, 2**12  #: of cutting, and of boxes in one round
+if TYPE_CHECKING:
+    from nsmaps.enclosures.ranges_kernel import Pieces
+
+MOST_ROUNDS = 60  #: of cutting
 
 
 class Hulls(NamedTuple):
@@ -37,27 +39,6 @@ class Hulls(NamedTuple):
         return self._replace(outer=outer, inner=inner, at=at)
 
 
-class Pieces(NamedTuple):
-    """Parts of boxes, and what is known on each of the one function that its box is for."""
-
-    source: Ints  #: shape (M,), number of the box
-    boxes: Floats  #: shape (M, n, 2)
-    outer: Floats  #: shape (M, 2), bounds without `margin`
-    inner: Floats  #: shape (M, 2), values that are taken
-    margin: Floats  #: shape (M,)
-    at: Floats  #: shape (M, 2, n, 2)
-    bend: Floats  #: shape (M, n)
-
-    @classmethod
-    def joined(cls, parts: Sequence["Pieces"]) -> "Pieces":
-        """The parts one after another."""
-        return parts[0] if len(parts) == 1 else cls._make(map(np.concatenate, zip(*parts, strict=True)))
-
-    def of(self, rows: Bools) -> "Pieces":
-        """The parts of some numbers."""
-        return Pieces._make(each[rows] for each in self)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Ranges:
     """The ranges of functions over N boxes, one function each."""
@@ -65,7 +46,7 @@ class Ranges:
     bounds: Floats  #: shape (N, 2), outer: least and largest value; infinite where nothing is known
     at: Floats  #: shape (N, 2, n, 2), a box that holds the places of the extreme
     boxes: Floats  #: shape (N, n, 2)
-    pieces: Pieces  #: into which the boxes were cut
+    pieces: "Pieces"  #: into which the boxes were cut
 
 
 def ranges(
@@ -84,73 +65,39 @@ def ranges(
     is known of boxes that do not hold these ones is not used.
     With `side` 0 boxes are cut for the sake of the least value alone, with 1 of the largest.
     """
-    which, sides = np.broadcast_to(which, len(boxes)), [0, 1] if side is None else [side]
-    look = partial(_look, hulls, which)
-    kept, cut, source = _inside(known, boxes)
-    taken = np.broadcast_to([np.inf, -np.inf], (len(boxes), 2)).copy()
-    leaves: list[Pieces] = []
-    for last in (*(False,) * MOST_ROUNDS, True):
-        found = Pieces.joined([*kept, *([look(cut, source)] if len(cut) else [])])
-        _join(taken, found.source, found.inner)
-        slack = tolerance * (taken[:, 1] - taken[:, 0])[found.source] + 4 * found.margin
-        over = np.stack([taken[found.source, 0] - found.outer[:, 0], found.outer[:, 1] - taken[found.source, 1]], axis=1)
-        is_open = (over > slack[:, None])[:, sides].any(axis=1)
-        if last or is_open.sum() * SLICES > MOST_BOXES:
-            is_open[:] = False
-        if not is_open.any():
-            leaves.append(found)
+    from nsmaps.enclosures.ranges_kernel import Aim, Parts, Pieces, conclude, inside, refine
+
+    count, n = boxes.shape[:2]
+    aim = Aim(np.full(count, which), np.array([side != 1, side != 0]), tolerance, _nowhere(count))
+    pieces, parts, begin, end = Pieces.room(0, n), Parts(np.arange(count), boxes), 0, 0
+    if known is not None and not ((boxes[..., 0] < known.boxes[..., 0]).any() or (boxes[..., 1] > known.boxes[..., 1]).any()):
+        pieces, parts = Pieces.room(len(known.pieces.source), n), Parts.room(len(known.pieces.source), n)
+        end, left = inside(known.pieces, boxes, pieces, parts)
+        parts = parts.first(left)
+    for k in range(MOST_ROUNDS + 1):
+        found = hulls(parts.boxes) if len(parts.source) else _nothing(n)
+        pieces = pieces.enlarged(end, end + len(parts.source))
+        finer = Parts.finer_than(end - begin + len(parts.source) if k < MOST_ROUNDS else 0, n)
+        end, left = refine(aim, pieces, (begin, end), Hulls(*map(np.ascontiguousarray, found)), parts, finer)
+        if not left:
             break
-        leaves.append(found.of(~is_open))
-        slices = max(SLICES, FEW // int(is_open.sum()))
-        kept, cut, source = [], _cut(found.boxes[is_open], found.bend[is_open], slices), np.repeat(found.source[is_open], slices)
-    return _ranges(boxes, taken, Pieces.joined(leaves))
-
-
-def _look(hulls: Callable[[Floats], Hulls], which: Ints, boxes: Floats, source: Ints) -> Pieces:
-    """What is known on parts (M, n, 2) of boxes of the functions that these are for."""
-    found, rows = hulls(boxes), (np.arange(len(source)), which[source])
-    return Pieces(source, boxes, found.outer[rows], found.inner[rows], found.margin[rows], found.at[rows], found.bend)
-
-
-def _inside(known: Ranges | None, boxes: Floats) -> tuple[list[Pieces], Floats, Ints]:
-    """The pieces known that lie within boxes (N, n, 2), and of the others the parts that do, with their sources."""
-    if known is None or (boxes[..., 0] < known.boxes[..., 0]).any() or (boxes[..., 1] > known.boxes[..., 1]).any():
-        return [], boxes, np.arange(len(boxes))
-    pieces, ends = known.pieces, boxes[known.pieces.source]
-    low, high = np.maximum(pieces.boxes[..., 0], ends[..., 0]), np.minimum(pieces.boxes[..., 1], ends[..., 1])
-    whole = ((low == pieces.boxes[..., 0]) & (high == pieces.boxes[..., 1])).all(axis=1)
-    meets = ((low < high) | (ends[..., 0] == ends[..., 1]) & (low == high)).all(axis=1)  # what only touches has a neighbour
-    cut = meets & ~whole
-    return [pieces.of(whole)], np.stack([low, high], axis=2)[cut], pieces.source[cut]
-
-
-def _ranges(boxes: Floats, taken: Floats, pieces: Pieces) -> Ranges:
-    sign = np.array([-1.0, 1.0])
-    widened = pieces.outer + sign * pieces.margin[:, None]
-    bounds = np.broadcast_to([np.inf, -np.inf], taken.shape).copy()
-    _join(bounds, pieces.source, widened)
-    at = np.broadcast_to([np.inf, -np.inf], (len(boxes), *pieces.at.shape[1:])).copy()
-    may = sign * widened >= sign * taken[pieces.source] - pieces.margin[:, None]
-    for side in (0, 1):
-        _join(at[:, side], pieces.source[may[:, side]], pieces.at[may[:, side], side])
+        begin, parts = end, finer.first(left)
+    pieces, bounds, at = pieces.first(end), _nowhere(count), _nowhere(count, 2, n)
+    conclude(pieces, aim.taken, bounds, at)
     return Ranges(bounds, at, boxes, pieces)
 
 
-def _join(known: Floats, source: Ints, values: Floats) -> None:
-    """Widen what is known of each source (N, ..., 2) by the least and largest of its values (M, ..., 2)."""
-    np.minimum.at(known[..., 0], source, values[..., 0])
-    np.maximum.at(known[..., 1], source, values[..., 1])
+def _nowhere(*shape: int) -> Floats:
+    """Intervals without a point, which others widen."""
+    found = np.empty((*shape, 2))
+    found[..., 0], found[..., 1] = np.inf, -np.inf
+    return found
 
 
-def _cut(boxes: Floats, bend: Floats, slices: int) -> Floats:
-    """Each box in so many slices along the coordinate that bends most."""
-    rows, j = np.arange(len(boxes)), bend.argmax(axis=1)
-    low, high = boxes[rows, j].T
-    ends = low[:, None] + (high - low)[:, None] * np.arange(slices + 1) / slices
-    ends[:, -1] = high
-    pieces = np.repeat(boxes[:, None], slices, axis=1)
-    pieces[rows, :, j] = np.stack([ends[:, :-1], ends[:, 1:]], axis=2)
-    return pieces.reshape(-1, *boxes.shape[1:])
+@lru_cache(maxsize=16)
+def _nothing(n: int) -> Hulls:
+    """What is known on no box."""
+    return Hulls(*(np.empty((0, *shape)) for shape in ((1, 2), (1, 2), (1,), (1, 2, n, 2), (n,))))
 
 
 def _absolute(bounds: Floats, which: Bools) -> Floats:
