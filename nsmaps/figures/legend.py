@@ -11,6 +11,7 @@ from matplotlib.transforms import Bbox
 from nsmaps.exact.words import CHATTER, REST
 
 _FREE = 0.98  #: of the width of a page that a legend takes at most
+_BELOW_SPACE = 0.1  #: sizes of type by which a legend is lifted from the lower edge below panels in space
 _SIGNS = {CHATTER: "chatter", REST: "rest"}  #: behind the letters of walls in words, and what they stand for
 _GLYPHS = {CHATTER: r"$\sim$", REST: r"$\_$"}
 _WORD = re.compile(rf"[A-Z{CHATTER}{REST}]*[A-Z][{CHATTER}{REST}][A-Z{CHATTER}{REST}]*(?![\w.])")
@@ -44,7 +45,8 @@ def one_legend(figure: Figure, free: Bbox | None) -> None:
             return
         figure.legends.pop()
     width, height = figure.get_size_inches()
-    below = _widest(figure, entries, 1.0, loc="outside lower center")
+    pad = _BELOW_SPACE if any(ax.name == "3d" for ax in figure.axes) else None  # whose names move while they are drawn
+    below = _widest(figure, entries, 1.0, loc="outside lower center", borderaxespad=pad)
     figure.set_size_inches(width, height + below.height / figure.dpi)
 
 

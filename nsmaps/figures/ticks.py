@@ -10,7 +10,6 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 _PI_STEPS = (np.pi, np.pi / 2, np.pi / 4)
 _DIGIT = 0.07  #: inches of an axis that a digit takes
 _FRACTION = 0.32  #: inches of an axis that a fraction of pi takes
-_LEAST = 0.9  #: share of its width that a panel keeps
 _DIGITS = 8  #: of a tick, beyond which what all have in common stands in the label of the axis
 
 
@@ -24,9 +23,9 @@ def _in_pi(value: float, _: object = None) -> str:
 
 
 def _inches(axis: Axis) -> float:
-    """The length of a horizontal axis when all around its panel has its place, at least; infinite of a vertical one."""
+    """The length of a horizontal axis; infinite of a vertical one, beside which ticks always have room."""
     ax = axis.axes
-    return _LEAST * ax.bbox.width / ax.figure.dpi if axis is ax.xaxis else np.inf
+    return ax.bbox.width / ax.figure.dpi if axis is ax.xaxis else np.inf
 
 
 def angle_ticks(axis: Axis, span: float) -> None:

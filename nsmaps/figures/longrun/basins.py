@@ -27,7 +27,7 @@ from nsmaps.figures.style import BLACK, BLUE, BROWN, GREEN, MAGENTA, ORANGE, SKY
 COLOURS = (SKY, ORANGE, GREEN, MAGENTA, BLUE, BROWN)  #: of attractors, by their number
 FILLS = {SKY: 0.8, ORANGE: 0.42, GREEN: 0.36}  #: of white in the colours of basins, so that they differ in lightness, too
 _MARKS = "oDs^vP"
-_SHOWN = (0.005, 0.95)  #: quantiles of the counts of returns, the ends of their colours
+_SHOWN = (0.02, 0.95)  #: quantiles of the counts of returns, the ends of their colours
 _DECADE = 10  #: counts of returns that differ by more than this factor are shown on a logarithmic scale
 _KINDS = {-1: ("unresolved", "0.6"), -2: ("ended", "0.15")}
 

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import TICKUP
 from matplotlib.transforms import ScaledTranslation
 
-from nsmaps.dynamics.motion import CHAOS, MEANING, kind_of
+from nsmaps.dynamics.motion import CHAOS, MEANING, UNRESOLVED, kind_of
 from nsmaps.figures.style import BLACK
 
 if TYPE_CHECKING:
@@ -159,7 +159,8 @@ def strip(
         if len(rows) > 1:
             ax.annotate(orbit, (0, 1), (-3, k * ROW + 1), "axes fraction", "offset points", ha="right", va="bottom")
     entries = [(str(numbers[name]), name) for name in numbers if name in shown]
-    entries += [(kind, meaning) for kind, meaning in MEANING.items() if len(kind) == 1 and kind in map(kind_of, shown)]
+    meanings = {**MEANING, UNRESOLVED: "unresolved"}  # as in planes
+    entries += [(kind, meaning) for kind, meaning in meanings.items() if len(kind) == 1 and kind in map(kind_of, shown)]
     return [
         Line2D([], [], ls="", marker=rf"$\mathrm{{{sign}}}$", ms=5, mew=0.3, color=BLACK, label=text) for sign, text in entries
     ]
