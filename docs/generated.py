@@ -138,8 +138,8 @@ def literature() -> Iterator[str]:
     for key, entry in re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", text, re.MULTILINE | re.DOTALL):
         fields = {name: re.sub("[{}]", "", value) for name, value in re.findall(r"(?m)^  (\w+) = \{(.*)\},$", entry)}
         authors = ", ".join(author.partition(",")[0] for author in fields["author"].split(" and "))
-        place = [fields[name] for name in ("journal", "publisher", "school", "howpublished", "volume", "year") if name in fields]
-        row = f"| `{key}` | {authors}, *{fields['title']}*, {' '.join(place)} | {fields['annote']} |"
+        place = [fields[name] for name in ("journal", "publisher", "school", "howpublished", "volume") if name in fields]
+        row = f"| `{key}` | {authors}, *{fields['title']}*, {' '.join(place)} ({fields['year']}) | {fields['annote']} |"
         topics.setdefault(fields["keywords"], []).append(row)
     for topic, rows in topics.items():
         yield from ("", f"## {topic}", "", "| key | work | used in |", "|---|---|---|", *rows)

@@ -4,9 +4,11 @@ import os
 import re
 import subprocess
 import sys
+from io import BytesIO
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 import nsmaps
 
@@ -148,6 +150,14 @@ def test_a_value_is_typed_and_taken_back(live, folder):
     assert sum(line.startswith("# Cycle found: 1:1/") for line in comments) >= 2
     live.get_by_role("button", name="Back").click()
     wait(live, lambda: live.get_by_text("The orbit ends on").inner_text() == before)
+
+
+@pytest.mark.parametrize(("scheme", "page_colour"), [("dark", 0), ("light", 1)])
+def test_axes_follow_the_colours_of_the_browser(live, scheme, page_colour):
+    live.emulate_media(color_scheme=scheme)
+    left, top, _, height = frame(live, "plane")
+    beside = {"x": left - 30, "y": top, "width": 28, "height": height}  # the numbers of the axis
+    wait(live, lambda: np.abs(imread(BytesIO(live.screenshot(clip=beside)))[..., :3] - page_colour).max() > 0.6)
 
 
 def test_a_narrow_page_has_no_overflow(live):

@@ -399,6 +399,14 @@ def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
     assert page.locator(".modebar-btn").count() > 0
     assert page.locator(".modebar-btn[data-title*='Share']").count() == 0
     assert page.evaluate("document.documentElement.scrollWidth - document.documentElement.clientWidth") == 0
+    ticks = "k => [...boxes[k].querySelectorAll('.ytick text')].map(each => each.textContent)"
+    angles = [k for k, plot in enumerate(plots_of(result)) if plot["angles"][1]]
+    assert angles or run == "plane"
+    for k in angles:
+        page.evaluate("k => Plotly.relayout(boxes[k], {'yaxis.range': [0, 2 * Math.PI]})", k)
+        page.wait_for_function(f"k => ({ticks})(k).join() === '0,π/3,2π/3,π,4π/3,5π/3,2π'", arg=k)
+        page.evaluate("k => Plotly.relayout(boxes[k], {'yaxis.range': [0.1, 0.4]})", k)
+        page.wait_for_function(f"k => ({ticks})(k).every(text => text.startsWith('0.'))", arg=k)
     assert page.problems == []
     page.context.close()
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from bokeh.document import Document
 from bokeh.events import RangesUpdate, Reset, Tap
+from bokeh.models import CustomJS
 
 from nsmaps.errors import NsmapsError
 from nsmaps.explore.live import pictures
@@ -25,6 +26,9 @@ _ROWS = 230  #: of a diagram, no more than pixels, so that thin lines are whole
 _KEPT = 50  #: scenes to which one can go back
 _WAIT = 80  #: milliseconds without a change of the axes, after which pictures are computed
 _PATIENCE = 10.0  #: seconds that the next, finer picture may take, by what the last one took
+
+#: where the browser changes to dark colours or back; other pictures are inverted by the style sheet
+_REDRAWN = 'matchMedia("(prefers-color-scheme: dark)").onchange = () => Bokeh.index.find_one(plane).rerender()'
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,7 @@ class App:
         self._doc = doc
         doc.title = f"nsmaps: {self.scene.title}"
         doc.add_root(self.page.layout())
+        doc.js_on_event("document_ready", CustomJS(args={"plane": self.page.plane}, code=_REDRAWN))
         doc.on_session_destroyed(lambda context: self._end())
         self._refresh("orbit", "plane", "diagram")
 

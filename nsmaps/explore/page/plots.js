@@ -22,7 +22,20 @@ function drawn() {
             margin: {l: 60, r: 20, t: 10, b: 45}, paper_bgcolor: paper, plot_bgcolor: paper, font: {color: ink, family: themed("--type")}, legend: {orientation: "h", y: 1.12},
             xaxis: {...plot.layout.xaxis, ...look}, yaxis: {...plot.layout.yaxis, ...look}, uirevision: "kept", hovermode: "closest",
         }, {responsive: true, displaylogo: false, showSendToCloud: false})
+        parted(k)
     })
+}
+
+/* Ticks at parts of pi on the axes that are angles, for the range that is shown. */
+function parted(k) {
+    const {layout, _fullLayout} = boxes[k], update = {}
+    for (const [c, side] of [[0, "xaxis"], [1, "yaxis"]]) {
+        const found = DATA.plots[k].angles[c] ? ticks(..._fullLayout[side].range, 6, true) : []
+        const texts = found.map(each => each.text)
+        if (String(texts) !== String(layout[side].ticktext || []))
+            Object.assign(update, {[`${side}.tickvals`]: found.map(each => each.value), [`${side}.ticktext`]: texts})
+    }
+    if (Object.keys(update).length) Plotly.relayout(boxes[k], update)
 }
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     diagram?.look(diagram.view, 0)
@@ -30,3 +43,4 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
 })
 window.addEventListener("resize", () => diagram?.draw())
 drawn()
+boxes.forEach((box, k) => box.on("plotly_relayout", () => parted(k)))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
+from nsmaps.coordinates import is_angle
 from nsmaps.explore.page.sweep import letter, shortened
 from nsmaps.figures.style import BLACK, BLUE, GREY, MAGENTA, ORANGE, PIECES, SKY
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
     from nsmaps.study.result import StudyResult
 
-Plot = dict[str, Any]  #: title, traces (`data`) and `layout` of plotly
+Plot = dict[str, Any]  #: title, traces (`data`) and `layout` of plotly, and which axes are angles
 POINTS = 15_000  #: of a diagram, at most: plotly's WebGL needs what the page forbids to scripts
 NOTHING = ("no attractor", "none reached", "the orbit ends")  #: names of areas that have no colour
 CURVES = (BLACK, ORANGE, BLUE, MAGENTA, SKY)
@@ -32,6 +33,7 @@ def _plot(title: str, x: str, y: str, traces: Sequence[Plot]) -> Plot:
         "title": title,
         "data": list(traces),
         "layout": {"xaxis": {"title": {"text": letter(x)}}, "yaxis": {"title": {"text": letter(y)}}},
+        "angles": [is_angle(x), is_angle(y)],
     }
 
 
@@ -115,7 +117,7 @@ def _basins(result: "StudyResult") -> Iterator[Plot]:
     found = result.basins
     if found is None or found.grid is None or len(found.grid.varying) != 2:
         return
-    first, second = found.grid.varying
+    first, second = (name for name in result.system.coordinates if name in found.grid.varying)
     names = np.array([*(f"{each.label} ({k})" for k, each in enumerate(found.attractors, 1)), *NOTHING[:0:-1]])
     axes = [found.grid.axes[name] for name in (first, second)]
     x, y = (np.linspace(axis.low, axis.high, axis.points) for axis in axes)
