@@ -68,6 +68,13 @@ def test_counts_of_returns_over_decades_are_told_apart_by_their_logarithm(result
     assert " ".join(filter(None, names)) == "10 20 50 100 200 500"
 
 
+def test_a_hundredth_of_the_starts_on_the_attractor_does_not_stretch_the_colours(result, ax):
+    counts = np.linspace(20, 40, len(result.basins.label)).astype(int)
+    counts[: max(len(counts) // 100, 1)] = 1
+    arrival(replace(result.basins, label=np.zeros_like(counts), arrival=counts), ax)
+    assert ax.images[0].norm.vmin >= 20
+
+
 def test_impacts_have_the_sign_of_their_wall(result, ax):
     impacts(result.noise.impacts[2:], ax)
     by_name = {line.get_label(): line for line in ax.lines}
