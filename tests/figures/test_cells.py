@@ -5,6 +5,7 @@ import pytest
 
 from nsmaps.figures.cells.exit_times import exit_times, sheets
 from nsmaps.figures.cells.morse_sets import morse_sets
+from nsmaps.figures.grey import alike_in_grey
 from nsmaps.figures.style import piece_label
 
 
@@ -50,6 +51,7 @@ def test_arrival_is_a_second_panel_with_its_target(result, ax):
     drawn = shown(ax)
     assert np.flatnonzero(drawn == 0).tolist() == np.flatnonzero(result.exit_times.arrived == 0).tolist()
     assert [text.get_text() for text in ax.get_legend().get_texts()][:2] == ["not proved", "target"]
+    assert alike_in_grey(ax.figure) == []
 
 
 def test_results_draw_themselves_and_name_their_axes(result):

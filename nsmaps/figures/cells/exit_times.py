@@ -34,7 +34,7 @@ def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
     steps = times.left if not arrives or times.arrived is None else times.arrived
     steps = np.where((times.region < 0) & (steps != 0), -2, steps)
     shades = int(min(max(steps.max(), 1), MOST))
-    greens = tint(GREEN, 0.3), tint(RED, 0.25)
+    greens = tint(GREEN, 0.35), tint(RED, 0.05)  # which differ in print without colour, too
     blues: list[tuple[float, ...]] = [tuple(shade) for shade in colormaps["Blues"](np.linspace(0.15, 0.95, shades))]
     number = np.select([steps == -1, steps == 0, steps > 0], [1, 0 if arrives else -1, 1 + np.minimum(steps, shades)], -1)
     show(ax, times.cells, number, [*greens, *blues])
