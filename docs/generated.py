@@ -139,7 +139,8 @@ def literature() -> Iterator[str]:
         fields = {name: re.sub("[{}]", "", value) for name, value in re.findall(r"(?m)^  (\w+) = \{(.*)\},$", entry)}
         authors = ", ".join(author.partition(",")[0] for author in fields["author"].split(" and "))
         place = [fields[name] for name in ("journal", "publisher", "school", "howpublished", "volume") if name in fields]
-        row = f"| `{key}` | {authors}, *{fields['title']}*, {' '.join(place)} ({fields['year']}) | {fields['annote']} |"
+        year = [f"({fields['year']})"] if "year" in fields else []
+        row = f"| `{key}` | {authors}, *{fields['title']}*, {' '.join([*place, *year])} | {fields['annote']} |"
         topics.setdefault(fields["keywords"], []).append(row)
     for topic, rows in topics.items():
         yield from ("", f"## {topic}", "", "| key | work | used in |", "|---|---|---|", *rows)
