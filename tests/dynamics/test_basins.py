@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from nsmaps_circle_map import CircleMap
 from scipy.optimize import brentq
 from systems import GearRattle
 
@@ -320,3 +321,10 @@ def test_the_rattle_has_two_attractors_where_one_attracts_slowly():
         path = nsmaps.orbit(GearRattle(eps=0.44), attractor.states[0], 60_000)
         assert np.allclose(path.states[-1], path.states[-1 - attractor.period], atol=1e-12)
         assert np.abs(path.states[-1] - attractor.states).max(axis=1).min() < 1e-8
+
+
+def test_quasi_periodic_orbits_of_a_circle_map_have_one_attractor():
+    """A diffeomorphism of the circle has one at most; near the rotation number 1/7 its orbits leave gaps for a long time."""
+    made = basins(CircleMap(Omega=1 / 7 + 2e-5, K=0.5), np.linspace(0.1, 6.2, 12)[:, None])
+    assert [(each.label, each.period) for each in made.attractors] == [("Q", 0)]
+    assert (made.label == 0).all()

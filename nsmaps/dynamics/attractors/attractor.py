@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats, finite_rows
 from nsmaps.coordinates import TWO_PI, Coordinates, WithCoordinates
-from nsmaps.dynamics.attractors.distance import Nearest, distances, extents
+from nsmaps.dynamics.attractors.distance import Nearest, distances, extents, widest_gap
 from nsmaps.dynamics.limits.cycles import cycle_in
 from nsmaps.dynamics.limits.decision import limits, seen
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.path import Path, vast
 from nsmaps.dynamics.limits.releases import beside_release
 from nsmaps.dynamics.limits.settled import Transient
+from nsmaps.dynamics.motion import QUASI_PERIODIC
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.exact.returnmap import ReturnMap
@@ -86,10 +87,16 @@ def _nearest(attractor: Attractor) -> Nearest:
     return Nearest(attractor.states, attractor.coordinates, 1.0 if attractor.scale is None else attractor.scale)
 
 
-def own_reach(states: Floats, coordinates: Coordinates, scale: Floats) -> float:
-    """The largest distance of the second half of states (K, n), in order, from the first half; inf for less than 50 states."""
+def own_reach(states: Floats, coordinates: Coordinates, scale: Floats, label: str) -> float:
+    """The largest distance of the second half of states (K, n), in order, from the first half; inf for less than 50 states.
+
+    Of quasi-periodic motion it is at least the widest gap between neighbours, in which other orbits on the same curve may lie.
+    """
+    if len(states) < STAY:
+        return np.inf
     half = len(states) // 2
-    return np.inf if len(states) < STAY else float(distances(states[:half], states[half:], coordinates, scale, np.inf).max())
+    gap = widest_gap(states, coordinates, scale) if label.endswith(QUASI_PERIODIC) else 0.0
+    return max(gap, float(distances(states[:half], states[half:], coordinates, scale, np.inf).max()))
 
 
 def kept(coordinates: Coordinates, states: Floats, length: int, label: str, near: float, scale: Floats) -> Attractor:
@@ -100,7 +107,7 @@ def kept(coordinates: Coordinates, states: Floats, length: int, label: str, near
     """
     length = length if length <= len(states) else 0
     there = coordinates.wrap(states[:length] if length else states[-SAMPLE:])
-    reach = near if length else max(near, own_reach(there, coordinates, scale))
+    reach = near if length else max(near, own_reach(there, coordinates, scale, label))
     return Attractor(coordinates, there, length, label, (), reach, scale)
 
 
@@ -198,4 +205,4 @@ def _visited(return_map: ReturnMap, one: Limit, unit: Floats) -> Attractor | Non
         return None
     coordinates, states = path.coordinates, np.concatenate(np.swapaxes(path.coordinates.wrap(path.states[1:, held]), 0, 1))
     scale, words = extents(states, coordinates, unit), tuple(np.unique(path.words[:, held]).tolist())
-    return Attractor(coordinates, states, 0, one.label, words, own_reach(states, coordinates, scale), scale)
+    return Attractor(coordinates, states, 0, one.label, words, own_reach(states, coordinates, scale, one.label), scale)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from scipy.spatial import KDTree
 
 FEW = 4  #: known states, up to which others are compared with each of them
+NEIGHBOURS = 16  #: nearest states among which the two on either side of one are looked for first
 FLAT = 0.01  #: share of the unit of a coordinate, or of the circle: a smaller extent is not used as a scale
 
 
@@ -66,6 +67,29 @@ def distances(known: Floats, states: Floats, coordinates: Sequence[str], scale: 
     return Nearest(known, coordinates, scale).distances(states, p)
 
 
+def widest_gap(states: Floats, coordinates: Sequence[str], scale: ArrayLike = 1.0) -> float:
+    """The widest gap between neighbours on a curve that is known by states (N, n), in any order; 0 for less than three.
+
+    Beside each state it is the distance of the nearest one on the side opposite to the nearest of all, as `distances` with the
+    norm of infinity. An orbit whose rotation number is nearly rational leaves such gaps, though it comes back to itself.
+    """
+    if len(states) < 3:
+        return 0.0
+    nearest = Nearest(states, coordinates, scale)
+    x, neighbours = nearest.known, nearest.tree.query(nearest.known, k=min(NEIGHBOURS, len(states)), p=np.inf)[1][:, 1:]
+
+    def opposite(row: int, to: Floats) -> Floats:
+        """The distance from the state of a row to the nearest of others on the side opposite to its neighbour."""
+        off = nearest.shorter(to - x[row])
+        behind = off @ nearest.shorter(x[neighbours[row, 0]] - x[row]) < 0
+        return np.abs(off[behind]).max(axis=1).min(initial=np.inf)
+
+    beside = np.array([opposite(row, x[few]) for row, few in enumerate(neighbours)])
+    for row in np.flatnonzero(np.isinf(beside)).tolist():
+        beside[row] = opposite(row, x)
+    return float(beside[np.isfinite(beside)].max(initial=0.0))
+
+
 class Nearest:
     """The nearest of M known states (M, n) to others, searched for by one tree; arguments as of `distances`."""
 
@@ -74,6 +98,10 @@ class Nearest:
         above = np.nextafter(TWO_PI / self.unit, np.inf)  # above every state, after rounding too
         self.around = np.where(Coordinates(coordinates).angles, above, 0.0)
         self.known = known / self.unit
+
+    def shorter(self, off: Floats) -> Floats:
+        """Differences of states in the scale, with angles the shorter way round."""
+        return off - self.around * np.round(off / np.where(self.around, self.around, 1.0))
 
     @cached_property
     def tree(self) -> "KDTree":

@@ -33,7 +33,9 @@ def motion_of(one: Limit) -> Motion:
     return Motion(one.label, tuple(min([*events[k:], *events[:k]] for k in range(len(events)))), len(events), one.turns)
 
 
-def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int64], scale: Floats) -> NDArray[np.int8]:
+def attractors(
+    coordinates: Coordinates, states: Floats, period: NDArray[np.int64], scale: Floats, labels: NDArray[np.str_]
+) -> NDArray[np.int8]:
     """A number of the attractor of each orbit of one pixel, in the order of the orbits; -1 of one that ended.
 
     Orbits with periods have one attractor if each of their states is within 0.01 of the largest scale of a state of the
@@ -43,6 +45,7 @@ def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int6
         states: shape (S, K, n), the last ones.
         period: of each, in returns; 0 without one.
         scale: shape (S, n), of each.
+        labels: of its motion.
     """
     numbers = np.full(len(states), -1, np.int8)
     held = np.flatnonzero(np.isfinite(states[:, -1]).all(axis=1))
@@ -50,7 +53,7 @@ def attractors(coordinates: Coordinates, states: Floats, period: NDArray[np.int6
         numbers[held] = 0
     elif len(held):
         unit = scale[held].max(axis=0)
-        sets = [kept(coordinates, states[s], int(period[s]), "", NEAR, unit) for s in held.tolist()]
+        sets = [kept(coordinates, states[s], int(period[s]), str(labels[s]), NEAR, unit) for s in held.tolist()]
         for number, group in enumerate(grouped(sets)):
             numbers[held[group]] = number
     return numbers

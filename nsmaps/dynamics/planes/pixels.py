@@ -102,7 +102,8 @@ def _summary(found: Tail, coordinates: Coordinates, orbits: int) -> Arrays:
             on[k] = on[k] if one.cycle is None else one.cycle.states[0]
         elif one is not None and one.kind == ESCAPE:
             found.states[k], found.outcome[k] = np.nan, Outcome.escaped
-    rows = found.states, span, found.scale
+    labels = np.array(["" if one is None else one.label for one in found.limits])
+    rows = found.states, span, found.scale, labels
     pixels = zip(*(each.reshape(-1, orbits, *each.shape[1:]) for each in rows), strict=True)
     table: Arrays = {
         "motion": motion,
