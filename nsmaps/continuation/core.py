@@ -18,6 +18,7 @@ ROUNDING = 4e-16  #: error of an unknown of order one that Newton's method may l
 STALLED = 1e-12  #: a Newton step below this that is at least half as long as the last one is rounding
 BLUR = 5e-15  #: rounding of the equations, each in units of its gradient's length
 WORST = 1e-9  #: error of a point, by this rounding, above which it is rejected: where two curves cross
+SHARE = 0.1  #: of a step: change of the parameters, below which its length is that of their change alone, up to 1/SHARE as long
 STRAY = 0.1  #: share of a step: largest distance of the first point of a closed curve from its chord
 
 
@@ -66,6 +67,7 @@ class Control:
     growth: float = 1.5  #: largest growth from a step to the next
     low: float = -np.inf  #: least value of the last unknown; a step that would cross it ends on it
     high: float = np.inf  #: greatest value of the last unknown
+    parameters: int = 0  #: last unknowns, of which alone a step is long where the others change by much more, as a mean value
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,8 +179,7 @@ def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> It
     """The steps along a curve from a point on it in a direction, until a step of the shortest length fails.
 
     It also ends at the least and greatest value of the last unknown. A step is halved if it finds no point, a point that is
-    not a
-    neighbour, or if the curve turns by too much.
+    not a neighbour, or if the curve turns by too much.
     """
     h = control.max_step
     while h > control.shortest:
@@ -190,8 +191,14 @@ def follow(curve: Curve[P], start: P, direction: Floats, control: Control) -> It
         if step.last:
             return
         gentle = step.turned @ direction > 1 - (1 - control.cosine) / 4
-        h = min(control.growth * step.length, control.max_step) if gentle else step.length
+        h = min(control.growth * step.length, _largest_step(step.turned, control)) if gentle else step.length
         start, direction = step.end, step.turned
+
+
+def _largest_step(direction: Floats, control: Control) -> float:
+    """The largest step in a direction: larger than the control has it where the parameters change by less than a share of it."""
+    share = length(direction[len(direction) - control.parameters :]) / SHARE
+    return control.max_step / max(share, SHARE) if control.parameters and share < 1 else control.max_step
 
 
 def _to_the_end(point: Point, direction: Floats, h: float, control: Control) -> float:

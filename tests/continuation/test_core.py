@@ -134,6 +134,19 @@ def test_a_tight_turn_is_followed_in_small_steps(size, unit):
     assert all(step.turned @ step.direction >= 0.98 for step in taken)
 
 
+@pytest.mark.parametrize(("slope", "number"), [(1, 29), (20, 201), (1000, 2001)])
+def test_steps_are_long_where_a_parameter_changes_by_little(slope, number):
+    """On a line x = slope p, 2 slope long or more: steps of 0.1 beyond a share 1/10 of the parameter, up to ten times as long."""
+
+    def line(x, a):
+        return x[0] - slope * x[1], [1, -slope]
+
+    taken = steps(Equations(line), [-slope, -1], [0, 1], Control(0.1, 1e-9, 0.98, low=-1.0, high=1.0, parameters=1), 5000)
+    assert taken[-1].end.y.tolist() == [slope, 1]
+    assert abs(len(taken) - number) <= 3 + 0.01 * number
+    assert max(step.end.y[1] - step.start.y[1] for step in taken) < 0.1
+
+
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("size", UNITS)
 def test_three_equations_in_four_unknowns(size, unit):

@@ -241,7 +241,7 @@ def _follow(curve: OrbitCurve, start: OrbitPoint, along: Floats, extent: _Extent
     """The branch from a point in a direction; a fresh one starts where two branches cross, where tests are meaningless."""
     grown, last, ended = GrowingBranch(curve), along, ""
     grown.add(start, 0.0)
-    control = Control(extent.step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
+    control = Control(extent.step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit, parameters=1)
     for step in follow(curve, start, along, control):
         events = [] if fresh else between(curve, step, extent.kinds)
         grown.events.extend(events)

@@ -123,7 +123,7 @@ def bifurcation_curve(
         place = f"{event.value:.9g}, {second:.9g}"
         raise NsmapsError(f"no {event.kind} near {place}; expected: an orbit at the event, and these parameters")
     sense = tangent(start, _upward(start.y))
-    control = Control(step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit)
+    control = Control(step, SMALLEST, BEND, low=curve.low / curve.unit, high=curve.high / curve.unit, parameters=2)
     ways = [_Way.followed(curve, start, sign * sense, control, max_points) for sign in (-1.0, 1.0)]
     return replace(_result(curve, start, *ways), names=(first, other))
 

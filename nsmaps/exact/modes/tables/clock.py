@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arrays import Floats
+from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.modes.definitions.definition import Definition
 
 LOOKS = 360  #: phases a harmonic at which the function is looked at
-STEPS = 60  #: of bisection and of Newton's method, more than a float needs
+STEPS, PARTS = 10, 64  #: of the search for the zero, each into so many parts, which is more than a float needs
 ZERO = 4e-16  #: of the sizes of its terms: a function that is zero
 
 
@@ -21,12 +21,12 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
         SystemDefinitionError: it does so never in a period, or more than once.
     """
     waves = function[len(definition.states) + len(definition.derived) :]
-    value, slope = at_phase(waves, 0.0)
+    value, slope = (float(each) for each in at_phase(waves, 0.0))
     if abs(value) <= ZERO * abs(waves).sum() and slope < 0:
         value = 0.0
     grid = np.linspace(0, TWO_PI, LOOKS * max(1, len(waves) // 2) + 1)
-    inner = [height for height, _ in (at_phase(waves, phi) for phi in grid[1:-1])]
-    heights = np.array([value, *inner, value])
+    heights, _ = at_phase(waves, grid)
+    heights[0] = heights[-1] = value
     falls = np.flatnonzero((heights[:-1] > 0) & (heights[1:] <= 0))
     if len(falls) != 1:
         shown = ", ".join(f"{x:.6g}" for x in values)
@@ -37,10 +37,11 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
     (fall,) = falls
     low, high = grid[fall : fall + 2]
     for _ in range(STEPS):
-        middle = 0.5 * (low + high)
-        height, _ = at_phase(waves, middle)
-        low, high = (middle, high) if height > 0 else (low, middle)
-    height, slope = at_phase(waves, high)
+        inner = np.linspace(low, high, PARTS + 1)
+        heights, _ = at_phase(waves, inner[1:-1])
+        first = int(np.argmax(np.append(heights <= 0, True)))
+        low, high = inner[first : first + 2]
+    height, slope = (float(each) for each in at_phase(waves, high))
     return 0.0 if value == 0.0 and fall == len(grid) - 2 else float((high - height / slope) % TWO_PI)
 
 
@@ -48,12 +49,12 @@ def later_fall(function: Floats, change: Floats, states: int, phase: float) -> f
     """How fast that phase moves where the function, a row over the features, changes at a rate given as a row."""
     rise, _ = at_phase(change[states:], phase)
     _, slope = at_phase(function[states:], phase)
-    return -rise / slope
+    return float(-rise / slope)
 
 
-def at_phase(waves: Floats, phi: float) -> tuple[float, float]:
-    """A function of the phase, by its coefficients of 1 and of the waves, and its derivative."""
+def at_phase(waves: Floats, phi: ArrayLike) -> tuple[Floats, Floats]:
+    """A function of phases, by its coefficients of 1 and of the waves, and its derivative."""
     m = np.arange(1, len(waves) // 2 + 1)
-    cosines, sines, (one, *_) = np.cos(m * phi), np.sin(m * phi), waves
+    cosines, sines = np.cos(np.multiply.outer(phi, m)), np.sin(np.multiply.outer(phi, m))
     of_cosines, of_sines = waves[1::2], waves[2::2]
-    return float(one + of_cosines @ cosines + of_sines @ sines), float((m * sines) @ -of_cosines + (m * cosines) @ of_sines)
+    return waves[0] + cosines @ of_cosines + sines @ of_sines, cosines @ (m * of_sines) - sines @ (m * of_cosines)
