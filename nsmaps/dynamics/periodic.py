@@ -35,10 +35,12 @@ class PeriodicOrbit(Result):
     least_time: float = 0.0  #: time that a motion must take: in less, states agree with their images without any motion
 
     def summary(self) -> str:
-        """The motion, its stability and its multipliers, on one line."""
+        """The motion, its stability and its multipliers, on one line; of the last iterate the residual alone."""
+        if not self.converged:
+            return f"not converged, residual {self.residual:.1g} of {self.label or 'a motion without a return'}"
         kind = {True: "stable", False: "unstable", None: "of unknown stability"}[self.stable]
         factors = ", ".join(f"{value:.6g}" for value in self.multipliers.tolist())
-        return f"{self.label or 'no orbit'}, {kind}, multipliers {factors}, residual {self.residual:.1g}"
+        return f"{self.label}, {kind}, multipliers {factors}, residual {self.residual:.1g}"
 
     @property
     def coordinates(self) -> Coordinates:

@@ -185,8 +185,9 @@ DOUBTS = {
     CLOUDED: "A flight amplifies rounding errors until its states are not known to 1e-10 of their size: it is chaotic before its "
     "event, and the image is one of many.",
     STEEP: "At a state that a flight comes to, a rate is so steep that no Taylor series agrees with it, or has no value, as the "
-    "root of a negative number or exp beyond the range of floats. Make the steep part wider, to 1e-12 of the range of its "
-    "argument or more, or restrict the starts.",
+    "root of a negative number or exp beyond the range of floats, or as u**(3/2) where a motion comes to u = 0. Make the steep "
+    "part wider, to 1e-12 of the range of its argument or more, as in u*(u**2 + eps**2)**(1/4) for u**(3/2), or restrict the "
+    "starts.",
     STIFF: "A flight takes more than 100,000 steps: the rates are stiff there, as where smoothed friction holds a body. Make the "
     "steep part wider, or let the body stick by `rests` or `SlidingSurface`.",
 }  #: why a Taylor flight is in doubt
