@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Storable
 from nsmaps.errors import NsmapsError, StateError, near_match
@@ -140,6 +141,10 @@ class Coordinates(Sequence[str], Storable):
             turned = np.fmod(gap, TWO_PI)  # exact, as the sums below are
         turned = np.where(turned > np.pi, turned - TWO_PI, np.where(turned <= -np.pi, turned + TWO_PI, turned))
         return np.where(self.angles, turned, gap)
+
+    def turns_of_phase(self, turns: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Of whole turns (..., n) those of the only angle, shape (...); 0 where there are several, of which none is the phase."""
+        return np.asarray(turns[..., self.angles].sum(axis=-1) * (self.angles.sum() == 1))
 
     def near(self, a: ArrayLike, b: ArrayLike, tolerance: ArrayLike, scale: ArrayLike = 1.0) -> Bools:
         """True where a and b differ in no coordinate by more than `tolerance * scale`, shape (...); see `magnitudes`."""

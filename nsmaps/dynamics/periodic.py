@@ -72,7 +72,7 @@ class PeriodicOrbit(Result):
         """The motion, such as 1:1/2T; "" if a state has no image. See `nsmaps.dynamics.motion.label`."""
         if not self.returns.valid.all():
             return ""
-        turns = self.turns[:, self.returns.coordinates.angles].sum(axis=1)
+        turns = self.returns.coordinates.turns_of_phase(self.turns)
         return label(self.words, turns.tolist(), self.period, self.returns.alphabet)
 
     @property

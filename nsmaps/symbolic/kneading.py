@@ -94,11 +94,12 @@ def laps_of(return_map: PiecewiseMap) -> Laps:
     """The intervals between the borders of the pieces, with the affine map on each."""
     from nsmaps.exact.piecewise.affine import borders, lines
 
-    name, breaks = type(return_map).__name__, borders(return_map)
+    name = type(return_map).__name__
     if len(return_map.coordinates) != 1:
         raise NsmapsError(
             f"the topological entropy of {name}, which has {len(return_map.coordinates)} coordinates; expected: one"
         )
+    breaks = borders(return_map)
     between = [(one + other) / 2 for one, other in pairwise(breaks)]
     places = [breaks[0] - 1, *between, breaks[-1] + 1] if breaks else [Fraction(0)]
     words = return_map.first_return([[float(place)] for place in places]).words.tolist()

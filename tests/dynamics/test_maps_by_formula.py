@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy as sp
 from nsmaps_border_collision import BorderCollision, BorderCollision1, BorderCollision3, Lozi, UnitTent
 from nsmaps_square_root import SquareRoot, SquareRootPlane
 
@@ -100,3 +101,18 @@ def test_exponents(return_map, expected):
     found = nsmaps.lyapunov(return_map, starts=np.full(len(return_map.coordinates), 0.05), n_returns=100_000)
     assert found.exponents == pytest.approx(expected, abs=6e-3)
     assert (np.abs(found.exponents - expected) <= 5 * found.error + 2e-4).all()
+
+
+class Angles(nsmaps.PiecewiseMap):
+    """Two angles with the fixed points 2.4 pi = 0.4 pi and -0.4 pi = 1.6 pi: each makes a turn, of which none is a forcing's."""
+
+    coordinates = (nsmaps.Angle("phi"), nsmaps.Angle("psi"))
+
+    def pieces(self, x):
+        return {"A": (True, {"phi": x.phi / 2 + 2.2 * sp.pi, "psi": x.psi / 2 + 2.8 * sp.pi})}
+
+
+def test_turns_of_several_angles_are_no_periods():
+    cycle = nsmaps.periodic_orbit(Angles(), [0.4 * np.pi, 1.6 * np.pi])
+    assert (cycle.converged, cycle.turns.tolist(), cycle.label) == (True, [[1, 1]], "A, period 1")
+    assert nsmaps.bifurcation_diagram(lambda _: Angles(), "p", [0.0], [1.0, 5.0]).labels.tolist() == [["A, period 1"]]

@@ -141,9 +141,26 @@ def test_cycles_are_as_many_as_words():
         (lambda: topological_entropy(Pair()), "Pair, which has 2 coordinates; expected: one"),
         (lambda: topological_entropy(Bent()), r"an image of Bent is 1 - x\*\*2; expected: affine, with rational coefficients"),
         (lambda: topological_entropy(Hole()), "the topological entropy of Hole: states next to a border are in no piece"),
+        (lambda: topological_entropy(Units()), "which has 3 coordinates; expected: one"),
         (lambda: periodic_orbits_by_word(Bent(), 2), r"an image of Bent is 1 - x\*\*2; expected: affine"),
     ],
 )
 def test_what_is_refused(call, text):
     with pytest.raises(NsmapsError, match=text):
         call()
+
+
+class Units(PiecewiseMap):
+    """A skew tent map of [-1, 1] that drives coordinates of the sizes 1e-9 and 1e6."""
+
+    coordinates = ("x", "y", "z")
+
+    def pieces(self, x):
+        left = {"x": (x.x + 1) / 0.3 - 1, "y": 0.4 * x.y + 1e-9 * x.x, "z": -0.25 * x.z + 1e6 * x.x + 1e14 * x.y}
+        right = {"x": (1 - x.x) / 0.7 - 1, "y": 0.4 * x.y + 1e-9 * (1 - x.x), "z": -0.25 * x.z - 1e6}
+        return {"L": (x.x < -0.4, left), "R": (True, right)}
+
+
+def test_the_cycles_of_a_full_shift_are_found_in_any_units():
+    """As many as there are primitive words: 2, 1, 2, 3 and 6 of the periods 1 to 5."""
+    assert [len(orbit.word) for orbit in periodic_orbits_by_word(Units(), 5)] == [1] * 2 + [2] + [3] * 2 + [4] * 3 + [5] * 6

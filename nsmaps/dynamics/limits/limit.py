@@ -63,7 +63,7 @@ class Limit:
         """Whole turns of the phase in a period."""
         last = self.path.turns[len(self.path.turns) - self.length :, 0]
         turns = last if self.cycle is None else self.cycle.turns
-        found = int(turns[:, self.path.coordinates.angles].sum())
+        found = int(self.path.coordinates.turns_of_phase(turns).sum())
         return found or self.period * self.path.alphabet.turns
 
     @cached_property

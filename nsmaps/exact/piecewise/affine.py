@@ -73,13 +73,23 @@ def _is_first(word: tuple[int, ...]) -> bool:
     return all(word < word[k:] + word[:k] for k in range(1, len(word)))
 
 
+def _units(matrices: Floats, vectors: Floats) -> Floats:
+    """The size of each coordinate that constants of the pieces cause, directly or by the others, shape (n,); 1 without any."""
+    sizes, constants = np.abs(matrices).max(axis=0), np.abs(vectors).max(axis=0)
+    unit = constants
+    for _ in range(len(constants)):
+        unit = np.maximum(constants, ((sizes - np.diag(np.diag(sizes))) * unit).max(axis=1))
+    return np.where(unit > 0, unit, 1.0)
+
+
 def cycles_of_words(system: System, max_period: int) -> Iterator[tuple[str, Floats]]:
     """The word and the states, shape (q, n), of every cycle up to a period whose states lie in the pieces of its word.
 
     Words whose equations do not determine a cycle, as 1 is a multiplier, are left out.
     """
     matrices, vectors = affine_pieces(system)
-    n, letters = len(system.coordinates), np.array(system.letters)
+    n, letters, unit = len(system.coordinates), np.array(system.letters), _units(matrices, vectors)
+    matrices, vectors = matrices * unit / unit[:, None], vectors / unit
     for length in range(1, max_period + 1):
         for word in words(len(letters), length):
             k, equations = np.arange(length), np.zeros((length, n, length, n))
@@ -89,6 +99,6 @@ def cycles_of_words(system: System, max_period: int) -> Iterator[tuple[str, Floa
             sizes = np.linalg.svd(square, compute_uv=False)
             if min(sizes) <= REGULAR * max(sizes):
                 continue
-            states = np.linalg.solve(square, right).reshape(length, n)
+            states = np.linalg.solve(square, right).reshape(length, n) * unit
             if np.array_equal(system.first_return(states).words, letters[word]):
                 yield "".join(letters[word]), states
