@@ -142,7 +142,7 @@ class Coordinates(Sequence[str], Storable):
         turned = np.where(turned > np.pi, turned - TWO_PI, np.where(turned <= -np.pi, turned + TWO_PI, turned))
         return np.where(self.angles, turned, gap)
 
-    def turns_of_phase(self, turns: NDArray[np.int32]) -> NDArray[np.int32]:
+    def turns_of_phase(self, turns: NDArray[np.signedinteger[Any]]) -> NDArray[np.signedinteger[Any]]:
         """Of whole turns (..., n) those of the only angle, shape (...); 0 where there are several, of which none is the phase."""
         return np.asarray(turns[..., self.angles].sum(axis=-1) * (self.angles.sum() == 1))
 
