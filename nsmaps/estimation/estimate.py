@@ -10,7 +10,8 @@ from nsmaps.estimation.records import Record, records_of
 from nsmaps.estimation.result import Estimate
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
-from nsmaps.estimation.shooting.guesses import first_guess, library_of, variants_of
+from nsmaps.estimation.shooting.growth import Guess, first_counts, first_guesses, grown, is_good
+from nsmaps.estimation.shooting.guesses import library_of
 from nsmaps.estimation.shooting.inference import spread_of
 from nsmaps.estimation.shooting.measured import after_transient, check_names, return_time, shooting_of
 from nsmaps.estimation.shooting.problem import Problem, check_model
@@ -43,8 +44,9 @@ def estimate(
     """Parameters of a system from records of its motion, with standard errors: the least squares of times, speeds and samples.
 
     A record is cut into segments, whose starts are unknown and which are continuous (multiple shooting), so that chaotic
-    motions can be fitted too. Derivatives of times and states are exact, through every event. Impacts of record and model are
-    paired by an alignment, in which missed and spurious ones have a price of 25 in chi2. Several minima are found by starts from
+    motions can be fitted too; its beginning is fitted first, and the fit extended to the whole. Derivatives of times and states
+    are exact, through every event. Impacts of record and model are paired by an alignment, in which missed and spurious ones have
+    a price of 25 in chi2. Several minima are found by starts from
     a Sobol sequence over the bounds. Starts of motions are estimated, so that records may begin in a transient.
 
     Args:
@@ -146,21 +148,16 @@ def _found(problem: Problem, fits: list[tuple[Fit, int]], space: Space) -> list[
 
 def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
     """The minima that are reached from the guess and from the best of the other starts, each with the number of its start."""
-    shooting, guesses, found = problem.shooting, [], []
-    variants, points = variants_of(shooting.model, shooting.records), space.points(n_starts, random)
+    model, guesses, found = problem.shooting.model, list[Guess](), list[tuple[Fit, int]]()
+    counts, points = first_counts(problem.shooting), space.points(n_starts, random)
     for number, values in enumerate(points):
-        for early in variants:
-            try:
-                library = library_of(shooting.model, shooting.model.at(values), random, space.near(shooting.model), length)
-                x, score = first_guess(shooting, values, library, random, early)
-            except NsmapsError:
-                continue  # no motion returns at these values
-            guesses.append((score, number, x))
+        try:
+            library = library_of(model, model.at(values), random, space.near(model), length)
+        except NsmapsError:
+            continue  # no motion returns at these values
+        guesses += first_guesses(problem, values, library, random, number)
         beat(0.5 * (number + 1) / len(points))
-    best = sorted(guesses, key=lambda one: one[0])[: REFINED * len(variants)]
-    chosen = [one for one in guesses if one[1] == 0] + [one for one in best if one[1] > 0]
-    for k, (_, number, x) in enumerate(chosen):
-        one = fit(problem, x)
-        found += [(one, number)] if one is not None else []
-        beat(0.5 + 0.5 * (k + 1) / len(chosen))
+    while guesses and not any(is_good(one) for one, _ in found):
+        chosen, guesses = grown(problem, guesses, counts)
+        found += [(reached, one.number) for one in chosen if (reached := fit(problem, one.x)) is not None]
     return found

@@ -41,6 +41,18 @@ def test_a_record_of_times_gives_the_parameters_within_their_errors() -> None:
     assert str(found).startswith("r = 0.")
 
 
+@pytest.mark.parametrize(("speed", "phase"), [(0.66, 6.19), (1.11, 4.46)])
+def test_records_that_begin_in_a_transient_lead_to_the_true_minimum_from_guesses_near_it(speed: float, phase: float) -> None:
+    """Other starts lead to the same periodic motion, with an impact more or less before it."""
+    times, walls, _ = Rig().impacts(30, speed, phase, 60.0)
+    noisy_times = times + NOISE * np.random.default_rng(0).standard_normal(30)
+    record = Record.of(noisy_times, walls.tolist(), noise=NOISE, phase=phase)
+    found = nsmaps.estimate(PAIR, record, free=["r", "d"], start={"r": 0.508, "d": 0.344}, n_starts=1, n_returns=100)
+    assert found.describes
+    assert found.minima.unpaired[0] == 0
+    assert np.all(np.abs(found.values - [0.5, 0.35]) < 3 * found.errors)
+
+
 def test_missed_doubled_quantised_impacts_of_a_drifting_rig_in_seconds_are_fitted() -> None:
     """Units of the system are 5 ms; the noise is unknown, as drift and the clock's resolution add to it."""
     unit, rng = 5e-3, np.random.default_rng(4)

@@ -48,24 +48,22 @@ def fit(problem: Problem, x: Floats) -> Fit | None:
     return best
 
 
-def fitted(problem: Problem, x: Floats) -> Fit | None:
-    """The minimum reached from a guess by alignments that tighten; None where the guess has no motion."""
+def fitted(problem: Problem, x: Floats, rounds: int = ROUNDS, accuracy: float = FINE) -> Fit | None:
+    """The minimum reached from a guess by so many alignments that tighten; None where the guess has no motion."""
     shooting = problem.shooting
     scales = [FIRST_SCALE * mean_interval(record) for record in shooting.records]
-    joined = any(len(record.segments) > 2 for record in shooting.records)
     x, pairings, error, converged = np.clip(x, *problem.limits), list[Pairing](), np.inf, False
     found: Any = None
-    for number in range(0 if joined else len(WEIGHTS) - 1, ROUNDS):
-        weight = WEIGHTS[min(number, len(WEIGHTS) - 1)]
+    for number in range(rounds):
         before, pairings = pairings, shooting.pair(x, scales)
-        if number >= len(WEIGHTS) and found.status > 0 and all(a.same(b) for a, b in zip(pairings, before, strict=True)):
+        if number and found.status > 0 and all(a.same(b) for a, b in zip(pairings, before, strict=True)):
             converged = True
             break
-        found = minimize(problem, x, pairings, weight)
+        found = minimize(problem, x, pairings, WEIGHTS[-1], accuracy=accuracy)
         if found is None:
             return None
         x, mean = found.x, float(np.mean(found.fun**2))
-        if number >= len(WEIGHTS) and mean > max(HOPELESS, BETTER * error):
+        if number and mean > max(HOPELESS, BETTER * error):
             break
         error = mean
         scales = [min(new, old) for new, old in zip(_scales(problem, x, pairings), scales, strict=True)]

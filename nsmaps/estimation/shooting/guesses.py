@@ -1,7 +1,7 @@
-"""First guesses of the starts of segments: states that the model visits, scored by the impacts and samples that follow."""
+"""First guesses of the starts of records: states that the model visits, scored by the impacts and samples that follow."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,14 +9,18 @@ from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import DataError
 from nsmaps.estimation.shooting.event_map import EventMap, EventModel, before_system
-from nsmaps.estimation.shooting.problem import Measured, Shooting, enough_events
+from nsmaps.estimation.shooting.problem import Measured
 from nsmaps.exact.returns import Returns
 
 ORBITS, RETURNS = 48, 40  #: of the library of states
 STATES = 600  #: of these, and of further ones within their range
-CANDIDATES, NEAREST = 60, 40  #: starts that are scored for a segment, and those of them that are nearest in phase
-TOLERANCE = 0.1  #: of the mean interval of impacts, or of the spread of a state: differences that score
-SAMPLED = 10  #: samples of a segment that are scored
+CANDIDATES, NEAREST = 600, 400  #: starts that are fitted to the first impacts, and those of them that are nearest in phase
+STAGES, GROWTH = 4, 1.4  #: beginnings to which starts are fitted, and the growth of the number of their instants
+REFINED, ITERATIONS = 8, 8  #: starts that remain, and steps of each fit
+SAME = 1e-4  #: of spreads: starts that differ by less are the same
+EXCESS = 0.25  #: cost of an impact of the model that the record does not have, relative to a mean interval squared
+TOLERANCE = 0.1  #: of the spread of a state: differences that score
+SAMPLED = 10  #: samples that are scored
 
 
 @dataclass(frozen=True)
@@ -95,56 +99,116 @@ def variants_of(model: EventModel, records: Sequence[Measured]) -> tuple[bool, .
     return tuple(sorted(ways))
 
 
-def first_guess(
-    shooting: Shooting, values: Floats, library: Library, rng: np.random.Generator, early: bool
-) -> tuple[Floats, float]:
-    """The unknowns at values of the parameters with the best-scoring starts, and the sum of the scores; `early` as variants."""
-    event_map, total = shooting.model.at(values), 0.0
-    starts, offsets = [], []
-    for record in shooting.records:
-        offset, own = record.offset, []
-        for k in range(len(record.segments) - 1):
-            candidates, phases = _candidates(event_map, record, k, library, offset, rng, early)
-            scores = _scores(event_map, record, k, candidates, phases)
-            best = int(np.argmin(scores))
-            total += float(scores[best])
-            own.append(candidates[best])
-            offset = float(phases[best])
-        starts.append(np.array(own))
-        offsets.append(offset or 0.0)
-    return shooting.pack(values, starts, offsets), total
+def beginning(record: Measured, count: int) -> Measured:
+    """The first impacts and samples of a record, so many together, with the segments that begin before the last of these."""
+    instants = np.sort(np.concatenate([record.times, record.sample_times]))
+    if count >= len(instants):
+        return record
+    end = instants[count - 1]
+    hits, at = record.times <= end, record.sample_times <= end
+    begins = record.segments[:-1]
+    return replace(
+        record,
+        times=record.times[hits],
+        letters=record.letters[hits],
+        speeds=record.speeds[hits],
+        noise=record.noise[hits],
+        speed_noise=record.speed_noise[hits],
+        sample_times=record.sample_times[at],
+        samples=record.samples[at],
+        sample_noise=record.sample_noise[at],
+        segments=np.append(begins[(begins < end) | (begins == begins[0])], end),
+    )
 
 
-def _candidates(
-    event_map: EventMap,
-    record: Measured,
-    segment: int,
-    library: Library,
-    offset: float | None,
-    rng: np.random.Generator,
-    early: bool,
-) -> tuple[Floats, Floats]:
-    """Starts of a segment, shape (K, c + 1), and phases at time zero, shape (K,)."""
-    begin, rate = float(record.segments[segment]), event_map.rate
-    known = offset is not None and rate > 0
+def first_starts(
+    model: EventModel, record: Measured, library: Library, rng: np.random.Generator, early: bool
+) -> list[tuple[Floats, float, float]]:
+    """Starts of a record, shape (c + 1,), with phases at time zero and costs, the best first; `early` as variants.
+
+    Of a model without free parameters. Starts are fitted to more and more impacts, after each of which the better half remains.
+    """
+    event_map = model.at([])
+    unit = np.concatenate([library.spread, library.duration.mean(keepdims=True), [1.0]])
+    x, count = _candidates(event_map, record, library, rng, early), first_count(model, record)
+    for _ in range(STAGES):
+        part = beginning(record, count)
+        x, costs = _refined(event_map, part, x)
+        if len(part.sample_times):
+            costs = costs + _sample_scores(event_map, part, x[:, :-1], x[:, -1], count + 4)
+        found = list[int]()
+        for k in np.argsort(costs, kind="stable"):
+            if np.isfinite(costs[k]) and all(np.abs((x[k] - x[j]) / unit).max() > SAME for j in found):
+                found.append(int(k))
+            if len(found) == max(len(x) // 2, REFINED):
+                break
+        x, costs, count = x[found], costs[found], int(np.ceil(GROWTH * count))
+    return [(row[:-1], float(row[-1]), float(cost)) for row, cost in zip(x[:REFINED], costs[:REFINED], strict=True)]
+
+
+def first_count(model: EventModel, record: Measured) -> int:
+    """The number of instants of the shortest beginning: more than unknowns of a start."""
+    return len(model.names) + 2 + (model.forced and record.offset is None)
+
+
+def _refined(event_map: EventMap, record: Measured, x: Floats) -> tuple[Floats, Floats]:
+    """Starts with phases, shape (K, c + 2), nearer to impacts, by Levenberg and Marquardt's method all at once, and their costs.
+
+    Squared differences of times from the nearest impact of the model with this letter count, in units of the mean interval, 1 at
+    most, and each impact that the model has more.
+    """
+    hits, width = record.times, x.shape[1] - 1
+    if not len(hits):
+        return x, np.zeros(len(x))
+    free = np.arange(width + int(record.offset is None and event_map.rate > 0))
+    interval, n = (hits[-1] - hits[0]) / max(len(hits) - 1, 1), len(hits) + 4
+    best, costs, damping = x, np.full(len(x), np.inf), np.full(len(x), 1e-2)
+    values, slopes = np.zeros((len(x), len(hits))), np.zeros((len(x), len(hits), len(free)))
+    known = record.letters >= 0
+    for _ in range(ITERATIONS):
+        events = event_map.events(x[:, :-1], x[:, -1], n)
+        times = np.where((events.letter >= 0) & np.isfinite(events.time), events.time, np.inf)
+        away = times[:, None, :] - hits[:, None]
+        away[known[:, None] & (events.letter[:, None, :] != record.letters[:, None])] = np.inf
+        nearest = np.argmin(np.abs(away), axis=2)
+        value = np.take_along_axis(away, nearest[..., None], axis=2)[..., 0] / interval
+        slope = events.time_by[np.arange(len(x))[:, None], nearest][..., free] / interval
+        near = (np.abs(value) < 1) & np.isfinite(slope).all(axis=2)
+        inside = ((times >= hits[0] - 0.1 * interval) & (times <= hits[-1] + 0.1 * interval)).sum(axis=1)
+        cost = np.where(near, value**2, 1.0).sum(axis=1) + EXCESS * np.maximum(inside - len(hits), 0)
+        better = cost < costs
+        best, costs = np.where(better[:, None], x, best), np.where(better, cost, costs)
+        values[better], slopes[better] = np.where(near, value, 0.0)[better], np.where(near[..., None], slope, 0.0)[better]
+        damping = np.clip(np.where(better, damping / 10, damping * 10), 1e-9, 1e9)
+        squares = slopes.swapaxes(1, 2) @ slopes
+        squares += np.eye(len(free)) * (damping[:, None] * np.einsum("kii->ki", squares) + 1e-12)[:, None, :]
+        x = best.copy()
+        x[:, free] -= np.linalg.solve(squares, slopes.swapaxes(1, 2) @ values[..., None])[..., 0]
+        if event_map.model.is_impact:
+            x[:, 0] = np.where(x[:, 0] > 0, x[:, 0], best[:, 0] / 2)
+    return best, costs
+
+
+def _candidates(event_map: EventMap, record: Measured, library: Library, rng: np.random.Generator, early: bool) -> Floats:
+    """Starts of a record with their phases at time zero, shape (K, c + 2)."""
+    begin, rate, offset = float(record.segments[0]), event_map.rate, record.offset or 0.0
+    known = record.offset is not None and rate > 0
     possible = section_impacts(event_map.model, record)
-    earlier = possible[possible <= begin + 1e-12 * abs(begin)][-(1 if (record.letters >= 0).all() else 2) :]
-    parts = []
-    if segment == 0 and len(possible) and early:
+    if len(possible) and early:
         first = possible[int(record.letters[0] < 0 and len(possible) > 1)]  # of walls unknown the second impact
         k = _nearest(library.next_phase, rate * first + offset if known else None, rng)
-        parts.append((library.states[k], first - library.duration[k], library.phase[k]))
-    for time in () if parts else earlier:
-        k = _nearest(library.phase, rate * time + offset if known else None, rng)
-        parts.append((library.states[k], np.full(len(k), time), library.phase[k]))
-    if not parts:
+        times = first - library.duration[k]
+    elif len(possible) and possible[0] <= begin:
+        k = _nearest(library.phase, rate * begin + offset if known else None, rng)
+        times = np.full(len(k), begin)
+    else:
         k = rng.integers(len(library.phase), size=CANDIDATES)
         back = rng.random(len(k)) * library.duration[k]
-        if offset is not None and rate:
+        if known:
             back = ((rate * begin + offset - library.phase[k]) % TWO_PI) / rate
-        parts.append((library.states[k], begin - back, library.phase[k]))
-    states, times, phases = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return np.column_stack([states, times]), phases - rate * times if offset is None else np.full(len(times), offset)
+        times = begin - back
+    phases = library.phase[k] - rate * times if record.offset is None else np.full(len(times), offset)
+    return np.column_stack([library.states[k], times, phases])
 
 
 def _nearest(phases: Floats, phase: float | None, rng: np.random.Generator) -> Ints:
@@ -153,8 +217,8 @@ def _nearest(phases: Floats, phase: float | None, rng: np.random.Generator) -> I
     if phase is None:
         return others
     distance = np.abs((phases - phase + np.pi) % TWO_PI - np.pi)
-    near = np.argsort(distance)[: 4 * NEAREST]
-    return np.concatenate([rng.permutation(near)[:NEAREST], others])
+    near = np.argsort(distance)[:NEAREST]
+    return np.concatenate([near, others])
 
 
 def section_impacts(model: EventModel, record: Measured) -> Floats:
@@ -164,31 +228,10 @@ def section_impacts(model: EventModel, record: Measured) -> Floats:
     return found
 
 
-def _scores(event_map: EventMap, record: Measured, segment: int, starts: Floats, offsets: Floats) -> Floats:
-    """How far the motions from starts are from what was measured in a segment, shape (K,)."""
-    begin, end = record.segments[segment], record.segments[segment + 1]
-    begin = begin if segment else record.span[0]
-    mine = np.flatnonzero((record.times >= begin) & (record.times <= end))
-    ends = np.full(len(starts), end)
-    few = len(mine) + 2 * len(event_map.model.letters) + 2
-    letters, times = event_map.times(starts, offsets, few) if len(mine) else enough_events(event_map, starts, offsets, ends, 100)
-    found = np.zeros(len(starts))
-    if len(mine):
-        interval = TOLERANCE * (record.span[1] - record.span[0]) / max(len(record.times) - 1, 1)
-        times = np.where((letters >= 0) & np.isfinite(times), times, np.inf)
-        distances = np.abs(record.times[mine, None] - times[:, None, :])
-        distances[(record.letters[mine, None] >= 0) & (record.letters[mine, None] != letters[:, None, :])] = np.inf
-        inside = ((times >= begin - interval) & (times <= end + interval)).sum(axis=1)
-        found = (np.minimum(distances.min(axis=2) / interval, 1.0) ** 2).sum(axis=1) + np.abs(inside - len(mine))
-    sampled = np.flatnonzero((record.sample_times >= begin) & (record.sample_times <= end))
-    if len(sampled):
-        found += _sample_scores(event_map, record, sampled, starts, offsets, letters.shape[1])
-    return found
-
-
-def _sample_scores(event_map: EventMap, record: Measured, sampled: Ints, starts: Floats, offsets: Floats, n: int) -> Floats:
+def _sample_scores(event_map: EventMap, record: Measured, starts: Floats, offsets: Floats, n: int) -> Floats:
     """The squared differences of sampled states, in units of a share of their spread, each 1 at most, shape (K,)."""
-    chosen = sampled[np.linspace(0, len(sampled) - 1, min(len(sampled), SAMPLED)).astype(int)]
+    count = len(record.sample_times)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, SAMPLED)).astype(int))
     events = event_map.events(starts, offsets, n)
     spread = 4 * TOLERANCE * np.nanstd(record.samples, axis=0) + 1e-300
     found = np.zeros(len(starts))

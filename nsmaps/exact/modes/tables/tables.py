@@ -237,6 +237,8 @@ def moved_flows(table: Tables, changes: Floats, turn: float) -> Floats:
 
     In the exponential of [[Y, dY], [0, Y]] tau that of Y tau stands above its derivative (C. F. Van Loan, 1978).
     """
+    if not changes.any() and not turn:
+        return np.zeros_like(table.flows)
     n, width = changes.shape[1:]
     first, steps = 1, table.steps[:, None, None]
     flows = flow_matrices(table.propagators[:, first].reshape(changes.shape), table.rate * table.steps)
