@@ -198,9 +198,9 @@ def table_lines(section_table: "SectionTable") -> list[str]:
     from rich.table import Table
 
     screen, lines = console(), list[str]()
-    columns = [column for column in zip(section_table.heads, *section_table.rows, strict=True) if any(column)]
-    heads, *rows = zip(*columns, strict=True)
-    if rows:
+    if section_table.rows:
+        columns = [column for column in zip(section_table.heads, *section_table.rows, strict=True) if any(column)]
+        heads, *rows = zip(*columns, strict=True)
         table = Table(box=box.SIMPLE)
         for column in columns:
             table.add_column(column[0], min_width=max(len(word) for cell in column for word in [*cell.split(), ""]))

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsmaps.arrays import Floats
+
 if TYPE_CHECKING:
     from nsmaps.exact.returnmap import ReturnMap
     from nsmaps.exact.systems.parameters import System
@@ -39,10 +41,20 @@ def call_composite(system: "System") -> None:
 
 
 def call_boxes(system: "ReturnMap") -> None:
-    """The image of one box."""
+    """The image of one box, and the range of a function that is zero over it."""
     from nsmaps.enclosures.box_images import box_map
+    from nsmaps.enclosures.branch_and_bound import Hulls, ranges
 
-    box_map(system).image_boxes(np.zeros((1, len(system.coordinates), 2)))
+    n = len(system.coordinates)
+    box = np.zeros((1, n, 2))
+    box_map(system).image_boxes(box)
+
+    def zero(boxes: Floats) -> Hulls:
+        count = len(boxes)
+        values = np.zeros((count, 1, 2))
+        return Hulls(values, values, np.zeros((count, 1)), np.zeros((count, 1, 2, n, 2)), np.zeros((count, n)))
+
+    ranges(zero, box, known=ranges(zero, box))
 
 
 def call_noise(system: "System") -> None:

@@ -66,7 +66,7 @@ def test_check_refuses_a_displacement_that_starts_elsewhere(right: str, wrong: s
     answer = CliRunner().invoke(app, ["check", "s.yaml"])
     assert (answer.exit_code, answer.stdout) == (2, "")
     first, told = answer.stderr.split("\n", 1)
-    assert first.startswith(f"runs the file of the system, {Path('mine.py').resolve()}:Ball")
+    assert first.startswith(f"executes {Path('mine.py').resolve()}:Ball, the file of the system")
     assert told.startswith(f"s.yaml:2:9: Ball.displacement {says}")
     assert re.search(rf" at phi = 7/11 \({re.escape(str(Path('mine.py').resolve()))}:{line}\)\n$", answer.stderr)
 

@@ -78,7 +78,7 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
 @pytest.mark.parametrize(
     ("entry", "place", "message"),
     [
-        ("{observables: [los]}", "los", "'los' is not an observable of VIPair; expected: impacts, speed, loss"),
+        ("{observables: [los]}", "los", "'los' is not an observable of VIPair, did you mean 'loss'?; expected: impacts"),
         ("{observables: []}", "[]", "observables is []; expected: 1 entry or more"),
         ("{observables: [{name: a, formula: v*q}]}", "q}", "unknown name 'q'; expected: d, r, g_bar, phi, t, v, v_after, place"),
         ('{observables: [{name: a, formula: v, per: "1 +"}]}', "+", "cannot be read"),

@@ -85,7 +85,7 @@ INSTALLED = HEAD + "fastest: {coordinate: v, below: 0.1}\nfigures: [fastest]\n"
 OF_A_FILE = HEAD + "mine: {analysis: 'mine.py:Fastest', coordinate: v, below: 0.1}\nfigures: [mine]\n"
 WRONG = {
     INSTALLED.replace("coordinate: v", "coordinate: w"): "4:23: unknown coordinate 'w'; expected: v, phi",
-    INSTALLED.replace("below", "bellow"): "4:26: unknown key 'bellow'; expected: coordinate, below",
+    INSTALLED.replace("below", "bellow"): "4:26: unknown key 'bellow', did you mean 'below'?; expected: coordinate, below",
     INSTALLED.replace("grid", "# grid"): "4:10: 'fastest' needs the section 'grid', which is missing",
     HEAD + "fastes: {coordinate: v}\n": "4:1: unknown key 'fastes'; expected: ",
     OF_A_FILE.replace("mine.py:Fastest", "mine.py:Largest"): "4:18: ",

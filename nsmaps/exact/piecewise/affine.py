@@ -74,12 +74,15 @@ def _is_first(word: tuple[int, ...]) -> bool:
 
 
 def _units(matrices: Floats, vectors: Floats) -> Floats:
-    """The size of each coordinate that constants of the pieces cause, directly or by the others, shape (n,); 1 without any."""
+    """The power of 2 by the size of each coordinate that constants of the pieces cause, directly or by the others, shape (n,).
+
+    It is 1 without any. Powers of 2 leave the digits of equations as they are.
+    """
     sizes, constants = np.abs(matrices).max(axis=0), np.abs(vectors).max(axis=0)
     unit = constants
     for _ in range(len(constants)):
         unit = np.maximum(constants, ((sizes - np.diag(np.diag(sizes))) * unit).max(axis=1))
-    return np.where(unit > 0, unit, 1.0)
+    return np.exp2(np.round(np.log2(np.where(unit > 0, unit, 1.0))))
 
 
 def cycles_of_words(system: System, max_period: int) -> Iterator[tuple[str, Floats]]:

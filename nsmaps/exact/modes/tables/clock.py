@@ -25,8 +25,8 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
     if abs(value) <= ZERO * abs(waves).sum() and slope < 0:
         value = 0.0
     grid = np.linspace(0, TWO_PI, LOOKS * max(1, len(waves) // 2) + 1)
-    heights, _ = at_phase(waves, grid)
-    heights[0] = heights[-1] = value
+    between, _ = at_phase(waves, grid[1:-1])
+    heights = np.concatenate([[value], between, [value]])
     falls = np.flatnonzero((heights[:-1] > 0) & (heights[1:] <= 0))
     if len(falls) != 1:
         shown = ", ".join(f"{x:.6g}" for x in values)
@@ -56,5 +56,5 @@ def at_phase(waves: Floats, phi: ArrayLike) -> tuple[Floats, Floats]:
     """A function of phases, by its coefficients of 1 and of the waves, and its derivative."""
     m = np.arange(1, len(waves) // 2 + 1)
     cosines, sines = np.cos(np.multiply.outer(phi, m)), np.sin(np.multiply.outer(phi, m))
-    of_cosines, of_sines = waves[1::2], waves[2::2]
-    return waves[0] + cosines @ of_cosines + sines @ of_sines, cosines @ (m * of_sines) - sines @ (m * of_cosines)
+    mean, of_cosines, of_sines = waves[:1], waves[1::2], waves[2::2]
+    return mean.sum() + cosines @ of_cosines + sines @ of_sines, cosines @ (m * of_sines) - sines @ (m * of_cosines)
