@@ -147,7 +147,7 @@ def _found(problem: Problem, fits: list[tuple[Fit, int]], space: Space) -> list[
 
 
 def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
-    """The minima that are reached from the guess and from the best of the other starts, each with the number of its start."""
+    """The minima that are reached from the guess and from the best of all starts, each with the number of its start."""
     model, guesses, found = problem.shooting.model, list[Guess](), list[tuple[Fit, int]]()
     counts, points = first_counts(problem.shooting), space.points(n_starts, random)
     for number, values in enumerate(points):
@@ -157,7 +157,11 @@ def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: 
             continue  # no motion returns at these values
         guesses += first_guesses(problem, values, library, random, number)
         beat(0.5 * (number + 1) / len(points))
+    own = [one for one in guesses if one.number == 0]
     while guesses and not any(is_good(one) for one, _ in found):
         chosen, guesses = grown(problem, guesses, counts)
+        found += [(reached, one.number) for one in chosen if (reached := fit(problem, one.x)) is not None]
+    if all(number for _, number in found):
+        chosen, _ = grown(problem, own, counts)
         found += [(reached, one.number) for one in chosen if (reached := fit(problem, one.x)) is not None]
     return found

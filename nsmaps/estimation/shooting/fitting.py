@@ -12,7 +12,7 @@ from nsmaps.estimation.shooting.problem import GAP, Measured, Pairing, Problem, 
 WEIGHTS = (0.3, 3.0, 30.0, 300.0)  #: of continuity, in turn; the last makes it exact to a share of the noise
 FIRST_SCALE = 0.12  #: of the mean interval of impacts, by which these are first aligned
 TIGHTER = 3.0  #: robust standard deviations of the residuals, by which they are aligned afterwards
-ROUNDS, EVALUATIONS = 12, 20  #: of pairing, and of least squares in each
+ROUNDS, EVALUATIONS = 12, 20  #: of pairing, and of least squares in the first of these; more where later ones converge slowly
 FINE, COARSE = 1e-8, 1e-5  #: accuracy of the cost at a minimum, and along a profile
 HOPELESS, BETTER = 100.0, 0.8  #: mean squared residual that is not of noise, and its share in a round worth another
 TO_SIGMA = 1.4826  #: from the median of absolute residuals to a standard deviation
@@ -59,7 +59,7 @@ def fitted(problem: Problem, x: Floats, rounds: int = ROUNDS, accuracy: float = 
         if number and found.status > 0 and all(a.same(b) for a, b in zip(pairings, before, strict=True)):
             converged = True
             break
-        found = minimize(problem, x, pairings, WEIGHTS[-1], accuracy=accuracy)
+        found = minimize(problem, x, pairings, WEIGHTS[-1], EVALUATIONS * max(1, number - 1), accuracy)
         if found is None:
             return None
         x, mean = found.x, float(np.mean(found.fun**2))
