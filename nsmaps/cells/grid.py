@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from itertools import product
+from time import perf_counter
 from typing import Self
 
 import numpy as np
@@ -15,7 +16,7 @@ from nsmaps.results import Result, array
 
 SPLITS = 5  #: times that a box of unknown or wide images is halved along every axis
 WIDE = 30.0  #: an image is wide if its side exceeds so many of its box's, each measured by the window
-BATCH = 20_000  #: cells whose images are asked for in one call
+BATCH = 20_000  #: most cells whose images are asked for in one call
 ROUNDING = 2.0**-50  #: relative: what moving an angle by whole turns may be off by
 
 
@@ -202,10 +203,12 @@ def images_of(return_map: BoxMap, boxes: Floats, sides: Floats, splits: int = SP
 
 
 def targets_of(return_map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
-    """The targets of cells of some numbers, a batch at a time: of each `BATCH` numbers in order."""
-    for first in range(0, len(numbers), BATCH):
-        batch = numbers[first : first + BATCH]
+    """The targets of cells of some numbers in order, a batch at a time: more and more, as long as one takes less than a second."""
+    done, size = 0, 1
+    while done < len(numbers):
+        begun, batch = perf_counter(), numbers[done : done + size]
         yield cells.targets(images_of(return_map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
+        done, size = done + size, min(2 * size, BATCH) if perf_counter() - begun < 1 else size
 
 
 def joined(batches: Sequence[Targets]) -> Targets:

@@ -1,6 +1,6 @@
 """Outer covers of the maximal invariant set of a map in a window, their recurrent components, and forward invariant sets."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 from typing import TYPE_CHECKING, ClassVar
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints, Storable
-from nsmaps.cells.grid import Cells, painted, targets_of
+from nsmaps.cells.grid import Cells, Targets, painted, targets_of
 from nsmaps.cells.transition_graph import graph_of, invariant, order_of, recurrent
 from nsmaps.coordinates import BoxLike, Coordinates
 from nsmaps.enclosures.box_images import Boxed, box_map, name_of
@@ -111,7 +111,7 @@ def morse_sets(
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         n_cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
-        progress: called after each level with the fraction that is done, if each takes twice as long as the last.
+        progress: called after each batch of images with the fraction that is done, if each level takes twice as long as the last.
 
     Raises:
         NsmapsError: the window, depth or number of cells is not valid; the limit of cells or arcs is exceeded.
@@ -123,9 +123,8 @@ def morse_sets(
     stage, levels = _Stage.first(Cells.over(system.coordinates, box, n_cells)), list[Level]()
     try:
         for _ in range(depth + 1):
-            stage, level = _next(enclosing, stage, len(levels))
+            stage, level = _next(enclosing, stage, len(levels), depth)
             levels.append(level)
-            beat(2.0 ** (len(levels) - 1 - depth), f"level {len(levels) - 1} of {depth}, {len(stage.numbers)} cells")
     except KeyboardInterrupt as error:
         if not levels:
             raise
@@ -151,20 +150,30 @@ class _Stage:
         return cls(cells, np.arange(cells.size), None, np.zeros(cells.size, np.int64), every, every)
 
 
-def _next(return_map: BoxMap, before: _Stage, number: int) -> tuple[_Stage, Level]:
+def _next(return_map: BoxMap, before: _Stage, number: int, depth: int) -> tuple[_Stage, Level]:
     cells, numbers = before.cells, before.numbers
     if before.graph is not None:
         cells, numbers = cells.halved(), cells.parts(numbers[before.kept])
     if len(numbers) > MOST_CELLS:
         raise NsmapsError(f"level {number} has {len(numbers)} cells; expected: {MOST_CELLS}; take less depth or a smaller window")
-    start = perf_counter()
-    targets = list(targets_of(return_map, cells, numbers))
-    middle = perf_counter()
-    graph = graph_of(cells, numbers, targets)
+    start, images_time, stays = perf_counter(), 0.0, np.zeros(0, bool)
+
+    def targets() -> Iterator[Targets]:
+        """Those of each batch, so that too many arcs are refused before all images are enclosed."""
+        nonlocal images_time, stays
+        begun = perf_counter()
+        for found in targets_of(return_map, cells, numbers):
+            images_time, stays = images_time + perf_counter() - begun, np.append(stays, found.stays)
+            share = len(stays) / len(numbers)
+            whole = 2.0 ** (number - depth)
+            beat(whole * (1 + share) / 2 if number else whole * share, f"level {number} of {depth}, {len(numbers)} cells")
+            yield found
+            begun = perf_counter()
+
+    graph = graph_of(cells, numbers, targets())
     component = recurrent(graph)
     kept = invariant(graph, component)
-    stays = np.concatenate([np.zeros(0, bool), *(found.stays for found in targets)])
-    times = middle - start, perf_counter() - middle
+    times = images_time, perf_counter() - start - images_time
     level = Level(cells.shape, len(numbers), int(kept.sum()), int(graph.nnz), int(component.max(initial=-1)) + 1, *times)
     return _Stage(cells, numbers, graph, component, kept, stays), level
 

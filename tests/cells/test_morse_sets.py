@@ -154,8 +154,11 @@ def test_the_node_of_unknown_images_adds_no_recurrence_of_its_own():
 
 
 def test_interruption_keeps_the_last_finished_level():
+    shares = []
+
     def stop(share):
-        if share == 2.0**-3:  # the third of six levels
+        shares.append(share)
+        if share > 2.0**-3:  # in the midst of the fourth of six levels
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted) as stopped:
@@ -163,7 +166,23 @@ def test_interruption_keeps_the_last_finished_level():
     cover = stopped.value.result
     assert not cover.finished
     assert cover.cells.shape == (32, 32)
+    assert shares == sorted(shares)
+    assert 2.0**-5 * 3 / 64 in shares  # within the first level
     assert np.array_equal(cover.numbers, morse_sets(Henon(), [[-2, 2], [-1, 1]], depth=2).numbers)
+
+
+def test_too_many_arcs_are_refused_before_all_images_are_enclosed(monkeypatch):
+    asked = []
+
+    class Counted(Henon):
+        def image_boxes(self, boxes):
+            asked.append(len(boxes))
+            return super().image_boxes(boxes)
+
+    monkeypatch.setattr("nsmaps.cells.transition_graph.MOST_ARCS", 2000)
+    with pytest.raises(NsmapsError, match="more than 2000 arcs among them.*expected: less depth"):
+        morse_sets(Counted(), [[-2, 2], [-1, 1]], depth=0, n_cells=100)
+    assert sum(asked) < 100**2 / 2
 
 
 @pytest.mark.parametrize(
