@@ -203,7 +203,7 @@ def images_of(return_map: BoxMap, boxes: Floats, sides: Floats, splits: int = SP
 
 
 def targets_of(return_map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
-    """The targets of cells of some numbers in order, a batch at a time: more and more, as long as one takes less than a second."""
+    """The targets of cells of some numbers in order, a batch at a time: ever larger ones while each takes under a second."""
     done, size = 0, 1
     while done < len(numbers):
         begun, batch = perf_counter(), numbers[done : done + size]

@@ -54,7 +54,7 @@ def export(
     piece: Annotated[str | None, typer.Option(help="The piece of --iterate; required if there are several.")] = None,
     installed_only: InstalledOnly = False,
 ) -> None:
-    """Write the maps and closed forms of a run in another language, in C and Julia also the exact map.
+    """Write the maps and closed forms of a run in another language, in C, Julia and JavaScript also the exact map.
 
     Results without a closed form, such as an envelope whose curves cross, are listed on standard error.
     """

@@ -72,12 +72,29 @@ def written() -> Iterator[None]:
 
 
 class Program(TyperGroup):
-    """The commands; each ends where its output cannot be written."""
+    """The commands; each ends where its output cannot be written. Help shows no type of an option that is a flag."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """The options of the program itself."""
+        return _flags_without_type(TyperGroup.get_params(self, ctx))
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of a name, None if there is none."""
+        command = TyperGroup.get_command(self, ctx, cmd_name)
+        _flags_without_type(command.get_params(ctx) if command else ())
+        return command
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was asked for."""
         with written():
             return TyperGroup.invoke(self, ctx)
+
+
+def _flags_without_type(options: Any) -> Any:
+    for option in options:
+        if getattr(option, "is_bool_flag", False):
+            option.metavar = ""
+    return options
 
 
 def progress_line(quiet: bool) -> AbstractContextManager[None]:

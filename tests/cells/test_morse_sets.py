@@ -180,7 +180,7 @@ def test_too_many_arcs_are_refused_before_all_images_are_enclosed(monkeypatch):
             return super().image_boxes(boxes)
 
     monkeypatch.setattr("nsmaps.cells.transition_graph.MOST_ARCS", 2000)
-    with pytest.raises(NsmapsError, match="more than 2000 arcs among them.*expected: less depth"):
+    with pytest.raises(NsmapsError, match=r"more than 2000 arcs among them.*expected: less depth"):
         morse_sets(Counted(), [[-2, 2], [-1, 1]], depth=0, n_cells=100)
     assert sum(asked) < 100**2 / 2
 

@@ -90,6 +90,7 @@ def test_a_sum_is_that_of_the_impacts_one_by_one() -> None:
     expected = [terms[top].sum() / 40, v.max(), 2.5 * (v**3).sum() / 40]
     assert np.allclose(result.per_return.value, expected, rtol=1e-11, atol=0)
     assert np.array_equal(result.final, nsmaps.orbit(system, [0.7, 0.4], 40).final)
+    assert f", largest fastest {v.max():.6g}, " in result.summary()  # without an error
 
 
 def test_the_largest_displacement_is_that_of_the_parabola() -> None:

@@ -168,6 +168,9 @@ def test_the_module_is_the_program() -> None:
     assert help_text.exit_code == 0
     assert all(command in help_text.stdout for command in ("systems", "check", "run", "figures"))
     assert "\x1b" not in help_text.stdout
+    of_run = CliRunner().invoke(app, ["run", "--help"]).stdout
+    assert "--no-figures" in of_run
+    assert "bool" not in help_text.stdout + of_run.lower()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals as POSIX has them")

@@ -231,11 +231,12 @@ def derivative_of(f: Callable[[float], Floats | None], x: float, unit: float, sc
     """The derivative of an array by a number, by central differences of two widths, extrapolated (Richardson).
 
     The widest pair that agrees, in a unit and a scale of order one, is used; one-sided where the other side has no value, as
-    next to the
-    end of a valid domain; otherwise NaN.
+    next to the end of a valid domain; otherwise NaN, as where the steps that are left are below the rounding of the number.
     """
 
     def slope(low: float, high: float) -> Floats | None:
+        if low == high:
+            return None
         try:
             below = f(low)
             above = None if below is None else f(high)

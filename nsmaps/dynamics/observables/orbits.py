@@ -50,8 +50,11 @@ class ObservableMeans(WithCoordinates, Result):
         mean = self.per_return
         if mean.value.ndim > 1:
             return f"{', '.join(each.name for each in self.observables)} of {mean.value[..., 0].size} orbits"
-        rows = zip(self.observables, mean.value, mean.error, strict=True)
-        return f"per return: {', '.join(f'{each.name} {value:.6g} +- {error:.1g}' for each, value, error in rows)}"
+        texts = []
+        for each, value, error in zip(self.observables, mean.value, mean.error, strict=True):
+            known = f" +- {error:.1g}" if np.isfinite(error) else ""
+            texts.append(f"{'largest ' * each.largest}{each.name} {value:.6g}{known}")
+        return f"per return: {', '.join(texts)}"
 
     @array_property("observable", "names of the observables", NONE)
     def names(self) -> tuple[str, ...]:
