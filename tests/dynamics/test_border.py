@@ -385,3 +385,36 @@ def test_a_threshold_that_passes_the_section_is_a_border_of_all_states_at_once(v
     (event,) = branch.events
     assert (event.kind, event.detail, event.border) == ("border collision", "the words change", PERSISTENCE)
     assert abs(event.value) <= event.precision < 1e-8
+
+
+class Struck(HybridSystem):
+    """x'' + x/10 + x = cos(8 t/5 + ahead) before a wall at 1/2, at each period of a strobe or at each impact."""
+
+    ahead: float
+    strobed: bool = True
+    states = ("x", "v")
+
+    def period(self):
+        return 2 * sp.pi / sp.Rational(8, 5)
+
+    def modes(self, t, y):
+        return {"flight": {"x": y.v, "v": sp.cos(1.6 * t + self.ahead) - y.x - 0.1 * y.v}}
+
+    def guards(self, t, y):
+        impact = {"B": Guard("flight", 0.5 - y.x, reset={"v": -0.7 * y.v})}
+        return impact | ({"s": Guard("flight", -sp.sin(1.6 * t))} if self.strobed else {})
+
+    def section(self, t, y):
+        return PoincareSection("s", ("x", "v")) if self.strobed else PoincareSection("B", ("v", "phi"))
+
+
+def test_an_impact_that_passes_the_instant_of_a_strobe_does_not_end_the_motion():
+    """The strobe is at the impact where the forcing is ahead by its phase at impacts, of which the section at these knows."""
+    impact = nsmaps.orbit(Struck(ahead=0.0, strobed=False), [2.0, 0.0], 300).final[1]
+    start = nsmaps.periodic_orbit(Struck(ahead=0.0), nsmaps.orbit(Struck(ahead=0.0), [0.0, 0.0], 300).final)
+    for direction, expected in (("up", impact), ("down", impact - 2 * np.pi)):
+        branch = continue_branch(lambda ahead: Struck(ahead=ahead), "ahead", start, 0.0, (-6.5, 6.5), direction=direction)
+        (event,) = branch.of_kind("border collision")
+        assert event.value == pytest.approx(expected, abs=event.precision)
+        assert event.border == PERSISTENCE
+        assert event.detail.startswith("an event passes the instant of the section")

@@ -136,6 +136,23 @@ def test_a_doubling_of_affine_pieces_is_degenerate():
     assert np.abs(branches[1].values + 1.4).max() < 1e-12
     assert branches[1].events[-1].border == ""
     assert branches[2].values[-1] == -1.6
+    back = nsmaps.periodic_orbit(return_map.at(tau_R=-1.6), branches[2].orbits[-1].states, 2)
+    branch = continue_branch(return_map, "tau_R", back, -1.6, (-1.7, -1.0), step=0.1)
+    assert branch.ended == "period halving"
+    assert abs(branch.events[-1].value + 1.4) <= branch.events[-1].precision
+    assert branch.events[-1].detail == branches[0].events[0].detail
+
+
+def test_a_doubling_of_affine_pieces_has_one_name_on_either_side():
+    """Tents of slopes 3/5 and b: LR has the multiplier 3 b/5, which is -1 where chaos begins, and R the multiplier b."""
+    return_map = BorderCollision1(a_L=0.6, a_R=-1.5, mu=1.0)
+    diagram = nsmaps.bifurcation_diagram(return_map, "a_R", np.linspace(-1.9, -0.8, 102), [0.1], borders=True)
+    chaos, doubled, fixed = diagram.windows
+    assert [window.label for window in diagram.windows] == ["C", "LR, period 2", "R, period 1"]
+    assert (chaos.high.kind, doubled.low.kind) == ("period doubling", "period doubling")
+    assert (doubled.high.kind, fixed.low.kind) == ("period halving", "period doubling")
+    assert [chaos.high.value, doubled.low.value] == pytest.approx([-5 / 3] * 2, abs=1e-12)
+    assert [doubled.high.value, fixed.low.value] == pytest.approx([-1, -1], abs=1e-12)
 
 
 def test_square_roots_have_an_infinite_slope_at_the_border():

@@ -91,7 +91,9 @@ def test_the_branch_of_a_cycle_has_an_event_at_the_border(name, border):
         system, parameter, orbit, getattr(system, parameter), bounds, direction="down" if way > 0 else "up"
     )
     (event,) = branch.events
-    assert event.kind == EVENTS.get(border["kind"], "border collision")
+    right = affine_pieces(system.at(**{parameter: value}))[0][1]
+    doubles = border["word"] == "LR" and abs(np.linalg.det(np.eye(len(right)) + right)) < 1e-12  # R does, in a segment
+    assert event.kind == EVENTS.get(border["kind"], "period halving" if doubles else "border collision")
     assert event.value == pytest.approx(value, rel=1e-14)
     assert abs(event.value - value) <= 2 * event.precision
     assert event.precision < 1e-12
@@ -126,12 +128,16 @@ def test_the_windows_of_the_tent(row):
 
 @pytest.mark.parametrize("row", TENT["borders"], ids=lambda row: f"{row['aL']} {row['word']}")
 def test_the_events_of_a_cycle_of_tents(row):
-    """Its branch ends at the border collision, and has a degenerate doubling on the way there if it is stable."""
+    """Its branch ends at the border collision, and has a degenerate doubling on the way there if it is stable.
+
+    That of LR ends where R doubles, at the slope -1, with the other end of a segment of cycles.
+    """
     exists, stable = number(row["exists_below"]), number(row["stable_above"])
     start = 1.5 * min(exists, stable)
     system = BorderCollision1(a_L=number(row["aL"]), a_R=start)
     branch = nsmaps.continue_branch(system, "a_R", cycle_at(system, row["word"]), start, (2 * start, 0), direction="up")
-    kinds = ["period doubling", "border collision"] if row["window"] else ["border collision"]
+    end = "period halving" if row["word"] == "LR" else "border collision"
+    kinds = ["period doubling", end] if row["window"] else [end]
     values = [stable, exists] if row["window"] else [exists]
     assert [event.kind for event in branch.events] == kinds
     assert [event.value for event in branch.events] == pytest.approx(values, rel=1e-13)

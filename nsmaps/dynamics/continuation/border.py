@@ -51,6 +51,7 @@ class Border:
     pieces: tuple[Piece, ...] = ()
     jumps: bool = False
     words: bool = False
+    passes: bool = False  #: whether an event passes the instant of the section, by which a state jumps, and the motion does not
 
     def __bool__(self) -> bool:
         return self.jumps or bool(self.pieces)
@@ -174,15 +175,16 @@ def beside(curve: OrbitCurve, point: OrbitPoint, return_map: ReturnMap, distance
     assert returns.derivative is not None
     steps = np.random.default_rng(0).normal(size=(DIRECTIONS, returns.start.shape[1]))
     steps *= distance * curve.scale / np.linalg.norm(steps, axis=1)[:, None]
-    pieces, jumps, words = dict[tuple[int, ...], Piece](), False, False
+    pieces, jumps, words, passes = dict[tuple[int, ...], Piece](), False, False, False
     for k in range(q):
         tried = return_map.first_return(curve.coordinates.wrap(returns.start[k] + steps), derivative=True)
         own = _product([returns.derivative[j % q] for j in range(k, k + q)])
         joining = _Joining(curve, return_map, returns, k, tried, NEAR * np.sqrt(distance), kinks)
         jumps, words = jumps or joining.jumps, words or bool((tried.codes != returns.codes[k])[tried.valid].any())
-        for row, more, derivative, ahead in joining.rows():
+        passes = passes or bool(joining.passed.any())
+        for row, states, derivative, ahead in joining.rows():
             whole = _product([derivative, *(returns.derivative[j % q] for j in range(k + ahead, k + q))])
-            kind = k, ahead, len(more), int(tried.codes[row])
+            kind = k, ahead, len(states), int(tried.codes[row])
             if kind not in pieces and len(pieces) == PIECES:
                 continue
             piece = pieces.setdefault(kind, Piece())
@@ -190,11 +192,11 @@ def beside(curve: OrbitCurve, point: OrbitPoint, return_map: ReturnMap, distance
             piece.multipliers.append(np.linalg.eigvals(whole).astype(complex))
             if len(piece.guesses) < GUESSES:
                 others = returns.start[[j % q for j in range(k + ahead, k + q)]]
-                piece.guesses.append(np.concatenate([tried.start[row][None], more, others]))
+                piece.guesses.append(np.concatenate([states, others]))
                 mirror = returns.start[[j % q for j in range(k, k + q)]]
                 mirror[0] -= steps[row]
                 piece.mirrored.append(mirror)
-    return Border(tuple(pieces.values()), jumps, words)
+    return Border(tuple(pieces.values()), jumps, words, passes)
 
 
 def _product(derivatives: Sequence[Floats]) -> Floats:
@@ -206,7 +208,8 @@ class _Joining:
     """How returns from beside the state k of an orbit come back to it by another piece: at once, late, or by two returns.
 
     They are one return in place of one, of two where an impact at the section is missed, or two in place of one; of two they
-    take the time, which a jump to another state does not.
+    take the time, which a jump to another state does not. Or they are two in place of two, as where an event passes the instant
+    at which the section is: the state between jumps, to one on the same motion.
     """
 
     def __init__(
@@ -218,8 +221,10 @@ class _Joining:
         assert tried.derivative is not None
 
         def close(images: Floats, ahead: int) -> Bools:
-            off = curve.coordinates.difference(images, orbit.start[(k + ahead) % q]) / curve.scale
-            return np.asarray((np.abs(off) <= near).all(axis=1))
+            return within(images, orbit.start[(k + ahead) % q], near)
+
+        def within(images: Floats, others: Floats, near: float) -> Bools:
+            return np.asarray((np.abs(curve.coordinates.difference(images, others) / curve.scale) <= near).all(axis=1))
 
         def takes(times: Floats, ahead: int) -> Bools:
             off = times - orbit.time[[(k + j) % q for j in range(ahead)]].sum()
@@ -233,14 +238,23 @@ class _Joining:
             self.two = ~one & close(tried.image, 2) & takes(tried.time, 2) if q > 1 else np.zeros_like(one)
             self.more = ~one & ~self.two & self.second.valid & close(self.second.image, 1)
             self.more &= takes(tried.time + self.second.time, 1)
-        self.jumps = bool((tried.valid & ~one & ~self.two & ~self.more).any())
+            self.passed = ~one & ~self.two & ~self.more & self.second.valid & takes(tried.time + self.second.time, 2)
+            slopes = [np.abs(scaled(curve, orbit.derivative[(k + j) % q])).sum(axis=1).max() for j in (0, 1)]
+            others = tried.image if q == 1 else orbit.start[(k + 2) % q]
+            self.passed &= within(self.second.image, others, near**2 / NEAR * (1 + slopes[0]) * (1 + slopes[1]))
+        self.jumps = bool((tried.valid & ~one & ~self.two & ~self.more & ~self.passed).any())
+        self.alone = q == 1
 
     def rows(self) -> Iterator[tuple[int, Floats, Floats, int]]:
-        """Their numbers, the states between, the derivatives, and by how many returns of the orbit they come back to it."""
-        none = self.tried.image[:0]
-        assert self.tried.derivative is not None
-        assert self.second.derivative is not None
+        """Their numbers, the states up to there, the derivatives, and by how many returns of the orbit they come back to it."""
+        tried, slopes, further = self.tried, self.tried.derivative, self.second.derivative
+        assert slopes is not None
+        assert further is not None
         for rows, ahead in ((self.one, 1), (self.two, 2)):
-            yield from ((int(row), none, self.tried.derivative[row], ahead) for row in np.flatnonzero(rows))
-        for row in np.flatnonzero(self.more).tolist():
-            yield row, self.tried.image[row][None], self.second.derivative[row] @ self.tried.derivative[row], 1
+            yield from ((int(row), tried.start[row][None], slopes[row], ahead) for row in np.flatnonzero(rows))
+        for rows, ahead in ((self.more, 1), (self.passed, 2)):
+            for row in np.flatnonzero(rows).tolist():
+                if ahead == 2 and self.alone:
+                    yield row, tried.image[row][None], further[row], 1
+                else:
+                    yield row, np.array([tried.start[row], tried.image[row]]), further[row] @ slopes[row], ahead

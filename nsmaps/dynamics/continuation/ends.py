@@ -11,11 +11,13 @@ from nsmaps.continuation.core import Step, tangent
 from nsmaps.dynamics.continuation.border import GAP, border_beside, border_type
 from nsmaps.dynamics.continuation.branch import GrowingBranch
 from nsmaps.dynamics.continuation.events import (
+    AFFINE,
     BORDER,
     CHATTER_ENDS,
     DETACHMENT,
     DOMAIN,
     GRAZING,
+    HALVING,
     HOMOCLINIC,
     BifurcationPoint,
     between,
@@ -90,6 +92,8 @@ def _at_border(grown: GrowingBranch, met: Met, along: Floats) -> BifurcationPoin
     border, detail = met.at.outcome(grown.curve, met.point.value, met.point.orbit.states)
     if met.side == 0:
         grown.add(point, max(float(along @ grown.curve.difference(point.y, last.y)), 0.0))
+        if met.at.halves(grown.curve, point):
+            return BifurcationPoint(HALVING, point.value, met.precision, point.orbit, AFFINE, at=met.at)
     return BifurcationPoint(BORDER, met.point.value, met.precision, point.orbit, detail, border, at=met.at)
 
 
@@ -201,6 +205,7 @@ def _meets_a_border(grown: GrowingBranch, beyond: float) -> BifurcationPoint | N
         found = passed
     border = border_type(grown.curve, found, last, last.value, beyond, graze=False)
     detail = "the map jumps" if border == GAP else "the words change" if found.words else "the derivative jumps"
+    detail = "an event passes the instant of the section: its state jumps, the motion continues" if found.passes else detail
     return BifurcationPoint(BORDER, last.value, 10 * SMALLEST * unit, last.orbit, detail, border) if border else None
 
 

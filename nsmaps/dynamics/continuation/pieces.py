@@ -121,6 +121,18 @@ class AtBorder(Result):
             beside[k] += (sign, -sign)[side] * share * NEARBY * _normal(gradients[k, j], curve.scale)
         return there.first_return(beside, derivative=True), True
 
+    def halves(self, curve: OrbitCurve, point: OrbitPoint) -> bool:
+        """True if the cycle is one of the segment of cycles that a period doubling of affine pieces has, and ends there.
+
+        The pieces on the other side are those of half the period, twice, with a multiplier -1.
+        """
+        return_map, (half, odd) = curve.map_of(point.value), divmod(len(self.other), 2)
+        if odd or min(self.other) < 0 or self.other[:half] != self.other[half:] or not return_map.is_affine:
+            return False
+        returns, _ = self.returns(curve, return_map, point.orbit.states, 1)
+        multipliers = PeriodicOrbit(returns.select(np.arange(half)), curve.tolerance, curve.scale).multipliers
+        return bool(np.abs(multipliers + 1).min() <= CONTINUOUS)
+
     def jump(self, curve: OrbitCurve, here: Returns, there: Returns) -> float:
         """The largest difference of the images by the pieces of both sides, in the curve's scale."""
         return float(np.max(np.abs(curve.coordinates.difference(here.image, there.image)) / curve.scale))

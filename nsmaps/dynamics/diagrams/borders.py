@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.continuation.branch import Branch
-from nsmaps.dynamics.continuation.events import DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, BifurcationPoint
+from nsmaps.dynamics.continuation.events import AFFINE, DOMAIN, DOUBLING, FOLD, HALVING, TESTS, TORUS, BifurcationPoint
 from nsmaps.dynamics.continuation.follow import continue_branch, switch_branch
 from nsmaps.dynamics.diagrams.diagram import Border
 from nsmaps.dynamics.orbit import orbit
@@ -244,13 +244,16 @@ class CycleSearch:
     def onset(self, event: BifurcationPoint, far: float, before: list[float], first: str) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
-        It is the end of a doubled cycle where another event ends it, and None where no stable cycle is born.
+        It is the end of a doubled cycle where another event ends it, the doubling itself of affine pieces, which have no further
+        ones, and None where no stable cycle is born.
 
         Args:
             far: a value at which there is no cycle any more.
             before: values of the doublings before this one, where they are known.
             first: the motion with which the doublings begin.
         """
+        if event.detail == AFFINE:
+            return self._border(event)
         values, given = [*before, event.value], len(before) + 1
         while abs(far - values[-1]) > LOCATED * self.unit and (len(values) == 1 or 2 * len(event.orbit.states) <= MOST_STATES):
             branch = switch_branch(
