@@ -9,7 +9,7 @@ from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
 from nsmaps.exact.words import CHATTER, LONGER, PLAIN, REST, Alphabet
 
-CHAOS, QUASI_PERIODIC, UNRESOLVED = "C", "Q", "?"  #: the kinds of motion without a period, as names of motions have them
+CHAOS, QUASI_PERIODIC, UNRESOLVED = "C", "Q", "unresolved"  #: the kinds of motion without a period, as names of motions have them
 ESCAPE = "escapes"  #: the name of an orbit that leaves every bound
 MEANING = {  #: what they stand for
     CHAOS: "chaos",
@@ -184,8 +184,8 @@ def kind_of(name: str) -> str:
 def kinds_explained(names: Iterable[str]) -> str:
     """What the letters in some names of motions without a period stand for, such as `C: chaos`; "" without such a name.
 
-    >>> kinds_explained(["1:1/T", "1:1/C", "?"])
-    'C: chaos; ?: motion of which neither a period nor chaos was shown'
+    >>> kinds_explained(["1:1/T", "1:1/C", "1:2/unresolved"])
+    'C: chaos; unresolved: motion of which neither a period nor chaos was shown'
     """
     there = {kind_of(name) for name in names} - {ESCAPE}
     return "; ".join(f"{kind}: {text}" for kind, text in MEANING.items() if kind in there)

@@ -56,7 +56,7 @@ STOP = {"c": 0.2, "a": 1.0, "b": 0.5, "f": 1.0, "w": 1.2, "d": 0.5}
 CASES: dict[str, tuple[Any, dict[str, Any], str, list[float], dict[float, str]]] = {
     "pair": ("vi_pair", PAIR, "d r", [0.83, 0.36], {0.35: "1:1/T", 0.30: "1:1/2T", 0.27: "1:1/4T"}),  # of the paper
     #: in 160 and 260 digits released at one phase after 7 turns, and after 221, which floats do not determine
-    "ball": ("bouncing_ball", {"Gamma": 1.3, "r": 0.5}, "Gamma r", [1, 1], {1.3: "B~B/T", 1.52: "2:0/2T", 1.85: "?"}),
+    "ball": ("bouncing_ball", {"Gamma": 1.3, "r": 0.5}, "Gamma r", [1, 1], {1.3: "B~B/T", 1.52: "2:0/2T", 1.85: "unresolved"}),
     "rest": ("bouncing_ball", {"Gamma": 1.3, "r": 0.35934}, "Gamma r", [1, 1], {2.64206: "B~B/7T"}),
     "cam": (Cam, {"w": 60.0}, "w r", [0.5, 0.5], dict.fromkeys((50.0, 60.0, 70.0), "B~B/T")),
     "recoil": ("recoil_pair", RECOIL, "r d", [0.5, 0.1, 0.2, 1.0], {0.02: "B~B/2T", 0.1: "1:1/T", 0.3: "1:1/2T"}),
@@ -73,7 +73,13 @@ CASES: dict[str, tuple[Any, dict[str, Any], str, list[float], dict[float, str]]]
     "lozi": (Lozi, {}, "a b", [0.1, 0.1], {1.3: "LR, period 2", 1.7: "C"}),  # its cycle of two is stable up to a = 1 + b
     "circle": ("circle_map", {"Omega": 0.3, "K": 0.5}, "Omega K", [1.0], {0.05: "S, period 1", (sqrt(5) - 1) / 2: "Q"}),
     "root": ("square_root", {"a": 0.15, "mu": 0.05}, "mu a", [0.05], {mu: rooted(mu) for mu in (-0.1, 0.01, 0.05, 0.2)}),
-    "doubling": (Doubling, {}, "slope end", [0.3], {2.0: "?"}),  # in floats every orbit comes to the unstable fixed point 0
+    "doubling": (
+        Doubling,
+        {},
+        "slope end",
+        [0.3],
+        {2.0: "unresolved"},
+    ),  # in floats every orbit comes to the unstable fixed point 0
 }
 
 
@@ -92,7 +98,7 @@ def in_plane(system: Any, first: str, second: str, values: list[float], start: l
 
 def in_basins(system: Any, first: str, second: str, values: list[float], start: list[float]) -> list[str]:
     found = [nsmaps.basins(system.at(**{first: value}), [start]) for value in values]
-    return ["?" if each.label[0] < 0 else each.attractors[each.label[0]].label for each in found]
+    return ["unresolved" if each.label[0] < 0 else each.attractors[each.label[0]].label for each in found]
 
 
 def in_continuation(system: Any, first: str, second: str, values: list[float], start: list[float]) -> list[str]:
@@ -101,7 +107,7 @@ def in_continuation(system: Any, first: str, second: str, values: list[float], s
     few = {"n_samples": 2, "n_kicks": 1, "n_directions": 1, "n_states": 1, "scale": 1.0, "kick": 1e-3}
     found = nsmaps.global_continuation(system, first, values, box, **few)
     return [
-        " and ".join(sorted(set(names[share > 0].tolist()))) or "?"
+        " and ".join(sorted(set(names[share > 0].tolist()))) or "unresolved"
         for names, share in zip(found.labels, found.share, strict=True)
     ]
 

@@ -70,7 +70,11 @@ GOLDEN = (5**0.5 - 1) / 2
         (rotation, 100 / 401, "period 401"),
         (rotation, GOLDEN, "Q"),
         (delayed, 1.99, "period 1"),
-        (delayed, 2.0, "?"),  # the multipliers are the sixth roots of one: no six states near the fixed point are a cycle
+        (
+            delayed,
+            2.0,
+            "unresolved",
+        ),  # the multipliers are the sixth roots of one: no six states near the fixed point are a cycle
         (delayed, 2.05, "Q"),
         (delayed, 2.4, "escapes"),
     ],
@@ -85,7 +89,7 @@ def test_motions_of_maps_by_formula(map_of: Any, value: float, label: str) -> No
 
 def test_without_derivatives_chaos_is_found_by_differences_and_slow_convergence_is_not_called_a_cycle() -> None:
     made = nsmaps.bifurcation_diagram(lambda a: logistic(a, smooth=False), "a", [3.0, 3.2, 4.0], [0.3])
-    assert made.labels[:, 0].tolist() == ["?", "period 2", "C"]
+    assert made.labels[:, 0].tolist() == ["unresolved", "period 2", "C"]
 
 
 def test_the_exponent_of_chaos_is_that_of_the_tent_in_other_coordinates() -> None:
@@ -188,14 +192,14 @@ def test_cycles_between_rests_are_those_of_the_map_or_unresolved(release):
     for return_map in (long, short):
         (found,) = limits(return_map, np.array([[release]]), np.ones(1))
         assert found.rests == (return_map.exact_period() > 25)
-        assert (found.kind, found.period) == (("?", 0) if found.rests else ("", return_map.exact_period()))
+        assert (found.kind, found.period) == (("unresolved", 0) if found.rests else ("", return_map.exact_period()))
     assert long.exact_period() > 25 > short.exact_period()
 
 
 def test_a_diagram_that_stores_a_whole_cycle_of_floats_names_it_only_if_it_is_determined():
     systems = {value: nsmaps.load_system("bouncing_ball", Gamma=value, r=0.72208) for value in (1.3, 3.13131)}
     diagram = nsmaps.bifurcation_diagram(systems.__getitem__, "p", list(systems), [1.0, 1.0], n_returns=700)
-    assert diagram.labels.tolist() == [["B~B/T"], ["?"]]
+    assert diagram.labels.tolist() == [["B~B/T"], ["unresolved"]]
     assert (diagram.period > 0).tolist() == [[True], [False]]
 
 
@@ -214,7 +218,7 @@ def test_a_ball_that_rests_is_on_a_cycle_from_release_to_release(Gamma, r, turns
     """The turns are those of 160 and of 260 digits; floats do not determine more than some 30."""
     system = nsmaps.load_system("bouncing_ball", Gamma=Gamma, r=r)
     (found,) = limits(system, np.array([[1.0, 1.0]]), np.ones(2))
-    assert found.label == (f"B~B/{turns}T" if turns < 30 else "?")
+    assert found.label == (f"B~B/{turns}T" if turns < 30 else "unresolved")
     assert found.rests == (turns > 30)
 
 
@@ -229,7 +233,7 @@ def test_chaos_between_rare_rests_is_one_attractor_without_a_period(name, parame
     system = nsmaps.load_system(name, **parameters)
     basins = nsmaps.basins(system, np.random.default_rng(5).uniform([0.1, 0], [1.5, 6], (20, 2)), max_returns=500)
     (found,) = basins.attractors
-    assert (found.label, found.period) == ("?", 0)
+    assert (found.label, found.period) == ("unresolved", 0)
     assert (basins.label == 0).all()
 
 
@@ -244,7 +248,7 @@ def test_chaos_between_rare_rests_is_one_attractor_without_a_period(name, parame
 def test_an_orbit_that_leaves_a_cycle_is_no_chaos(map_of, value, state):
     (found,) = limits(map_of(value), np.reshape(state, (1, -1)), np.ones(np.size(state)))
     assert found.kind != "C"
-    assert found.label in ("?", "Q", "period 2")
+    assert found.label in ("unresolved", "Q", "period 2")
 
 
 @pytest.mark.parametrize("state", [1.0, 4.0])

@@ -312,7 +312,7 @@ def test_an_orbit_does_not_stay_on_an_unstable_cycle():
     labels = made.labels[:, 0]
     assert set(labels[values < 0.99]) == {"period 1"}
     assert set(labels[(values > 1.01) & (values < 1.99)]) == {"C"}
-    assert labels[-1] == "?"
+    assert labels[-1] == "unresolved"
     made = nsmaps.bifurcation_diagram(Tent(), "s", values[:11], [0.3], n_returns=40, transient=200, direction="up")
     zero, chaos, *_ = windows(made, Along(Tent(), "s"), np.array([0.3]), 200, "up")
     for border in (zero.high, chaos.low):

@@ -137,7 +137,7 @@ def find_attractors(
     `2 max_period` returns; orbits that do not repeat there are followed on, and what they end on is decided by `limits`. Chaotic
     and quasi-periodic attractors are the states that one orbit visits, and their reach is the largest distance of their second
     half from the first, in shares of their extents; so are those that come back to a release from rest after a period that
-    rounding decides, which are named `?`. Orbits that end or escape reach none, and orbits of which neither a period
+    rounding decides, which are named `unresolved`. Orbits that end or escape reach none, and orbits of which neither a period
     nor chaos was shown make no attractor.
     """
     first = np.array(starts, float)

@@ -221,9 +221,9 @@ class _Joining:
         assert tried.derivative is not None
 
         def close(images: Floats, ahead: int) -> Bools:
-            return within(images, orbit.start[(k + ahead) % q], near)
+            return agree(images, orbit.start[(k + ahead) % q], near)
 
-        def within(images: Floats, others: Floats, near: float) -> Bools:
+        def agree(images: Floats, others: Floats, near: float) -> Bools:
             return np.asarray((np.abs(curve.coordinates.difference(images, others) / curve.scale) <= near).all(axis=1))
 
         def takes(times: Floats, ahead: int) -> Bools:
@@ -241,7 +241,7 @@ class _Joining:
             self.passed = ~one & ~self.two & ~self.more & self.second.valid & takes(tried.time + self.second.time, 2)
             slopes = [np.abs(scaled(curve, orbit.derivative[(k + j) % q])).sum(axis=1).max() for j in (0, 1)]
             others = tried.image if q == 1 else orbit.start[(k + 2) % q]
-            self.passed &= within(self.second.image, others, near**2 / NEAR * (1 + slopes[0]) * (1 + slopes[1]))
+            self.passed &= agree(self.second.image, others, near**2 / NEAR * (1 + slopes[0]) * (1 + slopes[1]))
         self.jumps = bool((tried.valid & ~one & ~self.two & ~self.more & ~self.passed).any())
         self.alone = q == 1
 

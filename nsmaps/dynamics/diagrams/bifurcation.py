@@ -39,8 +39,8 @@ def bifurcation_diagram(
     """The attractors over the values of a parameter, as in remark num_bif.
 
     What orbits end on is decided as by `nsmaps.dynamics.limits.decision.limits`, of those that do not repeat in the K returns
-    that are stored by up to 5000 more: C names chaos alone, Q quasi-periodic motion, `?` motion of which neither was shown, and
-    `escapes` orbits that leave every bound. One that is on an unstable cycle up to rounding starts again from beside it.
+    that are stored by up to 5000 more: C names chaos alone, Q quasi-periodic motion, `unresolved` motion of which neither was
+    shown, and `escapes` orbits that leave every bound. One on an unstable cycle up to rounding starts again from beside it.
 
     Args:
         system: a system, or a function of the parameter that gives the return map. A value at which it raises a ValueError, as
