@@ -219,10 +219,12 @@ def check_starts(
 
 
 def _positive(reader: Reader, transitions: Sequence[Transition], flows: Sequence[Rates], start: Start) -> list[Row]:
-    """Functions of the coordinates that are positive at a start: its event's comes down, and its conditions hold."""
+    """Functions of the coordinates that are positive at a start: its event's comes down, its conditions hold, and its part does."""
     event = transitions[start.transition]
     down = -event.function.rate(flows[event.mode], reader.phase_rate)
-    return [row.at(start.states) for row in (down, *event.where)]
+    silent = (one.function for one in transitions if one.mode == event.mode and not one.name)
+    part = [function for function in silent if factor_of(function, event.function) is None]
+    return [row.at(start.states) for row in (down, *event.where, *part)]
 
 
 def _opposite(one: Row, other: Row) -> bool:
