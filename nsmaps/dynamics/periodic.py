@@ -22,6 +22,7 @@ ROUNDING = 8 * float(np.finfo(float).eps)  #: precision of a state, as a share o
 LEAST_SHARE = 2.0**-20  #: shortest share of a step that is tried
 FAMILY = 1e-10  #: least singular value, as a share of the largest, below which equations are not independent
 MANY = 32  #: equations that are inverted first, which takes less time than their singular values
+PRECISE, MOST = 1e-12, 30  #: error of the states, a share of the scale, with which larger residuals count, in tolerances
 INSTANT = 1e-6  #: share of the period of the forcing, and of the time that a guess takes, in which no motion closes
 
 
@@ -104,10 +105,16 @@ class PeriodicOrbit(Result):
     def converged(self) -> bool:
         """True if each gap is within the tolerance, plus the effect of rounding of its state by the derivative.
 
-        Next to a grazing state, where the derivative is unbounded, no state in floating point may have a smaller gap.
+        Next to a grazing state, where the derivative is unbounded, no state in floating point may have a smaller gap; where
+        impacts between returns graze too, rounding of these counts, and the error of the states decides, by Newton's next step.
         """
         steep = np.nan_to_num(np.abs(self._derivatives), nan=0.0, posinf=0.0) @ self.scale
-        return bool((np.abs(self.gaps) <= self.tolerance * self.scale + ROUNDING * steep).all())
+        if (np.abs(self.gaps) <= self.tolerance * self.scale + ROUNDING * steep).all():
+            return True
+        jacobian = shooting_jacobian(self._derivatives, self.scale)
+        if not self.residual <= MOST * self.tolerance or not np.isfinite(jacobian).all() or dependent(jacobian):
+            return False
+        return bool(np.abs(np.linalg.solve(jacobian, (self.gaps / self.scale).ravel())).max() <= PRECISE)
 
     @property
     def _derivatives(self) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from dynamics_implicit import flight, gaps, multipliers_test, solve
-from systems import BouncingBall, Cam
+from systems import BouncingBall, Cam, Oscillator
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -546,3 +546,15 @@ def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
     event = only(branch, "homoclinic bifurcation")
     assert branch.ended == "homoclinic bifurcation"
     assert abs(event.value - slope) < event.precision
+
+
+@pytest.mark.parametrize("zeta", [0.05, 0.02])
+def test_an_oscillator_in_resonance_that_leaves_both_its_walls_at_once_is_a_graze(zeta: float):
+    """x'' + 2 zeta x' + x = cos t has the amplitude 1/(2 zeta); impacts between the returns graze together with these."""
+    amplitude = 1 / (2 * zeta)
+    system = Oscillator(zeta=zeta, w=1.0, gap=amplitude / 8, r=0.7)
+    start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [3.0, 1.0], 400).final)
+    branch = continue_branch(system, "gap", start, system.gap, (amplitude / 20, 2 * amplitude))
+    (event,) = branch.of_kind("grazing")
+    assert branch.ended == "grazing"
+    assert abs(event.value - amplitude) < event.precision < 1e-6

@@ -26,12 +26,12 @@ from nsmaps.dynamics.continuation.pieces import Met, border_met
 from nsmaps.dynamics.continuation.shrinking import (
     ALIKE,
     CLOSE,
-    POINTS,
     SMALLEST,
     WORST,
     at_zero,
     becomes_equilibrium,
     doubling_rows,
+    points_from_end,
     vanishes,
 )
 from nsmaps.dynamics.motion import has_rest
@@ -46,7 +46,7 @@ DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in 
 FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
 FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place the precision of its end is the distance
 NEAR = 1e-4  #: share of a speed, within which the sum of chatter may begin with another impact
-RESTED = 6  #: of which every sixth is released again at other values of the parameter
+RESTED = 60, 6  #: last points of a branch, of which every sixth is released again at other values of the parameter
 IMPACTS = 500  #: returns within which impacts that accumulate are summed
 RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
 
@@ -106,8 +106,7 @@ def _domain_ends(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None
 
 def _grazes(grown: GrowingBranch, beyond: float) -> BifurcationPoint | None:
     """A graze next to the last point, where a margin that falls from point to point is zero."""
-    last, unit = grown.points[-1], grown.curve.unit
-    points = grown.points[: -POINTS - 1 : -1]
+    last, unit, points = grown.points[-1], grown.curve.unit, points_from_end(grown)
     margins = np.array([grown.curve.margins(grown.curve.map_of(point.value), point.orbit.states) for point in points])
     for margin, found in zip(MARGINS, margins.T, strict=True):
         rows = doubling_rows(found)
@@ -133,7 +132,7 @@ def _never_returns(grown: GrowingBranch, _: float) -> BifurcationPoint | None:
     if len(set(rows)) < len(DECADES) or not np.isfinite(times[rows]).all():
         return None
     rates = np.diff(times[rows]) / -np.diff(np.log(off[rows]))
-    if not (rates > 0).all() or not rates.min() > ALIKE * rates.max():
+    if not (rates.min() > ALIKE * rates.max() and times[rows[-1]] - times[rows[0]] > CLOSE * times[rows[0]]):
         return None
     return BifurcationPoint(HOMOCLINIC, last.value, 10 * SMALLEST * unit, last.orbit, "the time of the orbit grows without bound")
 
@@ -248,7 +247,7 @@ def _rest_time(grown: GrowingBranch, value: float) -> float:
     )
     if not isinstance(return_map, ExactMap):
         return np.nan
-    rested = return_map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -POINTS - 1 : -RESTED]]))
+    rested = return_map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -RESTED[0] - 1 : -RESTED[1]]]))
     now = rested.select(np.flatnonzero(rested.valid & (rested.codes == codes[k]))[:1])
     for code in np.roll(codes, -k - 1):
         now = return_map.first_return(now.image)

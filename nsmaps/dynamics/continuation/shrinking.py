@@ -13,15 +13,24 @@ from nsmaps.dynamics.scale import extents_of
 
 SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch is abandoned
 CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
-POINTS = 60  #: last points of a branch, whose margins are considered
+APART = 1.1  #: least ratio of the distances from the end of a branch, of successive points that are considered there
 WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it is not one
 ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 
 
+def points_from_end(grown: GrowingBranch) -> list[OrbitPoint]:
+    """Points of a branch from the last one back, whose distances from it grow geometrically: next to a graze steps are rounding."""
+    points, reached = [grown.points[-1]], 0.0
+    for point, arclength in zip(grown.points[-2::-1], grown.arclength[-2::-1], strict=True):
+        if (off := grown.arclength[-1] - arclength) > reached:
+            points.append(point)
+            reached = APART * off
+    return points
+
+
 def vanishes(grown: GrowingBranch, _: float) -> BifurcationPoint | None:
     """The place next to the last point at which the time of the orbit is zero, as where two thresholds become one."""
-    last, unit = grown.points[-1], grown.curve.unit
-    points = grown.points[: -POINTS - 1 : -1]
+    last, unit, points = grown.points[-1], grown.curve.unit, points_from_end(grown)
     times = np.array([point.orbit.returns.time.sum() for point in points])
     rows = doubling_rows(times)
     if len(rows) < 3 or not 0 < times[0] <= CLOSE * max(point.orbit.returns.time.sum() for point in grown.points):
@@ -40,7 +49,7 @@ def becomes_equilibrium(grown: GrowingBranch, _: float) -> BifurcationPoint | No
     last, unit = grown.points[-1], grown.curve.unit
     if not CLOSE * _extent(grown, grown.points[0]) > _extent(grown, last) > 0:
         return None
-    points = grown.points[: -POINTS - 1 : -1]
+    points = points_from_end(grown)
     squares, values = np.array([_extent(grown, point) ** 2 for point in points]), np.array([point.value for point in points])
     large = squares > (CLOSE * _extent(grown, grown.points[0])) ** 2  # of smaller orbits rounding changes the extent
     rows = doubling_rows(squares[large])
