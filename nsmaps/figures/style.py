@@ -2,7 +2,7 @@
 
 Lines have the colours of Okabe and Ito. Distances are in CIELAB, the least with normal sight and in simulated deuteranopia and
 protanopia: fills of pieces are at least 25 apart, those of families, at any tint up to 0.4, at least 26, areas of `MOTIONS`, of
-others, chaos and white 31, `INKS` 25; lines of `LOOKS` are 17 apart and differ in dashes and marker too. Colours follow the
+others, chaos and white 30, `INKS` 25; lines of `LOOKS` are 17 apart and differ in dashes and marker too. Colours follow the
 paper: words BB black and BTB magenta, exact orbits orange and composite orbits green, upper maps blue.
 """
 
@@ -40,14 +40,14 @@ INK = "#7B796D"
 FAMILIES = (BLACK, MAGENTA, YELLOW, "#1A14F0", "#3B6303", "#C56FFF", "#F1DAA4", "#030B72")
 PIECES = ("#858585", "#C0D284", "#489FEC", "#C76A00", "#E8D700", "#630052", "#005EFF", "#562800")
 MOTIONS = (
-    "#46B2FC",
-    "#CB9218",
-    "#369653",
-    "#FFF647",
-    "#D58FB0",
-    "#005AB8",
-)  #: areas of periods or motions over parameters
-OTHERS, QUASI, OPEN = "#545254", "#712F79", "#E6D2B0"  #: beside these: further motions, quasi-periodic and unresolved ones
+    "#94C5FF",
+    "#A58907",
+    "#497E44",
+    "#F8F041",
+    "#C89AA6",
+    "#1056B3",
+)  #: areas of periods or motions over parameters, at least 10 apart in lightness: also in print without colour
+OTHERS, QUASI, OPEN = "#49484C", "#62206B", "#E7D3B1"  #: beside these: further motions, quasi-periodic and unresolved ones
 FILL = 0.4  #: of white in the colour of an area
 MOST = len(PIECES)  #: pieces that have a colour of their own where there are more
 REST = "#E4E4E4"  #: of all others

@@ -63,8 +63,13 @@ def test_lines_differ_in_colour_and_in_dashes_or_marker(sight):
 
 @pytest.mark.parametrize("sight", SIGHT)
 def test_areas_of_periods_are_told_apart(sight):
-    assert least([*MOTIONS, OTHERS, BLACK, "white"], sight) >= 31
+    assert least([*MOTIONS, OTHERS, BLACK, "white"], sight) >= 30
     assert least([*MOTIONS, OTHERS, BLACK, "white", QUASI, OPEN], sight) >= 22
+
+
+def test_areas_of_periods_differ_in_lightness():
+    assert np.diff(sorted(lightness(colour) for colour in (*MOTIONS, BLACK, "white"))).min() >= 7
+    assert not alike_in_grey(dict(zip("123456", MOTIONS, strict=True)), 9.5)
 
 
 @pytest.mark.parametrize("sight", SIGHT)

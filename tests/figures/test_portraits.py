@@ -118,14 +118,18 @@ def test_boxes_of_a_domain_stand_in_the_plane_with_orbits(result, ax):
     assert "start box" in ax.get_legend().get_texts()[0].get_text()
 
 
-def test_a_study_at_a_glance_has_its_pictures_without_legends(result):
+def test_a_study_at_a_glance_has_its_pictures_and_one_legend(result):
     (sheet,) = CATALOGUE["summary"].sheets(result)
     figure = sheet.figure(50)
     assert len(figure.axes) == 4, "sketch, diagram, portrait, basins"
     assert all(ax.get_legend() is None for ax in figure.axes)
     diagram = figure.axes[1]
     assert (diagram.get_xlabel(), diagram.xaxis.label.get_visible()) == ("$d$", True)
-    assert not any(text.get_text().isdigit() for text in diagram.texts), "no legend explains a number"
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(named) == len(set(named)) > 0
+    assert {text.get_text() for text in diagram.texts if text.get_text().isdigit()} <= {
+        marker.strip("$") for handle in figure.legends[0].legend_handles if (marker := str(getattr(handle, "get_marker", str)()))
+    }
 
 
 def test_a_graze_is_found_beside_a_periodic_orbit():

@@ -242,7 +242,7 @@ def test_a_required_box_of_a_piece_fails_where_another_piece_decides(tmp_path):
     assert failed.text.startswith("no: the composite map carries 100 % of 100,000 states of the box of R1+, sampled, out of it")
 
 
-EXACT_BOUNDS = {"fp": {"exact", "exact found"}, "pd": {"exact"}, "cd": set()}
+EXACT_BOUNDS = {"fp": {"exact", "grown box"}, "pd": {"exact"}, "cd": set()}
 
 
 def test_a_bound_of_the_exact_map_by_a_polynomial_and_its_error(pair):

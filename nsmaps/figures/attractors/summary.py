@@ -10,16 +10,12 @@ from nsmaps.figures.page import Panel, Sheet
 
 def sheets(panels: Sequence[Panel]) -> tuple[Sheet, ...]:
     """One sheet of the panels in two columns, such as `[diagram.plot, portrait.plot, basins.plot]` of results."""
-    return (Sheet("summary", tuple(partial(summary, panel) for panel in panels), 2, 0.85),)
+    return (Sheet("summary", tuple(partial(summary, panel) for panel in panels), 2, 0.85, legend=True),)
 
 
 def summary(panel: Panel, ax: Axes) -> Axes:
-    """One panel with a label of its parameter, without its legend and the numbers above it that this explains."""
+    """One panel with a label of its parameter."""
     panel(ax)
-    if (legend := ax.get_legend()) is not None:
-        legend.remove()
-    for text in [each for each in ax.texts if each.get_text().isdigit() and each.get_transform() != ax.transData]:
-        text.remove()
     ax.xaxis.label.set_visible(True)
     ax.tick_params(labelbottom=True)
     return ax

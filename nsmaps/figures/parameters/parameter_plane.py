@@ -31,7 +31,7 @@ EXPONENTS = "RdYlBu_r"  #: colours from below zero, which is pale yellow, to abo
 MINUS_INFINITY = "#3B0A45"  #: of exponents, beside the colours of finite ones
 _ROUNDING = 1e-9  #: share of the range of exponents within which two are one
 TRIMMED = 0.02  #: share of the exponents beyond each end of their colours
-_NUMERAL, _NUMERALS = 0.11, 16  #: inches, the least radius of an area with a numeral; numerals at most
+_LEAST, _LETTER, _MOST_NAMES = 0.11, 0.045, 16  #: inches, the least radius of an area with a name, and for each letter; names at most
 
 
 def sheets(
@@ -73,7 +73,7 @@ def parameter_plane(
     by: str = "period",
     curves: "Curves | None" = None,
 ) -> Axes:
-    """The period of the attractor of the first start at each pixel, a fixed colour and, in wide areas, a numeral from 1 to 6.
+    """The period of the attractor of the first start at each pixel, from 1 to 6 in a fixed colour, in wide areas by name.
 
     By motions, n:m/pT, the six most frequent have colours. Longer periods and other motions are grey, black is chaos, violet
     quasi-periodic motion, pale brown motion of which neither a period nor chaos was shown, white what has no attractor, dotted
@@ -101,8 +101,7 @@ def parameter_plane(
     patches: list[Any] = [Patch(facecolor=COLOURS[number - 1], edgecolor="0.5", label=names[number]) for number in shown]
     patches += _unknown(ax, result, kinds == MISSING)
     patches += _hatched(ax, result)
-    if by != "motion":
-        _numerals(ax, result, kinds)
+    _names(ax, result, kinds, names)
     ax.legend(handles=[*patches, *draw_curves(ax, curves or {})])
     title = {"period": "period in returns", "turns": "period in periods of the forcing", "motion": "motion"}[by]
     share = f"{title.split()[0]}, {100 * result.computed.mean():.2g} % computed"
@@ -167,25 +166,25 @@ def _unknown(ax: Axes, result: "ParameterPlane", there: Bools) -> list[Patch]:
     return [Patch(facecolor=COLOURS[MISSING - 1], edgecolor="0.35", hatch=UNKNOWN, label=name)]
 
 
-def _numerals(ax: Axes, result: "ParameterPlane", kinds: Ints) -> None:
-    """The period in the widest areas of one period, where each is widest."""
+def _names(ax: Axes, result: "ParameterPlane", kinds: Ints, names: dict[int, str]) -> None:
+    """The names of periods or motions in the widest areas of one, where each is widest."""
     from scipy.ndimage import distance_transform_edt, label
 
     inches = ax.bbox.height / kinds.shape[0] / ax.figure.dpi, ax.bbox.width / kinds.shape[1] / ax.figure.dpi
     found = []
-    for period in np.unique(kinds[kinds <= len(MOTIONS)]).tolist():
-        areas, count = label(kinds == period)
-        radii = distance_transform_edt(np.pad(kinds == period, 1), sampling=inches)[1:-1, 1:-1]
+    for kind in np.unique(kinds[kinds <= len(MOTIONS)]).tolist():
+        areas, count = label(kinds == kind)
+        radii = distance_transform_edt(np.pad(kinds == kind, 1), sampling=inches)[1:-1, 1:-1]
         for area in range(1, count + 1):
             row, column = divmod(int(np.where(areas == area, radii, 0.0).argmax()), kinds.shape[1])
-            found.append((float(radii[row, column]), period, row, column))
-    for radius, period, row, column in sorted(found, reverse=True)[:_NUMERALS]:
-        if radius >= _NUMERAL:
-            fill = COLOURS[period - 1]
+            found.append((float(radii[row, column]), kind, row, column))
+    for radius, kind, row, column in sorted(found, reverse=True)[:_MOST_NAMES]:
+        if radius >= max(_LEAST, _LETTER * len(names[kind])):
+            fill = COLOURS[kind - 1]
             dark = np.dot(to_rgb(fill), (0.3, 0.59, 0.11)) < 0.5
             look: dict[str, Any] = {"color": "white" if dark else "black", "fontweight": "bold", "ha": "center", "va": "center"}
             stroke = [withStroke(linewidth=2.0, foreground=fill)]
-            ax.text(result.along[column], result.across[row], str(period), path_effects=stroke, **look)
+            ax.text(result.along[column], result.across[row], names[kind], path_effects=stroke, **look)
 
 
 def _paint(ax: Axes, result: "ParameterPlane", there: Bools, colour: str, name: str) -> Patch:

@@ -104,14 +104,14 @@ def animate(
 
 
 def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> None:
-    """Every picture, written one after the other, early ones several times; panels stay where the first picture has them."""
+    """Every picture, written one after the other, early ones and the last of these films several times; panels stay where the first picture has them."""
     film.show(0)
     film.figure.draw_without_rendering()
     film.figure.set_layout_engine("none")
     writer.setup(film.figure, str(path), dpi)
     for k in range(film.frames):
         film.show(k)
-        for _ in range(_LONGER if k < early else 1):
+        for _ in range(_LONGER if k < early else 2 * _LONGER if early and k == film.frames - 1 else 1):
             writer.grab_frame()
         beat((k + 1) / film.frames)
     writer.finish()
