@@ -119,10 +119,10 @@ function draw(points, all = false) {
 }
 
 /* The surfaces are drawn, and plotly.js is read, when they are nearly in sight: what is above them need not wait for them. */
-function surface() {
+async function surface() {
     if (!seen || !due) return
-    if (!window.Plotly) document.head.append(Object.assign(document.createElement("script"), {text: byId("plotly").text}))
-    due()
+    await unpacked("plotly")
+    due?.()
     due = null
 }
 

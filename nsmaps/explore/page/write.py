@@ -1,6 +1,8 @@
 """The page of a run in one file, which a browser shows without a network: `explore.html` beside the report."""
 
+import gzip
 import json
+from base64 import b64encode
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -57,15 +59,23 @@ def write_page(result: "StudyResult", folder: Path) -> Path:
         parts = {"about": about, "map": exact, "click": ""}
     room = files("nsmaps.explore.page")
     parts |= {
-        "map": parts["map"].replace("</", "<\\/").replace("<!--", "<\\!--"),
+        "map": packed(parts["map"]),
         "title": escape(result.study.title or result.study.name),
         "style": room.joinpath("page.css").read_text(encoding="utf-8"),
-        "plotly": get_plotlyjs(),
-        "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c"),
-        "scripts": "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in ("frame.js", "diagram.js", *scripts)),
+        "plotly": packed(get_plotlyjs()),
+        "data": packed(f"const DATA = {json.dumps(data, allow_nan=False, separators=(',', ':'))}"),
+        "scripts": packed(
+            "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in ("frame.js", "diagram.js", *scripts))
+        ),
+        "unpack": room.joinpath("unpack.js").read_text(encoding="utf-8"),
     }
     head, section, body = (room.joinpath(name).read_text(encoding="utf-8") for name in ("head.html", "diagram.html", template))
     parts["diagram"] = Template(section).substitute(parts) if data["sweep"] else ""
     text = Template(head + body).substitute(parts)
     replace_file(folder / EXPLORE, text.encode())
     return folder / EXPLORE
+
+
+def packed(script: str) -> str:
+    """A script, compressed, as letters: `unpack.js` of the page reads and runs it."""
+    return b64encode(gzip.compress(script.encode(), mtime=0)).decode("ascii")
