@@ -69,6 +69,8 @@ class Parts:
         slack = np.where(there, 0.0, ROUNDING * (np.abs(low) + np.abs(high) + abs(middle) + TWO_PI))
         first = np.floor((low - slack - start) / TWO_PI).astype(np.int64)
         last = np.floor((high + slack - start) / TWO_PI).astype(np.int64)
+        if not (first.any() or last.any()):
+            return self
         last = np.minimum(last, first + 2)  # more than a whole turn meets nothing new
         count = last - first + 1
         rows = np.repeat(np.arange(len(low)), count)
@@ -133,12 +135,14 @@ class FittedBoxes(ReturnMap):
                 source, images = _images(piece.map, part)
                 found.append((source, images, np.full(len(source), piece.word)))
         source, images, words = (np.concatenate(each) for each in zip(*found, strict=True))
-        lost = np.unique(source[~np.isfinite(images).all(axis=(1, 2))])
-        bounded[lost], empty[lost] = False, True
-        kept = bounded[source]
-        source = np.concatenate([source[kept], lost])
-        images = np.concatenate([images[kept], np.broadcast_to([-np.inf, np.inf], (len(lost), n, 2))])
-        words = np.concatenate([words[kept], np.full(len(lost), "")])
+        finite = np.isfinite(images).all(axis=(1, 2))
+        if not finite.all():
+            lost = np.unique(source[~finite])
+            bounded[lost], empty[lost] = False, True
+            kept = bounded[source]
+            source = np.concatenate([source[kept], lost])
+            images = np.concatenate([images[kept], np.broadcast_to([-np.inf, np.inf], (len(lost), n, 2))])
+            words = np.concatenate([words[kept], np.full(len(lost), "")])
         order = np.argsort(source, kind="stable")
         return BoxImages(source[order], images[order], words[order], bounded, empty)
 
@@ -209,6 +213,8 @@ def _images(polynomial: PolyMap, parts: Parts) -> tuple[Ints, Floats]:
 
 def moved(boxes: Floats, turns: Ints) -> Floats:
     """Boxes (M, n, 2) moved by whole turns (M, n), with what rounding may do added."""
+    if not turns.any():
+        return boxes
     shift = TWO_PI * turns[:, :, None]
     slack = 4 * ROUNDING * (np.abs(boxes).max(axis=2, keepdims=True) + np.abs(shift) + TWO_PI) * [-1.0, 1.0]
     return np.where(shift == 0, boxes, boxes + shift + slack)

@@ -10,6 +10,7 @@ from importlib import import_module
 from pathlib import Path
 
 import exported
+import llvmlite.binding as llvm
 import numba
 import pytest
 from numba.core.registry import CPUDispatcher, cpu_target
@@ -17,7 +18,7 @@ from numba.core.registry import CPUDispatcher, cpu_target
 import nsmaps
 from nsmaps.exact.compiling import compiled, kept, linked
 from nsmaps.exact.compiling.libraries import EntryCompiler, LongEntryCompiler
-from nsmaps.exact.engine.jit import entry
+from nsmaps.exact.engine.jit import long_entry
 from nsmaps.reduced.composite import compiled as callers
 
 CODEGEN = cpu_target.target_context.codegen()
@@ -72,7 +73,7 @@ def test_results_are_the_same_with_and_without(tmp_path, monkeypatch):
     monkeypatch.setattr(linked, "written_to", made)
     monkeypatch.setattr(kept, "_folder", lambda: tmp_path)
     monkeypatch.setattr(compiled, "missing", [lambda: missing.append("compiles")])
-    monkeypatch.setattr(callers, "orbits", entry(callers.orbits.py_func))
+    monkeypatch.setattr(callers, "orbits", long_entry(callers.orbits.py_func))
     without = exported.composite().orbits(STARTS, 40).image.tobytes().hex()
     assert missing == ["compiles"]
     (form,) = made.iterdir()
@@ -80,6 +81,10 @@ def test_results_are_the_same_with_and_without(tmp_path, monkeypatch):
     environment = {**os.environ, "NSMAPS_CACHE_DIR": str(tmp_path / "empty"), "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", RUN, made], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.split() == [without]
+    _, simplified, _ = pickle.loads(lzma.decompress(form.read_bytes()))
+    code = str(llvm.parse_bitcode(simplified))
+    assert "alloca double" not in code  # simplified when it was made, not at each user's
+    assert " x double>" not in code  # for every processor, whatever vectors that of the builder has
     form.write_bytes(form.read_bytes()[:-100])
     monkeypatch.setattr(linked, "FOLDER", made)
     assert linked.read(form.name) is None

@@ -67,6 +67,7 @@ class Entry(Library):  # type: ignore[misc]
     """A function that Python calls, with all parts that it reaches."""
 
     linked: bytes | None = None  #: with all parts, before it is optimised
+    unrolled = True  #: whether LLVM unrolls loops
 
     def finalize(self) -> None:
         """Link, optimise and compile; raises RuntimeError if that was done before."""
@@ -99,13 +100,21 @@ class LongEntry(Entry):
     instructions, or over few states.
     """
 
+    unrolled = False
+
     def _optimize_final_module(self) -> None:
         """The passes of LLVM at numba's settings."""
-        options = llvm.create_pipeline_tuning_options(speed_level=int(config.OPT))
-        options.loop_vectorization, options.slp_vectorization = bool(config.LOOP_VECTORIZE), bool(config.SLP_VECTORIZE)
-        options.loop_unrolling = False
-        builder = llvm.create_pass_builder(self._codegen._tm, options)
-        builder.getModulePassManager().run(self._final_module, builder)
+        optimise(self._final_module, self._codegen._tm, unrolled=False)
+
+
+def optimise(module: Any, machine: Any, *, unrolled: bool = False, vectors: bool = True) -> None:
+    """Run the passes of LLVM at numba's settings once; without vectors the code is still one for every processor."""
+    options = llvm.create_pipeline_tuning_options(speed_level=int(config.OPT))
+    options.loop_vectorization = vectors and bool(config.LOOP_VECTORIZE)
+    options.slp_vectorization = vectors and bool(config.SLP_VECTORIZE)
+    options.loop_unrolling = unrolled
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
 
 
 def libraries_of(library: Any) -> list[Any]:

@@ -1,7 +1,7 @@
-"""Entries as they were linked, before LLVM makes code for a processor of them, as files that the package ships.
+"""Entries as they were linked, simplified as for every processor, as files that the package ships.
 
 Most of the time of compilation is numba's, and what it makes depends on the code, on versions and on the platform alone. With
-those with which the files were made only LLVM's part is left to the user's machine, with any others all of it.
+those with which the files were made only LLVM's part for the processor is left to the user's machine, with any others all of it.
 """
 
 import lzma
@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from nsmaps.exact.compiling.internals import dumps
+from nsmaps.exact.compiling.libraries import optimise
 
 FOLDER = Path(__file__).with_name("entries")
 written_to: Path | None = None  #: where entries are written as they are compiled, if anywhere
@@ -41,8 +42,10 @@ def write(name: str, result: Any) -> None:
     linked = getattr(result.library, "linked", None)
     if written_to is not None and linked is not None:
         _, *about = result._reduce()
+        module = llvm.parse_bitcode(linked)
+        optimise(module, llvm.Target.from_default_triple().create_target_machine(), vectors=False)
         written_to.mkdir(parents=True, exist_ok=True)
-        (written_to / name).write_bytes(lzma.compress(dumps((result.library.name, linked, tuple(about)))))
+        (written_to / name).write_bytes(lzma.compress(dumps((result.library.name, module.as_bitcode(), tuple(about)))))
 
 
 def complete(codegen: Any, content: bytes, kind: type[Any]) -> bytes:
@@ -50,7 +53,7 @@ def complete(codegen: Any, content: bytes, kind: type[Any]) -> bytes:
     name, linked, about = pickle.loads(content)
     library = kind(codegen, name)
     library._final_module = llvm.parse_bitcode(linked)
-    library._optimize_final_module()
+    optimise(library._final_module, codegen._tm, unrolled=kind.unrolled)
     library._final_module.verify()
     code = codegen._tm.emit_object(library._final_module), library._final_module.as_bitcode()
     return bytes(dumps(((name, "object", code), *about)))

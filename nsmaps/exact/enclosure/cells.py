@@ -25,7 +25,7 @@ from nsmaps.exact.enclosure.subdivide import (
 )
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flight.flow import on_top, walls_of
-from nsmaps.exact.engine.jit import allocating, entry, inlined, inner
+from nsmaps.exact.engine.jit import allocating, inlined, inner, long_entry
 from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
 LOOSE = 1.1  #: width of the image of a whole box over its linear part, above which corners are used
@@ -149,7 +149,7 @@ def corner(cell, c, slope, end):
     return exact(cell[c, end if slope.centre > 0.0 else UPPER - end])
 
 
-@entry
+@long_entry
 def all_box_images(p, boxes, rows):
     """Write the images of boxes of shape (N, 2, 2): see `enclose_boxes`."""
     return enclose_boxes(p, boxes, rows, set_memory(), cell_images)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.flight.remainders import wave
-from nsmaps.exact.engine.jit import entry, inlined
+from nsmaps.exact.engine.jit import inlined, long_entry
 from nsmaps.exact.outcome import Outcome
 from nsmaps.reduced.conditions.interpreter import evaluate_condition
 
@@ -109,7 +109,7 @@ def divide(tables, work, k, count, piece):
     return many, kept
 
 
-@entry
+@long_entry
 def pieces_of(tables, work, states, piece):
     """Write the number of the first piece that contains each state, shape (N, n), or NOWHERE or NO_STATE."""
     for begin in range(0, len(states), BLOCK):
@@ -230,7 +230,7 @@ def advance(tables, work, states, begin, end, piece, image, turns, codes, outcom
             codes[i], outcome[i] = 0, INVALID if piece[i] == NO_STATE else UNCOVERED
 
 
-@entry
+@long_entry
 def orbits(tables, work, start, piece, image, turns, codes, outcome):
     """Write the fields of `Returns` for the first n returns of M states (M, dim), each array of shape (n, M, ...).
 
