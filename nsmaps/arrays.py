@@ -18,6 +18,7 @@ else:
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+FEW = 4  #: numbers of an array that are printed
 Random = int | Sequence[int] | np.random.Generator | None  #: of arguments `rng`, as of `numpy.random.default_rng`
 
 
@@ -48,11 +49,11 @@ def finite_rows(values: Floats) -> Bools:
 
 
 def brief(result: Any) -> str:
-    """A dataclass by its class and fields, arrays by their shape and type only: its `__repr__`.
+    """A dataclass by its class and fields, arrays of more than four numbers by their shape and type only: its `__repr__`.
 
     >>> from dataclasses import make_dataclass
-    >>> brief(make_dataclass("Pair", ["states", "walls"])(np.zeros((3, 2)), ("B", "T")))
-    "Pair(states=<array (3, 2) float64>, walls=('B', 'T'))"
+    >>> brief(make_dataclass("Pair", ["states", "mean", "walls"])(np.zeros((3, 2)), np.array([0.1]), ("B", "T")))
+    "Pair(states=<array (3, 2) float64>, mean=[0.1], walls=('B', 'T'))"
     """
     listed = ", ".join(f"{field.name}={_brief(getattr(result, field.name))}" for field in fields(result))
     return f"{type(result).__qualname__}({listed})"
@@ -60,7 +61,8 @@ def brief(result: Any) -> str:
 
 def _brief(value: Any) -> str:
     if isinstance(value, np.ndarray):
-        return f"<array {value.shape} {value.dtype}>"
+        few = 0 < value.size <= FEW and value.dtype != object
+        return np.array2string(value, precision=6, separator=", ") if few else f"<array {value.shape} {value.dtype}>"
     if is_dataclass(value):
         return repr(tuple(value)) if isinstance(value, Sequence) else f"<{type(value).__qualname__}>"
     if isinstance(value, tuple | list) and any(isinstance(item, np.ndarray) or is_dataclass(item) for item in value):

@@ -52,3 +52,10 @@ def test_results_are_printed_without_their_arrays(pair):
 def test_what_is_no_array_is_shown():
     returns = Returns(("v",), ("B",), *np.zeros((3, 0, 1)), *np.zeros((3, 0)))
     assert "derivative=None, margin=None, fitted=False, integrated=False, alphabet=<Alphabet>, number=None)" in brief(returns)
+
+
+def test_few_numbers_are_shown():
+    mean = nsmaps.observe(
+        nsmaps.load_system("bouncing_ball", Gamma=1.2), [4.2, 0.4], [{"name": "one", "formula": "1"}], n_returns=64
+    )
+    assert repr(mean.per_return) == "Mean(value=[1.], error=[0.])"

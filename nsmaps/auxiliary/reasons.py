@@ -48,7 +48,7 @@ def about_fixed_point(return_map: AnyMap, box: Floats) -> str:
     criterion = f"the absolute derivatives have spectral radius {radius:.4g}"
     if radius > 1:
         no = "no small box about it is carried into itself, whatever its sides"
-        return f"at {where} {criterion}, more than 1: {no}; cells are not bound to boxes: `morse`"
+        return f"at {where} {criterion}, more than 1: {no}; cells are not bound to boxes: `morse_sets`"
     if radius == 1:
         return ""
     sides = np.linalg.solve(np.eye(len(box)) - np.abs(point.derivative), np.ptp(box, axis=1))

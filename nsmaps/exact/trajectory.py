@@ -3,7 +3,7 @@
 from dataclasses import replace
 from typing import Any, overload
 
-from nsmaps.arrays import ArrayLike
+from nsmaps.coordinates import StateLike
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.events import ModeTrack, Track, check_samples
 from nsmaps.exact.systems.flow import FlowSystem
@@ -14,13 +14,13 @@ from nsmaps.results import units_of
 
 
 @overload
-def track(system: ImpactSystem, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track: ...
+def track(system: ImpactSystem, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track: ...
 @overload
-def track(system: HybridSystem, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> ModeTrack: ...
+def track(system: HybridSystem, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> ModeTrack: ...
 @overload
-def track(system: System, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
+def track(system: System, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
 def track(
-    system: System, start: ArrayLike, n_events: int, n_samples: int = 60, chatter: float = SUMMED_SPEED
+    system: System, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = SUMMED_SPEED
 ) -> Track | ModeTrack:
     """The exact motion from a state of the return map, shape (m,), through the first n impacts or events, the start included.
 
@@ -29,7 +29,7 @@ def track(
 
     Args:
         system: with impacts or modes.
-        start: a state, shape (m,).
+        start: a state, shape (m,) or by name, phases in radians.
         n_events: number n of impacts or events.
         n_samples: between two of them, both included.
         chatter: as in `first_return`.

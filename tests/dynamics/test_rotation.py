@@ -29,6 +29,8 @@ def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
     lifted = nsmaps.orbit(CircleMap(Omega=GOLDEN, K=0.9), [0.1], 100_000)  # within a turn of n times the rotation number
     assert abs(smooth.value - lifted.turns.sum() / 100_000) < 2e-5
     assert smooth.error < 1e-13
+    assert str(found).startswith("R: 2/5, of LLRLR, period 5, stable")
+    assert str(smooth).startswith(f"phi: {smooth.value:.12g} +- ")
 
 
 def test_what_is_counted_is_named_or_known():

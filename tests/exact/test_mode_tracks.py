@@ -154,3 +154,8 @@ def test_a_system_without_forcing():
 def test_tracks_that_cannot_be(start, n, samples):
     with pytest.raises(StateError, match="expected: "):
         track(Belt(**BELT), start, n, samples)
+
+
+def test_a_start_may_be_given_by_name():
+    made, by_name = track(Belt(**BELT), [0.838, 0.0], 5), track(Belt(**BELT), {"phi": 0.0, "x": 0.838}, 5)
+    assert np.array_equal(made.states, by_name.states)

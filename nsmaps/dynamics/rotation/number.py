@@ -16,10 +16,11 @@ from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap, letters_of
+from nsmaps.results import Result
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class RotationNumber:
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
+class RotationNumber(Result):
     """The rotation number of an orbit."""
 
     value: float
@@ -27,6 +28,12 @@ class RotationNumber:
     of: str  #: the angle whose turns are counted, or the letter
     fraction: Fraction | None = None  #: p/q of an orbit that ends on a cycle of q returns, exact
     cycle: PeriodicOrbit | None = None  #: this cycle
+
+    def summary(self) -> str:
+        """The number, and where it is a fraction the cycle that has it."""
+        if self.cycle is None:
+            return f"{self.of}: {self.value:.12g} +- {self.error:.1g}"
+        return f"{self.of}: {self.fraction}, of {self.cycle}"
 
 
 def rotation_number(

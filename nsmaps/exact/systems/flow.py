@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import as_states
+from nsmaps.coordinates import StateLike, as_states
 from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
@@ -162,11 +162,11 @@ class FlowSystem(HybridFormulas):
         """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map."""
 
     @abstractmethod
-    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Any, Any]:
+    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Any, Any]:
         """Times and states along the flights between the first n events from `state`, with `samples` points per flight."""
 
     @abstractmethod
-    def _track(self, state: ArrayLike, n: int, samples: int, chatter: float) -> "Track | ModeTrack":
+    def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> "Track | ModeTrack":
         """As `nsmaps.exact.trajectory.track`."""
 
     def _check(self) -> None:

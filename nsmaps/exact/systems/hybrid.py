@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
-from nsmaps.coordinates import Coordinates, as_states
+from nsmaps.coordinates import Coordinates, StateLike, as_starts, as_states
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
@@ -99,7 +99,7 @@ class HybridSystem(FlowSystem):
 
         return image_boxes(self, boxes)
 
-    def trajectory(self, state: ArrayLike, n: int, samples: int = 50) -> tuple[Floats, Floats]:
+    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Floats, Floats]:
         """Times and states along the flights between the first n events from `state`, with `samples` points per flight.
 
         Arrays of shape (T,) and (T, number of states) in the system's units, through sliding and lasting contact too. For modes
@@ -112,9 +112,9 @@ class HybridSystem(FlowSystem):
         """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
         self._kernel()
 
-    def _track(self, state: ArrayLike, n: int, samples: int, chatter: float) -> "ModeTrack":
+    def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> "ModeTrack":
         """As `nsmaps.exact.trajectory.track`."""
-        return self._kernel().modes.track(np.asarray(state, float), n, samples, chatter)
+        return self._kernel().modes.track(as_starts(state, self.coordinates), n, samples, chatter)
 
     def _reversed_class(self) -> type[HybridFormulas]:
         from nsmaps.exact.systems.reversed import reversed_modes

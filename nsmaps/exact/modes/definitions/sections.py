@@ -219,7 +219,7 @@ def check_starts(
 
 
 def _positive(reader: Reader, transitions: Sequence[Transition], flows: Sequence[Rates], start: Start) -> list[Row]:
-    """Functions of the coordinates that are positive at a start: its event's comes down, its conditions hold, and its part does."""
+    """Functions of the coordinates that are positive at a start: its event's comes down, its conditions and its part hold."""
     event = transitions[start.transition]
     down = -event.function.rate(flows[event.mode], reader.phase_rate)
     silent = (one.function for one in transitions if one.mode == event.mode and not one.name)
