@@ -129,6 +129,14 @@ def load_system(name: str, **parameters: Any) -> "System":
     """The system of this name with these parameters, validated.
 
     Errors as `system_class`, and ParameterError for a parameter that is unknown, missing or not accepted.
+
+    Args:
+        name: of an installed system, or `mine.py:Class` for a class in a file, which is executed.
+        parameters: its fields by name; those with a default may be left out.
+
+    Examples:
+        >>> load_system("bouncing_ball", Gamma=1.2)
+        BouncingBall(Gamma=1.2, r=0.5)
     """
     from nsmaps.exact.systems.parameters import with_parameters
 

@@ -21,18 +21,30 @@ class Guard:
     through zero, whatever its sign where the mode begins, and not again before it has risen. What depends on the time alone, as
     a clock, is a crossing, and so are guards at which nothing changes, neither mode nor states.
 
-    Of guards with the same function in the same mode the first whose conditions hold takes place.
+    Of guards with the same function in the same mode the first whose conditions hold takes place. In `HybridSystem.guards` an
+    impact of restitution r on a floor is `{"B": Guard("flight", y.x, reset={"v": -self.r * y.v})}`.
+
+    Args:
+        modes: in which it is watched, one or several.
+        function: any smooth formula of the states and of the time; positive before the event.
+        to: the mode that follows; "" for the same.
+        reset: states just after the event, by the states just before and the time; the others stay.
+        where: such functions that must not be negative for the event to take place.
+        letter: in words; None for the first letter of the guard's name, "" for none.
+        ends: whether the motion ends here, with the outcome `escaped`.
+        crossing: whether the function may be negative in its modes.
+        rests: a name for the mode of lasting contact, which is derived where the reset is an impact; "" without one.
     """
 
-    modes: str | Sequence[str]  #: in which it is watched
-    function: Any  #: any smooth formula of the states and of the time; positive before the event
-    to: str = ""  #: the mode that follows; "" for the same
-    reset: Mapping[str, Any] = field(default_factory=dict)  #: states just after the event, by the states just before and the time
-    where: Sequence[Any] = ()  #: such functions that must not be negative for the event to take place
-    letter: str | None = None  #: in words; None for the first letter of the guard's name, "" for none
-    ends: bool = False  #: whether the motion ends here, with the outcome `escaped`
-    crossing: bool = False  #: whether the function may be negative in its modes
-    rests: str = ""  #: a name for the mode of lasting contact, which is derived where the reset is an impact; "" without one
+    modes: str | Sequence[str]
+    function: Any
+    to: str = ""
+    reset: Mapping[str, Any] = field(default_factory=dict)
+    where: Sequence[Any] = ()
+    letter: str | None = None
+    ends: bool = False
+    crossing: bool = False
+    rests: str = ""
 
     @property
     def watched(self) -> tuple[str, ...]:
@@ -46,22 +58,35 @@ class SlidingSurface:
 
     Its name among the guards is that of the mode in which the motion slides, which follows from the rates of both (Filippov). It
     lasts until one of the two no longer leads to the surface. Events are named by the modes before and after, "slip to stick".
+
+    Args:
+        above: the mode where the function is positive.
+        below: the mode where it is negative.
+        function: any smooth formula of the states and of the time.
+        letters: of events by the mode that follows; its first letter unless given.
     """
 
-    above: str  #: the mode where the function is positive
-    below: str  #: the mode where it is negative
-    function: Any  #: any smooth formula of the states and of the time
-    letters: Mapping[str, str] = field(default_factory=dict)  #: of events by the mode that follows; its first letter unless given
+    above: str
+    below: str
+    function: Any
+    letters: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class PoincareSection:
-    """The events between which the return map leads, and the coordinates of states there."""
+    """The events between which the return map leads, and the coordinates there, as `PoincareSection("B", ("v", "phi"))`.
 
-    guards: str | Sequence[str]  #: names of the events
-    coordinates: Sequence[str]  #: names of states, and a name of its own for the phase of the forcing, radians
-    side: Literal["before", "after"] = "before"  #: of the reset, of start and image
-    states: Mapping[str, Any] = field(default_factory=dict)  #: the other states by the coordinates, but one that the guard gives
+    Args:
+        guards: names of the events, one or several.
+        coordinates: names of states, and with forcing a name of its own for the phase, radians.
+        side: of the reset, "before" or "after", on which starts and images are.
+        states: the other states by the coordinates, but one that the guard gives.
+    """
+
+    guards: str | Sequence[str]
+    coordinates: Sequence[str]
+    side: Literal["before", "after"] = "before"
+    states: Mapping[str, Any] = field(default_factory=dict)
 
 
 class HybridFormulas(ExactSystem):

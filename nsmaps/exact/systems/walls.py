@@ -15,11 +15,17 @@ FLIGHT = "flight"  #: the mode between impacts
 
 @dataclass(frozen=True, slots=True)
 class Wall:
-    """A wall at displacement `at`: side +1 stops growing displacement (the ball is below), side -1 falling displacement."""
+    """A wall, as in `ImpactSystem.walls`: `{"B": Wall(at=0, side=-1)}` for a floor.
+
+    Args:
+        at: its displacement, a number or a formula in the parameters.
+        side: +1 stops growing displacement (the ball is below), -1 falling displacement.
+        ends: whether the motion ends there, with the outcome `escaped`.
+    """
 
     at: Any
     side: Literal[-1, 1]
-    ends: bool = False  #: whether the motion ends there, with the outcome `escaped`
+    ends: bool = False
 
 
 class ImpactFormulas(HybridFormulas):
