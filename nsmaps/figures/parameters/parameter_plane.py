@@ -31,7 +31,7 @@ EXPONENTS = "RdYlBu_r"  #: colours from below zero, which is pale yellow, to abo
 MINUS_INFINITY = "#3B0A45"  #: of exponents, beside the colours of finite ones
 _ROUNDING = 1e-9  #: share of the range of exponents within which two are one
 TRIMMED = 0.02  #: share of the exponents beyond each end of their colours
-_LEAST, _LETTER, _MOST_NAMES = 0.11, 0.045, 16  #: inches, the least radius of an area with a name, and for each letter; names at most
+_LEAST, _LETTER, _MOST_NAMES = 0.11, 0.045, 16  #: inches, the least radius of an area with a name, and a letter's; names at most
 
 
 def sheets(
