@@ -104,7 +104,7 @@ def animate(
 
 
 def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> None:
-    """Every picture, written one after the other, early ones and their last several times; panels stay where the first has them."""
+    """Every picture, written one after the other, early ones and their last several times; panels stay as in the first."""
     film.show(0)
     film.figure.draw_without_rendering()
     film.figure.set_layout_engine("none")
