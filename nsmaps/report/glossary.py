@@ -17,8 +17,8 @@ TERMS = {
     "sampled": "sampled on grids of states: not a bound",
     "spectral radius": "the largest modulus of an eigenvalue; for the absolute derivatives at a fixed point the factor by which "
     "small boxes about it grow under the worst case of one return",
-    "part of the Statement": "by coordinate, which part of the paper's statement on auxiliary maps applies: 1 where its "
-    "condition holds at every step, 2 where it does not and the worst case still converges, 0 where neither",
+    "part of the Statement": "the paper's statement on auxiliary maps (section 6) has two parts; by coordinate, which applies: 1 "
+    "where its condition holds at every step, 2 where it does not and the worst case still converges, 0 where neither",
 }
 
 
