@@ -92,8 +92,13 @@ def motions(
         n_draws: of the parameters, by the covariance of the estimate.
         max_returns: within which an attractor must be reached.
         rng: random numbers.
+
+    Raises:
+        NsmapsError: there is no such record, or an argument is out of range.
     """
-    state, draws = estimate.last_states[record], estimate.draws(n_draws, rng)
+    if n_draws < 1 or max_returns < 1:
+        raise NsmapsError(f"n_draws {n_draws}, max_returns {max_returns}; expected: at least 1 of each")
+    state, draws = estimate.last_state(record), estimate.draws(n_draws, rng)
     best = system.at(**estimate.parameters)
     label, period, words, exponent = _classified(best, state, max_returns)
     labels, exponents = [], []

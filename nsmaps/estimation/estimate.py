@@ -68,9 +68,10 @@ def estimate(
         NsmapsError: the system has no events, or an argument is out of range.
     """
     flow = FlowSystem.require(system, "an estimate from impacts and samples")
-    if n_starts < 1 or n_returns <= 0 or loss not in LOSSES:
+    if not (isinstance(n_starts, int) and n_starts > 0 and n_returns > 0 and transient >= 0 and loss in LOSSES):
         raise NsmapsError(
-            f"n_starts {n_starts}, n_returns {n_returns}, loss {loss!r}; expected: above zero, and one of {', '.join(LOSSES)}"
+            f"n_starts {n_starts!r}, n_returns {n_returns}, transient {transient}, loss {loss!r}; expected: a whole number above "
+            f"zero, above zero, at least zero, and one of {', '.join(LOSSES)}"
         )
     random = np.random.default_rng(rng)
     records = tuple(after_transient(record, transient) for record in records_of(data))

@@ -89,15 +89,17 @@ def basin_distance(
         rng: random numbers.
 
     Raises:
-        NsmapsError: the record ends on no attractor, or a direction is zero.
+        NsmapsError: the record ends on no attractor, a direction is zero, or an argument is out of range.
     """
+    if not reach > 0 or n_draws < 0:
+        raise NsmapsError(f"reach {reach}, n_draws {n_draws}; expected: a distance above zero, and at least 0 draws")
     random = np.random.default_rng(rng)
-    state, best = estimate.last_states[record], system.at(**estimate.parameters)
+    state, best = estimate.last_state(record), system.at(**estimate.parameters)
     own = _motion(best, state)
     if own is None:
         raise NsmapsError(f"the motion of record {record} reaches no attractor in {RETURNS} returns; expected: another")
     coordinates, unit = Coordinates(best.coordinates), scale_of(best, own.states)
-    ways = _unit_directions(directions, unit, random)
+    ways = unit_directions(directions, unit, random)
     distances = _distances(best, own, ways * unit, reach)
     draws, labels, least = estimate.draws(n_draws, random), [], []
     for k, row in enumerate(draws):
@@ -123,12 +125,16 @@ def basin_distance(
     )
 
 
-def _unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:
-    """Directions of length 1 in these units, shape (D, c): so many random ones, or those given as changes of the coordinates."""
+def unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:
+    """Directions of length 1 in these units, shape (D, c): so many random ones, or those given as changes of the coordinates.
+
+    NsmapsError where these are no such changes.
+    """
     size = len(unit)
-    given = random.standard_normal((directions, size)) if isinstance(directions, int) else np.asarray(directions, float) / unit
+    given = random.standard_normal((directions, size)) if isinstance(directions, int) else np.asarray(directions, float)
     if given.ndim != 2 or given.shape[1] != size or not len(given) or not given.any(axis=1).all():
         raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {size}), none of them zero, or a number")
+    given = given if isinstance(directions, int) else given / unit
     return np.asarray(given / np.linalg.norm(given, axis=1, keepdims=True))
 
 

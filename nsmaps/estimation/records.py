@@ -97,8 +97,8 @@ class Record(Result):
         for what, series in (("times", hits), ("sample_times", at)):
             _check_order(label, what, series)
         _check_units(label, {"time_unit": time_unit, "length_unit": length_unit})
-        if phase is not None and not np.isfinite(phase):
-            raise DataError(f"{label}: phase is {phase}; expected: radians at time zero, or None if it is unknown")
+        if phase is not None and (isinstance(phase, str) or not np.isfinite(phase)):
+            raise DataError(f"{label}: phase is {phase!r}; expected: radians at time zero, or None if it is unknown")
         letters = _letters(label, walls, len(hits))
         given = _column(label, "speeds", np.nan if speeds is None else speeds, len(hits))
         if (given < 0).any():
@@ -174,18 +174,23 @@ def records_of(data: Any) -> tuple[Record, ...]:
 
 
 def _csv(path: Path) -> dict[str, NDArray[Any]]:
-    """The columns of a CSV file with a header; comments begin with #."""
+    """The columns of a CSV file with a header, separated by commas, tabs, or semicolons with decimal points or commas."""
     import csv
 
     try:
         lines = [
-            line for line in path.read_text(encoding="utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")
+            line
+            for line in path.read_text(encoding="utf-8-sig").splitlines()
+            if line.strip() and not line.lstrip().startswith("#")
         ]
     except (OSError, UnicodeDecodeError) as error:
         raise DataError(
             f"{path} cannot be read: {getattr(error, 'strerror', 'it is not a text file')}; expected: a CSV file with a header"
         ) from None
-    header, *rows = csv.reader(lines) if lines else [[]]
+    separator = max(",;\t", key=lines[0].count) if lines else ","
+    header, *rows = csv.reader(lines, delimiter=separator) if lines else [[]]
+    if separator == ";":
+        rows = [[value.replace(",", ".") for value in row] for row in rows]
     names = [name.strip() for name in header]
     for number, row in enumerate(rows, 1):
         if len(row) != len(names):
@@ -210,21 +215,31 @@ def _column(label: str, what: str, values: Any, count: int | None) -> Floats:
         if raw.dtype.kind in "US":
             raw = np.where(np.char.strip(raw) == "", "nan", raw)
         found = np.atleast_1d(np.asarray(raw, float))
-    except (TypeError, ValueError) as error:
-        raise DataError(f"{label}: {what} are not numbers ({error}); expected: an array of numbers") from None
+    except (TypeError, ValueError):
+        raise DataError(f"{label}: {_not_a_number(what, raw)}; expected: numbers, with a decimal point") from None
     found = np.broadcast_to(found, (count,)).copy() if count is not None and found.shape == (1,) else found
     if found.ndim != 1 or (count is not None and len(found) != count):
         raise DataError(f"{label}: {what} have the shape {found.shape}; expected: ({'N' if count is None else count},)")
     return found
 
 
+def _not_a_number(what: str, values: NDArray[Any]) -> str:
+    """The first of some values that is no number, in words."""
+    for k, value in enumerate(values.ravel().tolist()):
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            return f"number {k + 1} of {what} is {value!r}"
+    return f"{what} are not numbers"
+
+
 def _deviations(label: str, what: str, values: Any, needed: NDArray[np.bool_], required: bool) -> Floats:
     """Positive standard deviations where they are needed."""
     found = _column(label, what, values, len(needed))
-    wrong = needed & ~(found > 0) & (required | ~np.isnan(found))
+    wrong = needed & ~((found > 0) & (found < np.inf)) & (required | ~np.isnan(found))
     for k in np.flatnonzero(wrong):
         raise DataError(
-            f"{label}: {what} {k + 1} is {found[k]:g}; expected: a standard deviation above zero, in the record's unit"
+            f"{label}: {what} {k + 1} is {found[k]:g}; expected: a finite standard deviation above zero, in the record's unit"
         )
     return found
 
@@ -242,6 +257,8 @@ def _sample_deviations(
 
 
 def _check_order(label: str, what: str, series: Floats) -> None:
+    if len(series) > 1 and (series == series[0]).all():
+        raise DataError(f"{label}: all {len(series)} {what} are {series[0]:.9g}; expected: {what} that increase")
     for k in np.flatnonzero(np.diff(series) < 0):
         raise DataError(
             f"{label}: {what} decrease from {series[k]:.9g} to {series[k + 1]:.9g} (numbers {k + 1} and {k + 2}); expected: one "

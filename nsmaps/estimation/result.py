@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
+from nsmaps.errors import NsmapsError
 from nsmaps.estimation.records import Record
 from nsmaps.results import NONE, Result, array, array_property
 
@@ -132,6 +133,12 @@ class Estimate(Result):
             model = np.where(self.pairs.model_wall[mine] == "", GAPPED, self.pairs.model_wall[mine])
             found.append(("".join(data), "".join(model)))
         return tuple(found)
+
+    def last_state(self, record: int) -> Floats:
+        """The state of the section at the last segment of a record, shape (c,). NsmapsError where there is no such record."""
+        if not 0 <= record < len(self.last_states):
+            raise NsmapsError(f"there is no record {record}; expected: below {len(self.last_states)}, counted from 0")
+        return self.last_states[record]
 
     def draws(self, n: int, rng: int | np.random.Generator = 0) -> Floats:
         """Parameters drawn from the normal distribution of the estimates within their bounds, shape (n, P).

@@ -74,15 +74,23 @@ def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, flo
         )
     low, high, first = [], [], []
     for name in names:
-        bounds = declared_bounds(system, name)
-        given = free[name] if isinstance(free, Mapping) and free[name] is not None else bounds
-        low.append(max(bounds[0], float(given[0])))
-        high.append(min(bounds[1], float(given[1])))
-        first.append(float(start.get(name, np.clip(getattr(system, name), low[-1], high[-1]))))
-        if not low[-1] <= first[-1] <= high[-1] or low[-1] >= high[-1]:
+        least, most = declared_bounds(system, name)
+        given = free[name] if isinstance(free, Mapping) and free[name] is not None else (least, most)
+        begin = start.get(name, getattr(system, name))
+        try:
+            a, b = map(float, given)
+            a, b, begin = max(a, least), min(b, most), float(begin)  # in this order NaN remains
+        except (TypeError, ValueError):
+            a = b = np.nan
+        begin = begin if name in start or not a < b else float(np.clip(begin, a, b))
+        if not (a < b and a <= begin <= b):
             raise ParameterError(
-                f"{name} starts at {first[-1]:g} between {low[-1]:g} and {high[-1]:g}; expected: a guess within its bounds"
+                f"{name} has the bounds {given!r} and starts at {begin!r}; expected: (low, high) with low < high within {least:g} "
+                f"to {most:g}, and a guess between them"
             )
+        low.append(a)
+        high.append(b)
+        first.append(begin)
     return Space(names, np.array(low), np.array(high), np.array(first), {key: start[key] for key in start if key not in names})
 
 

@@ -67,6 +67,7 @@ def uncertainty(
 
     Raises:
         ParameterError: a parameter is unknown, or its distribution is not one.
+        NsmapsError: there are no parameters, no draws, or quantities that are no functions.
     """
     random = np.random.default_rng(rng)
     functions = (
@@ -75,6 +76,11 @@ def uncertainty(
         else {getattr(quantities, "__name__", "").replace("<lambda>", "") or "quantity": quantities}
     )
     names = parameters.names if isinstance(parameters, Estimate) else tuple(parameters)
+    if n_draws < 1 or (sobol and n_draws & (n_draws - 1)) or not names or not all(map(callable, functions.values())):
+        raise NsmapsError(
+            f"{len(names)} uncertain parameters, n_draws {n_draws}, quantities {', '.join(functions)}; expected: at least one "
+            "parameter and draw, a power of 2 of these for Sobol indices, and functions of the system"
+        )
     system.direction(dict.fromkeys(names, 1.0))
     laws = [law_of(parameters, name) for name in names]
     if isinstance(parameters, Estimate):

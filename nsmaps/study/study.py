@@ -25,6 +25,7 @@ from nsmaps.study.sections.maps.second_iterate import SecondIterateSection
 from nsmaps.study.sections.maps.slices import Slices
 from nsmaps.study.sections.maps.surfaces import Families, Spans
 from nsmaps.study.sections.own_name import OwnName, may_be_renamed, renamed
+from nsmaps.study.sections.parameters.basin_distance import BasinDistanceSection
 from nsmaps.study.sections.parameters.bifurcation import BifurcationSection
 from nsmaps.study.sections.parameters.branches import Branches
 from nsmaps.study.sections.parameters.estimate import EstimateSection
@@ -62,6 +63,7 @@ class Analyses(Head):
     observe: ObservablesSection | None = None
     optimize: OptimumSection | None = None
     estimate: EstimateSection | None = None
+    basin_distance: BasinDistanceSection | None = None
     noise: NoiseSection | None = None
     domains: Domains = Domains()
     second_iterate: SecondIterateSection | None = None

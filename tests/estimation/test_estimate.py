@@ -190,7 +190,11 @@ def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
         nsmaps.estimate(PAIR, [0.0], free=["r"])
     with pytest.raises(ParameterError, match="start has 'q'"):
         nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], start={"q": 1.0})
-    with pytest.raises(ParameterError, match="r starts at 2 between 0 and 1"):
-        nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], start={"r": 2.0})
+    for wrong in ({"r": 2.0}, {"r": "half"}, {"r": float("nan")}):
+        with pytest.raises(ParameterError, match=r"r has the bounds \(0.*\) and starts at .*; expected: \(low"):
+            nsmaps.estimate(PAIR, TIMES, free=["r"], start=wrong)
+    for bounds in ((0.9, 0.2), (0.2, float("nan")), 0.5, "0.2-0.9", (0.2, 0.5, 0.9)):
+        with pytest.raises(ParameterError, match=r"r has the bounds .*; expected: \(low, high\) with low < high within 0 to 1"):
+            nsmaps.estimate(PAIR, TIMES, free={"r": bounds})
     with pytest.raises(nsmaps.NsmapsError, match="an estimate from impacts and samples"):
         nsmaps.estimate(load_system("square_root", a=0.5, mu=0.1), [0.0, 1.0], free=["r"])

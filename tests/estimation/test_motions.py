@@ -76,3 +76,6 @@ def test_quantities_without_a_value_are_counted_and_wrong_distributions_refused(
         nsmaps.uncertainty(Drop(g=1.0, e=0.5), {"e": (1, 0)}, quantity)
     with pytest.raises(ParameterError, match="unknown parameter 'q'"):
         nsmaps.uncertainty(VIPair(d=0.35, r=0.5, g_bar=0.2), {"q": (0.0, 1.0)}, lambda one: 0.0)
+    for given, laws in ({"n_draws": 0}, {"e": (0, 1)}), ({"n_draws": 10, "sobol": True}, {"e": (0, 1)}), ({}, {}):
+        with pytest.raises(nsmaps.NsmapsError, match="expected: at least one parameter and draw, a power of 2"):
+            nsmaps.uncertainty(Drop(g=1.0, e=0.5), laws, quantity, **given)

@@ -18,13 +18,15 @@ from nsmaps.estimation.records import records_of
         ({"times": [1.0, 3.0, 2.0]}, r"times decrease from 3 to 2 \(numbers 2 and 3\); expected: one motion in order"),
         ({"times": [1.0, np.nan]}, "number 2 of times is nan; expected: finite times"),
         ({"times": [1.0], "walls": "BT"}, "2 walls for 1 impacts; expected: one for each"),
-        ({"times": [1.0], "noise": 0.0}, "noise 1 is 0; expected: a standard deviation above zero"),
-        ({"times": [1.0], "speeds": [2.0]}, "speed_noise 1 is nan; expected: a standard deviation above zero"),
+        ({"times": [1.0], "noise": 0.0}, "noise 1 is 0; expected: a finite standard deviation above zero"),
+        ({"times": [1.0], "noise": np.inf}, "noise 1 is inf; expected: a finite standard deviation above zero"),
+        ({"times": [2.0, 2.0]}, "all 2 times are 2; expected: times that increase"),
+        ({"times": [1.0], "speeds": [2.0]}, "speed_noise 1 is nan; expected: a finite standard deviation above zero"),
         ({"times": [1.0], "speeds": [-2.0], "speed_noise": 0.1}, "speed -2 is negative; expected: impact speeds"),
         ({"times": [1.0], "time_unit": 0.0}, "time_unit is 0.0; expected: the system's unit"),
         ({"times": [1.0], "time_unit": "s"}, "time_unit is 's'; expected: the system's unit"),
         ({"times": [1.0], "phase": np.nan}, "phase is nan; expected: radians at time zero, or None"),
-        ({"times": ["a"]}, "times are not numbers"),
+        ({"times": ["1", "a"]}, "number 2 of times is 'a'; expected: numbers, with a decimal point"),
         ({"sample_times": [1.0]}, "sample_times without samples"),
         ({"times": [1.0], "name": "run 7", "length_unit": -1}, "record 'run 7': length_unit is -1"),
     ],
@@ -39,6 +41,9 @@ def test_a_csv_file_a_mapping_and_a_dataset_give_the_same_record(tmp_path: Path)
     xarray = pytest.importorskip("xarray")
     path = tmp_path / "rig.csv"
     path.write_text("# a rig\ntime,wall,speed,noise,speed_noise\n0.5,B,1.25,0.01,0.1\n1.5,,,0.01,\n")
+    sheet, tabs = tmp_path / "sheet.csv", tmp_path / "tabs.txt"  # as spreadsheets write them, some with decimal commas
+    sheet.write_text(path.read_text().replace(",", ";").replace(".", ","), encoding="utf-8-sig")
+    tabs.write_text(path.read_text().replace(",", "\t"))
     columns = {
         "time": [0.5, 1.5],
         "wall": ["B", ""],
@@ -48,7 +53,7 @@ def test_a_csv_file_a_mapping_and_a_dataset_give_the_same_record(tmp_path: Path)
     }
     dataset = xarray.Dataset({key: ("impact", value) for key, value in columns.items()})
     one, other, third = Record.read(path, name="a"), Record.read(columns), Record.read(dataset)
-    for record in (other, third):
+    for record in (other, third, Record.read(sheet), Record.read(tabs)):
         for name in ("times", "walls", "speeds", "noise", "speed_noise"):
             np.testing.assert_array_equal(getattr(one, name), getattr(record, name))
     assert str(one) == "a: 2 impacts, time 0.5 to 1.5"

@@ -2,11 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rig import Rig
 
 import nsmaps
 from nsmaps.errors import StudyError
+from nsmaps.estimation import basin_distance
 from nsmaps.study.pictures.draw import draw
 
 TIMES, WALLS, _ = Rig().impacts(11, 0.8, 0.4, 10.0)
@@ -18,12 +20,17 @@ def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: py
     (tmp_path / "rig.csv").write_text("time,wall\n" + "\n".join(rows))
     study = tmp_path / "rig.yaml"
     data = "estimate:\n  data: [{file: rig.csv, noise: 0.05, time_unit: 25, phase: 0}]\n  free: {r: [0.2, 0.9]}\n  n_starts: 1\n"
-    study.write_text(f"{HEAD}{data}figures: [estimate]\n")
+    data += "basin_distance: {directions: [[0.1, 0], [0, 1]], n_draws: 1}\n"
+    study.write_text(f"{HEAD}{data}figures: [estimate, margin]\n")
     monkeypatch.chdir(Path(__file__).parent)
     result = nsmaps.run_study(nsmaps.load_study(study), out=tmp_path / "run")
     stored = nsmaps.read_result(tmp_path / "run")
     assert stored["estimate"].values.tolist() == result["estimate"].values.tolist()
-    assert [path.name for path in draw(stored, ["estimate"], tmp_path / "figures", dpi=40)] == ["estimate.png"]
+    drawn = [path.name for path in draw(stored, ["estimate", "margin"], tmp_path / "figures", dpi=40)]
+    assert drawn == ["estimate.png", "margin.png"]
+    margin = basin_distance(result.system, result["estimate"], directions=[[0.1, 0], [0, 1]], n_draws=1)
+    np.testing.assert_array_equal(stored["basin_distance"].distances, margin.distances)
+    assert str(margin) in next(result.study.basin_distance.findings(result)).text
     found = result.parts["estimate"]
     assert abs(found.values[0] - 0.5) < 3 * found.errors[0]
     (verdict,) = [one for one in result.verdicts if one.name.startswith("estimate")]
@@ -37,6 +44,14 @@ def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: py
         ("data: [{file: none.csv}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: none\.csv cannot be read"),
         ("data: [{times: [1, 0]}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: the record: times decrease"),
         ("data: [{times: [0, 1]}]\n  free: {q: [0, 1]}", "unknown parameter 'q'"),
+        (
+            "data: [{times: [0, 1]}]\n  free: {r: [0, 1]}\nbasin_distance: {record: 1}",
+            "6:26: there is no record 1; expected: below 1",
+        ),
+        (
+            "data: [{times: [0, 1]}]\n  free: {r: [0, 1]}\nbasin_distance: {directions: [[1]]}",
+            r"6:30: directions have the shape \(1, 1\); expected: \(D, 2\)",
+        ),
     ],
 )
 def test_wrong_data_are_refused_at_their_place(tmp_path: Path, section: str, message: str) -> None:

@@ -14,8 +14,8 @@ from nsmaps.study.study import CATALOGUE
 SECTIONS = (
     "name, title, system, parameters, grid, families, slices, diagonal, composite, partition, parametric_map, orbits, "
     "bifurcation_diagram, branches, parameter_plane, lyapunov, basins, global_continuation, manifolds, "
-    "observe, optimize, estimate, noise, domains, second_iterate, auxiliary_map, morse_sets, exit_times, proof, horseshoe, "
-    "figures, require, expected_failures"
+    "observe, optimize, estimate, basin_distance, noise, domains, second_iterate, auxiliary_map, morse_sets, exit_times, proof, "
+    "horseshoe, figures, require, expected_failures"
 )
 CONDITION = "the coordinates v, phi; < <= > >= == !=; and, or, not; numbers, pi, e, + - * / **, parentheses, " + ", ".join(
     FUNCTIONS

@@ -42,6 +42,7 @@ CALLS = {
     "observe": Call(nsmaps.observe, "", "orbits transient n_batches chatter rates"),
     "optimize": Call(nsmaps.optimize, "noisy", "x0"),
     "estimate": Call(nsmaps.estimate, "", "profile"),
+    "basin_distance": Call(nsmaps.estimation.basin_distance, "", "estimate"),
     "noise": Call(
         nsmaps.noisy_orbits,
         "sigma tau scale modes map min_returns impacts",

@@ -22,6 +22,7 @@ YOUNGER = {
     "reduced_basins",
     "same_attractor",
     "estimate",
+    "basin_distance",
 }  #: fields of results that no run of this format holds
 
 
