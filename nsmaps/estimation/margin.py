@@ -128,7 +128,7 @@ def basin_distance(
 def unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:
     """Directions of length 1 in these units, shape (D, c): so many random ones, or those given as changes of the coordinates.
 
-    NsmapsError where these are no such changes.
+    NsmapsError for another shape, and for a direction that is zero.
     """
     size = len(unit)
     given = random.standard_normal((directions, size)) if isinstance(directions, int) else np.asarray(directions, float)

@@ -224,7 +224,7 @@ def _column(label: str, what: str, values: Any, count: int | None) -> Floats:
 
 
 def _not_a_number(what: str, values: NDArray[Any]) -> str:
-    """The first of some values that is no number, in words."""
+    """The first value that cannot be read as a number, in words."""
     for k, value in enumerate(values.ravel().tolist()):
         try:
             float(value)

@@ -74,19 +74,19 @@ def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, flo
         )
     low, high, first = [], [], []
     for name in names:
-        least, most = declared_bounds(system, name)
-        given = free[name] if isinstance(free, Mapping) and free[name] is not None else (least, most)
+        lowest, highest = declared_bounds(system, name)
+        given = free[name] if isinstance(free, Mapping) and free[name] is not None else (lowest, highest)
         begin = start.get(name, getattr(system, name))
         try:
             a, b = map(float, given)
-            a, b, begin = max(a, least), min(b, most), float(begin)  # in this order NaN remains
+            a, b, begin = max(a, lowest), min(b, highest), float(begin)  # in this order NaN remains
         except (TypeError, ValueError):
             a = b = np.nan
         begin = begin if name in start or not a < b else float(np.clip(begin, a, b))
         if not (a < b and a <= begin <= b):
             raise ParameterError(
-                f"{name} has the bounds {given!r} and starts at {begin!r}; expected: (low, high) with low < high within {least:g} "
-                f"to {most:g}, and a guess between them"
+                f"{name} has the bounds {given!r} and starts at {begin!r}; expected: (low, high) with low < high within "
+                f"{lowest:g} to {highest:g}, and a guess between them"
             )
         low.append(a)
         high.append(b)

@@ -67,7 +67,7 @@ def uncertainty(
 
     Raises:
         ParameterError: a parameter is unknown, or its distribution is not one.
-        NsmapsError: there are no parameters, no draws, or quantities that are no functions.
+        NsmapsError: parameters or draws are missing, or a quantity cannot be called.
     """
     random = np.random.default_rng(rng)
     functions = (
