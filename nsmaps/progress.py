@@ -189,12 +189,22 @@ def columns(stream: TextIO) -> int:
         return UNKNOWN
 
 
+def fitting(line: str, width: int) -> str:
+    """A line without its last parts, where it is longer than a width, so that it never wraps.
+
+    >>> fitting("fp: 39 %, basins (2 of 3), 1:22 left of basins", 30)
+    'fp: 39 %, basins (2 of 3)'
+    """
+    short = line[:width]
+    return line if len(line) <= width else short.rpartition(", ")[0] or short
+
+
 def _show(stack: list[Work], done: threading.Event, after: float) -> None:
     stream = sys.stderr
     if done.wait(after):
         return
     while True:
-        line = "".join(work.line() for work in stack[:1])[: columns(stream) - 1]  # which never wraps
+        line = fitting("".join(work.line() for work in stack[:1]), columns(stream) - 1)
         stream.write(f"{CLEAR}{line}")
         stream.flush()
         if done.wait(EVERY):

@@ -53,6 +53,11 @@ def test_a_line_never_wraps(monkeypatch):
         beat(0.25, "7 parts")
         waits()
     assert lines(terminal)[-1] == "a long name of a call: "
+    monkeypatch.setenv("COLUMNS", "40")
+    with working("a long name of a call"):
+        beat(0.25, "7 parts")
+        waits()
+    assert lines(terminal)[-1] == "a long name of a call: 25 %, 0:00"
 
 
 def test_only_the_outermost_call_is_shown(monkeypatch):

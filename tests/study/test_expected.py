@@ -1,6 +1,7 @@
 """Verdicts that are expected to fail: what their failure shows, where it comes and where it does not."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -79,3 +80,9 @@ def test_what_it_shows_is_a_text(wrong: str) -> None:
     Path("s.yaml").write_text(STUDY.replace("REQUIRE", "") + wrong)
     with pytest.raises(nsmaps.NsmapsError, match=r"s\.yaml:\d+:\d+: "):
         nsmaps.load_study("s.yaml")
+
+
+def test_a_single_verdict_is_stated_in_a_sentence() -> None:
+    result = made("  domain small: nothing\n")
+    one = replace(result, verdicts=[verdict for verdict in result.verdicts if verdict.name == "domain flat: forward invariant"])
+    assert conclusion(one).startswith("The only verdict, which is not required, does not hold: domain flat: forward invariant.")

@@ -44,6 +44,11 @@ def _as_expected(verdict: Verdict, expected: Mapping[str, str]) -> Verdict:
     return replace(verdict, shows=meaning, text=f"no: expected to fail: shows that {meaning}; {because}")
 
 
+def _only(verdict: Verdict) -> str:
+    """The only verdict in a sentence."""
+    return f"The only verdict, which is not required, {'holds' if verdict.holds else 'does not hold'}: {verdict.name}."
+
+
 def conclusion(result: StudyResult) -> str:
     """The required verdicts that fail, or that none does; the number of others that hold; coexisting attractors; else ""."""
     required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
@@ -59,8 +64,9 @@ def conclusion(result: StudyResult) -> str:
     if others:
         expected = sum(bool(verdict.shows) for verdict in others)
         shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
+        held = sum(verdict.holds for verdict in others)
         which = f" Of {len(others)} that are not required" if required else f"Of {len(others)} verdicts, none of them required"
-        text += f"{which}, {sum(verdict.holds for verdict in others)} hold{shown}."
+        text += f"{which}, {held} hold{shown}." if required or len(others) > 1 else _only(others[0])
     text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
     text = " ".join(filter(None, (text, coexisting(result))))
     return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}".rstrip()
