@@ -48,6 +48,15 @@ def locate(curve: Curve[P], start: P, direction: Floats, length: float, test: Ca
 
 
 def extrapolated(tests: list[float], values: Floats) -> tuple[float, float]:
-    """The value where a test is zero, by the polynomial through all pairs, and its difference from that without the last pair."""
-    best, other = (float(np.polynomial.Polynomial.fit(tests[:n], values[:n], n - 1)(0.0)) for n in (len(tests), len(tests) - 1))
+    """The value where a test is zero, by the polynomial through all pairs, and its difference from that without the last pair.
+
+    Tests are distinct. The polynomial is that of Lagrange, which is as accurate for tests of very different sizes.
+    """
+    best, other = (_at_zero(np.array(tests[:n]), values[:n]) for n in (len(tests), len(tests) - 1))
     return best, abs(best - other)
+
+
+def _at_zero(tests: Floats, values: Floats) -> float:
+    """The value at the test 0 of the polynomial through pairs, shape (n,) each."""
+    others = [np.delete(tests, k) for k in range(len(tests))]
+    return float(sum(value * np.prod(rest / (rest - test)) for value, test, rest in zip(values, tests, others, strict=True)))

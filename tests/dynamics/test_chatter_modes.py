@@ -1,6 +1,8 @@
 """Complete chatter of systems with modes, once a period: against formulas, impacts in 60 digits, and an integrator."""
 
+import warnings
 from functools import cache
+from math import sqrt
 
 import mpmath as mp
 import numpy as np
@@ -229,3 +231,43 @@ def test_chatter_as_one_event_is_refused_with_what_to_write():
     said = "complete chatter of a Table: no guard of its section `rests`.* Returns to another section, as a clock, pass chatter"
     with pytest.raises(NsmapsError, match=said):
         CompleteChatter(Table(Gamma=1.3, r=0.5))
+
+
+class Strobe(HybridSystem):
+    """A ball on a table with the acceleration -8a, and 8a from each second whole time to the next; the section is a clock."""
+
+    a: float = 0.13
+    r: float = 0.5
+
+    states = ("z", "w")
+
+    def period(self):
+        return 2
+
+    def modes(self, t, y):
+        return {"up": {"z": y.w, "w": 8 * self.a - 1}, "down": {"z": y.w, "w": -8 * self.a - 1}}
+
+    def guards(self, t, y):
+        hit, clock = {"w": -self.r * y.w}, sp.sin(sp.pi * t)
+        return {
+            "B": Guard("up", y.z, reset=hit, rests="table up"),
+            "D": Guard("down", y.z, reset=hit, rests="table down"),
+            "half": Guard("up", clock, to="down"),
+            "full": Guard("down", -clock, to="up"),
+            "x": Guard("table up", clock, to="table down"),
+            "y": Guard("table down", -clock, to="table up"),
+        }
+
+    def section(self, t, y):
+        return PoincareSection(("full", "y"), ("z", "w"))
+
+
+def test_chatter_that_ends_at_a_clock_is_extrapolated_without_warnings():
+    """With b = 8a - 1 and r = 1/2 the first impact has the speed V^2 = b^2 + (b + 2) b, and impacts end at b + 3 V = b + 2."""
+    system = Strobe()
+    start = nsmaps.periodic_orbit(system, nsmaps.orbit(system, [0.1, 0.1], 60).final)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        branch = nsmaps.continue_branch(system, "a", start, system.a, (0.126, 0.2))
+    end = (1 + (sqrt(17) - 3) / 6) / 8
+    assert abs(branch.events[-1].value - end) < branch.events[-1].precision < 1e-8

@@ -15,6 +15,7 @@ SMALLEST = 1e-9  #: step, as a share of the parameter's range, at which a branch
 CLOSE = 1e-3  #: a margin from a graze, in the curve's units, within which a branch that ends while it falls is taken to end there
 APART = 1.1  #: least ratio of the distances from the end of a branch, of successive points that are considered there
 WORST = 1e-4  #: precision of a graze, in the parameter's range, above which it is not one
+TINY = 1e-300  #: least margin above one that is zero
 ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, of a homoclinic orbit
 
 
@@ -88,6 +89,6 @@ def doubling_rows(margins: Floats) -> list[int]:
     for k in range(1, len(margins)):
         if not margins[k] >= 0.5 * margins[rows[-1]]:  # it falls, by more than rounding
             return rows
-        if 2 * margins[rows[-1]] <= margins[k] < np.inf and len(rows) < 8:
+        if max(2 * margins[rows[-1]], TINY) <= margins[k] < np.inf and len(rows) < 8:
             rows.append(k)
     return rows
