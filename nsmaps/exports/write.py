@@ -169,7 +169,11 @@ def _unwritten(system: System, language: str) -> str:
         return "its map is implicit"
     if isinstance(system, HybridSystem):
         return "its flights are nonlinear, and followed by code of heyoka" if system._definition().smooth else ""
-    return "its flights are integrated" if isinstance(system, ImpactSystem) and system.flight() == "acceleration" else ""
+    return (
+        "its flights are given by an acceleration"
+        if isinstance(system, ImpactSystem) and system.flight() == "acceleration"
+        else ""
+    )
 
 
 def _without_text(system: PiecewiseMap) -> str:

@@ -150,7 +150,7 @@ def test_julia(tmp_path):
 
 @pytest.mark.parametrize("language", ["c", "julia"])
 def test_what_cannot_be_written_is_refused_by_name(language):
-    with pytest.raises(NsmapsError, match=f"DuffingStop as '{language}': its flights are integrated"):
+    with pytest.raises(NsmapsError, match=f"DuffingStop as '{language}': its flights are given by an acceleration"):
         nsmaps.export(
             nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)),
             language,

@@ -269,4 +269,5 @@ def _whereabouts(surface: Surface) -> str:
         return "the family has no data; expected: a family whose words occur on the grid, or another grid"
     ends = zip(surface.coordinates, surface.start.min(axis=0), surface.start.max(axis=0), strict=True)
     hull = ", ".join(f"{name} in [{low:.6g}, {high:.6g}]" for name, low, high in ends)
-    return f"the family's {len(surface.start)} states lie within {hull}, and regions see angles in [0, 2 pi)"
+    angles = ", and regions see angles in [0, 2 pi)" if surface.coordinates.angles.any() else ""
+    return f"the family's {len(surface.start)} states lie within {hull}{angles}"
