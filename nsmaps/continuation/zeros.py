@@ -59,4 +59,4 @@ def extrapolated(tests: list[float], values: Floats) -> tuple[float, float]:
 def _at_zero(tests: Floats, values: Floats) -> float:
     """The value at the test 0 of the polynomial through pairs, shape (n,) each."""
     others = [np.delete(tests, k) for k in range(len(tests))]
-    return float(sum(value * np.prod(rest / (rest - test)) for value, test, rest in zip(values, tests, others, strict=True)))
+    return float(sum(value * np.prod(each / (each - test)) for value, test, each in zip(values, tests, others, strict=True)))

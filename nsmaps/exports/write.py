@@ -169,11 +169,8 @@ def _unwritten(system: System, language: str) -> str:
         return "its map is implicit"
     if isinstance(system, HybridSystem):
         return "its flights are nonlinear, and followed by code of heyoka" if system._definition().smooth else ""
-    return (
-        "its flights are given by an acceleration"
-        if isinstance(system, ImpactSystem) and system.flight() == "acceleration"
-        else ""
-    )
+    integrated = isinstance(system, ImpactSystem) and system.flight() == "acceleration"
+    return "its flights are given by an acceleration" if integrated else ""
 
 
 def _without_text(system: PiecewiseMap) -> str:

@@ -18,7 +18,7 @@ import sympy as sp
 from pydantic import Field, PrivateAttr
 from systems import Oscillator, Table
 
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import ParameterError, SystemDefinitionError
 from nsmaps.exact.compiling import compiled, kept
 from nsmaps.exact.flows import exponentials
 from nsmaps.exact.systems.system import ImpactSystem
@@ -376,3 +376,19 @@ def test_formulas_of_many_terms_can_be_read_by_python() -> None:
         added = {"badd": lambda a, b: (a[0] + b[0], 0.0), "bmul": lambda a, b: (a[0] * b[0], 0.0)}
         expected = whole.xreplace(dict.fromkeys(many, sp.Integer(2)))
         assert eval(code, added | names)[0] == pytest.approx(float(expected))
+
+
+class Paced(Table):
+    speed: float = 1.0
+
+    def period(self):
+        return sp.pi / self.speed
+
+
+@pytest.mark.parametrize("speed", [-1.0, -0.5])
+def test_a_period_that_parameters_make_negative_is_refused(speed: float):
+    with pytest.raises(
+        ParameterError, match=f"Paced: the period is {math.pi / speed:g} at .*, speed={speed:g}; expected: a positive"
+    ):
+        Paced(height=1.0, speed=speed).first_return([[1.0, 1.0]])
+    assert Paced(height=1.0).first_return([[1.0, 1.0]]).valid.all()

@@ -20,7 +20,7 @@ ALIKE = 0.5  #: least ratio of their growth with the logarithm of the distance, 
 
 
 def points_from_end(grown: GrowingBranch) -> list[OrbitPoint]:
-    """Points of a branch from the last one back, whose distances from it grow geometrically: next to a graze steps are rounding."""
+    """Points of a branch from the last one back, at distances that grow geometrically: next to a graze steps are rounding."""
     points, reached = [grown.points[-1]], 0.0
     for point, arclength in zip(grown.points[-2::-1], grown.arclength[-2::-1], strict=True):
         if (off := grown.arclength[-1] - arclength) > reached:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike, as_states
+from nsmaps.errors import ParameterError
 from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
@@ -31,6 +32,10 @@ class FlowSystem(HybridFormulas):
         def _kernel(self) -> MotionKernel: ...
 
     def _compile(self) -> MotionKernel:
+        period = self.period()
+        if getattr(period, "is_nonpositive", False) or (isinstance(period, float) and period <= 0):
+            name, values = type(self).__name__, ", ".join(f"{key}={value:g}" for key, value in self.parameters.items())
+            raise ParameterError(f"{name}: the period is {float(period):g} at {values}; expected: a positive number")
         return _kernel(self.definition_key(), repr(vars(self)), _Unkeyed(self))
 
     @property
