@@ -397,3 +397,12 @@ def test_a_curve_of_doublings_parts_the_plane(pair) -> None:
     for d, r in sampled:
         sides = nsmaps.parameter_plane(pair, {"d": [d - 2e-3, d + 2e-3], "r": [r]}, [0.8, 0.31], n_returns=64, transient=20_000)
         assert sides.period[0, :, 0].tolist() == [2, 1]
+
+
+def test_cycles_with_rest_have_no_finite_exponent_however_they_were_found():
+    """The image of a state that comes to rest does not depend on it; here only orbits followed for longer show the rest."""
+    ball = nsmaps.load_system("bouncing_ball", Gamma=1.5, r=0.5)
+    gamma = np.linspace(1.5, 3.2, 24)[7]
+    plane = nsmaps.parameter_plane(ball, {"Gamma": [gamma], "r": [0.6]}, [[1, 1], [3, 2]], n_returns=400, transient=300)
+    assert plane.labels.ravel().tolist() == ["B~B/16T", "B~B/16T"]
+    assert np.isneginf(plane.exponent).all()

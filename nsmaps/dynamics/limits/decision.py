@@ -84,7 +84,7 @@ def limit_of(return_map: ReturnMap, path: Path, scale: Floats, tolerance: float,
     found = _by_growth(return_map, path, scale, tolerance) if with_growth else _cycle(return_map, path, scale, tolerance) or found
     if found.kind != CHAOS or comes_to_rest(path) or not return_map.has_orbits:
         return found
-    later = Path.of(return_map.orbits(path.states[-1], FOLLOWED[-1]), path.begun)  # rare rests make an orbit periodic
+    later = followed(return_map, path.states[-1], FOLLOWED[-1], path.begun)  # rare rests make an orbit periodic
     if not comes_to_rest(later):
         return found
     return _between_rests(return_map, later, scale, tolerance) or Limit(UNRESOLVED, until_release(later))
