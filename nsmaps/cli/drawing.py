@@ -25,6 +25,21 @@ Drawn = Annotated[
     ),
 ]
 Format = StrEnum("Format", ["png", "svg", "pdf"])  #: file formats of figures
+Formats = Annotated[
+    list[Format] | None,
+    typer.Option("--format", metavar="FORMAT", help="File format: png (the default), svg or pdf; may be repeated."),
+]
+Letters = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="FILE=LETTERS",
+        help="Letters of the panels of a file, as cobweb=cd, a blank for none; a, b, c, ... by default; may be repeated.",
+    ),
+]
+Grey = Annotated[
+    bool,
+    typer.Option("--grey", help="Also without colour, as grey-NAME.png, with the entries of legends that then look alike."),
+]
 
 
 def draw_listed(
@@ -97,10 +112,7 @@ def figures(
     only: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="A figure; may be repeated.", autocompletion=_names)
     ] = None,
-    formats: Annotated[
-        list[Format] | None,
-        typer.Option("--format", metavar="FORMAT", help="File format: png (the default), svg or pdf; may be repeated."),
-    ] = None,
+    formats: Formats = None,
     out: Annotated[Path | None, typer.Option(help="The folder to write to.", show_default="DIR/figures", file_okay=False)] = None,
     dpi: Annotated[
         float, typer.Option(metavar="N", min=10, help="Dots per inch of png, and of dense parts of svg and pdf.")
@@ -108,18 +120,9 @@ def figures(
     width: Annotated[
         float, typer.Option(metavar="N", min=2, max=40, help="Width of a figure in inches; type stays at 8 points.")
     ] = 5.1,
-    letters: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="FILE=LETTERS",
-            help="Letters of the panels of a file, as cobweb=cd, a blank for none; a, b, c, ... by default; may be repeated.",
-        ),
-    ] = None,
+    letters: Letters = None,
     style: Drawn = "",
-    grey: Annotated[
-        bool,
-        typer.Option("--grey", help="Also without colour, as grey-NAME.png, with the entries of legends that then look alike."),
-    ] = False,
+    grey: Grey = False,
     installed_only: InstalledOnly = False,
 ) -> None:
     """Draw figures of a run again from its arrays: those that its study names, or any others for which it has the data.

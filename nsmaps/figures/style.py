@@ -286,5 +286,5 @@ def dress(ax: Axes, x: tuple[str, str], y: tuple[str, str]) -> Axes:
         if is_angle(coordinate):
             angle_ticks(axis, span)
         if axis.get_scale() == "linear" and not isinstance(axis.get_major_locator(), MultipleLocator):
-            decimal_ticks(ax, axis)
+            decimal_ticks(axis)
     return ax

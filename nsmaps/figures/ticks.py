@@ -41,7 +41,7 @@ def angle_ticks(axis: Axis, span: float) -> None:
         axis.set_major_formatter(FuncFormatter(_in_pi))
 
 
-def decimal_ticks(ax: Axes, axis: Axis) -> None:
+def decimal_ticks(axis: Axis) -> None:
     """At most six ticks; on a horizontal axis only as many as have room for their digits, which are many of a small domain."""
     room = _inches(axis) / _DIGIT
     formatter = axis.get_major_formatter()

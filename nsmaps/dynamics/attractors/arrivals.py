@@ -81,7 +81,7 @@ def _follow(
     in_time: bool,
 ) -> None:
     """As `follow`, written to ends."""
-    n, (label, arrival, outcome, stuck) = len(start), ends
+    n, (label, arrival, outcome, _) = len(start), ends
     streak, since = np.zeros((2, len(attractors), n), np.int32)  # successive states near each, and the returns before the first
     going, states = np.arange(n), Coordinates(return_map.coordinates).wrap(start)
     scale = Coordinates(return_map.coordinates).magnitudes(start, *(attractor.states for attractor in attractors))
@@ -106,15 +106,20 @@ def _follow(
             progress(max(k / max(returns, 1), 1 - len(going) / max(n, 1)))
         if not len(going) or k == returns:
             break
-        next_returns = return_map.first_return(states)
-        outcome[going], states = next_returns.outcome, next_returns.image
-        arrival[going] += next_returns.numbers * next_returns.valid
-        gone = vast(next_returns.coordinates, states, scale)
-        if gone.any():
-            outcome[going[gone]], states = Outcome.escaped, np.where(gone[:, None], np.nan, states)
-        stuck[going] |= next_returns.outcome == Outcome.stuck
+        states = _next_states(return_map, states, going, ends, scale)
     for number in approach.cycles:
         label[going[comes_nearer(approach.distances[:, number, going])]] = number
+
+
+def _next_states(return_map: ReturnMap, states: Floats, going: Ints, ends: Ends, scale: Floats) -> Floats:
+    """The images of the states of orbits that go on, whose ends are written; NaN of those that escape."""
+    returns = return_map.first_return(states)
+    ends.outcome[going] = returns.outcome
+    ends.arrival[going] += returns.numbers * returns.valid
+    ends.stuck[going] |= returns.outcome == Outcome.stuck
+    gone = vast(returns.coordinates, returns.image, scale)
+    ends.outcome[going[gone]] = Outcome.escaped
+    return np.where(gone[:, None], np.nan, returns.image) if gone.any() else returns.image
 
 
 class _Approach:

@@ -111,7 +111,7 @@ def manifold(
         raise NsmapsError(
             f"the stable manifold of a {type(system).__name__} needs its inverse, which is not known; expected: `inverse`"
         )
-    return _stable(_unstable(inverse, _reversed_orbit(inverse, orbit, scale), scale, *grow), orbit, scale)
+    return _stable(_unstable(inverse, _reversed_orbit(inverse, orbit, scale), scale, *grow), orbit)
 
 
 def _unstable(return_map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length: float, gap: float, max_points: int) -> Manifold:
@@ -160,7 +160,7 @@ def _reversed_orbit(inverse: ReturnMap, orbit: PeriodicOrbit, scale: Floats) -> 
     return found
 
 
-def _stable(found: Manifold, orbit: PeriodicOrbit, scale: Floats) -> Manifold:
+def _stable(found: Manifold, orbit: PeriodicOrbit) -> Manifold:
     """The unstable manifold of the inverse as the stable one of the map, whose states k follow one another the other way."""
     q = len(orbit.states)
     names = found.side // 2, found.side % 2

@@ -62,7 +62,7 @@ def meet_conditions(p, k, a_set, z, w):
 
 
 @inlined
-def exclude(p, a, b, z, form):
+def exclude(a, b, z, form):
     """Whether two rows, one of them negative and the other not positive, exclude each other.
 
     They do where a multiple of b cancels an entry of a and their sum is nowhere negative.
@@ -101,11 +101,11 @@ def is_exhaustive(p, f, known, z, w):
     falls = known & FALLING != 0
     for i in span(p.conditions, one):
         apply_row(p.where[i], z, w.delay)
-        first = lower_bound(w.delay) >= 0.0 or (falls and exclude(p, p.where[i], rate, z, w.delay))
+        first = lower_bound(w.delay) >= 0.0 or (falls and exclude(p.where[i], rate, z, w.delay))
         for j in span(p.conditions, two):
             apply_row(p.where[j], z, w.delay)
-            second = lower_bound(w.delay) >= 0.0 or (falls and exclude(p, p.where[j], rate, z, w.delay))
-            if not (first or second or exclude(p, p.where[i], p.where[j], z, w.delay)):
+            second = lower_bound(w.delay) >= 0.0 or (falls and exclude(p.where[j], rate, z, w.delay))
+            if not (first or second or exclude(p.where[i], p.where[j], z, w.delay)):
                 return False
     return True
 

@@ -14,7 +14,7 @@ from nsmaps.exact.modes.tables.taylor import ORDER, apply_propagator, write_prop
 
 
 @inner
-def carry_slopes(p, mode, tau, w, d):
+def carry_slopes(mode, tau, w, d):
     """Write the derivatives of states at tau: dz + F dz + dF z, where `write_propagator` has written F = exp(Y tau) - 1."""
     n, width = len(w.new), len(w.z)
     for i in range(n):
@@ -64,7 +64,7 @@ def advance(p, mode, tau, unit, phi, w):
         advance_states(p, tau, w)
     else:
         write_propagator(p, mode, tau, w)
-        carry_slopes(p, mode, tau, w, w.slopes)
+        carry_slopes(mode, tau, w, w.slopes)
         apply_propagator(w)
         for i in range(len(w.new)):
             for c in range(w.dz.shape[1]):
@@ -110,7 +110,7 @@ def slopes_at(p, mode, s, w, y, d):
             for c in range(w.dz.shape[1]):
                 d[i, c] = slope(p, i, c, w)
     else:
-        carry_slopes(p, mode, tau, w, d)
+        carry_slopes(mode, tau, w, d)
 
 
 @inner

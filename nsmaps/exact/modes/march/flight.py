@@ -59,7 +59,7 @@ NOW = -1  # in place of a number of terms that are zero: the event takes place a
 
 
 @inner
-def locate_zero(p, f, left, when, w):
+def locate_zero(f, left, when, w):
     """The first zero of a function up to a time, with all care: a `Zero`.
 
     Its series is given, with a bound on its error. Terms that are zero at the start are divided out.
@@ -111,7 +111,7 @@ def first_zero_of(p, f, when, grown, w):
     clear, found, x = separate_zero(number, guess, on, when, error, weighted_size(p.bends[f], z), w)
     if clear:
         return Zero(found, x, False)
-    return locate_zero(p, f, weighted_size(p.left[f], z) * remaining(when) + grown_rounding(p, f, grown, w), when, w)
+    return locate_zero(f, weighted_size(p.left[f], z) * remaining(when) + grown_rounding(p, f, grown, w), when, w)
 
 
 @inner
@@ -135,7 +135,7 @@ def first_zero_ahead(p, f, when, grown, w):
     if clear:
         error = ROUNDING * size_of(w.a, x) if on else unknown + error_at(p, f, x, w)
         return Zero(found, x, found and shifts_rate(w.a, x, error, w))
-    found, x, unsure = locate_zero(p, f, left + (0.0 if on else formula_error(p, f, w)) + unknown, when, w)
+    found, x, unsure = locate_zero(f, left + (0.0 if on else formula_error(p, f, w)) + unknown, when, w)
     return Zero(found, x, unsure or (found and not on and shifts_rate(w.a, x, unknown + error_at(p, f, x, w), w)))
 
 
