@@ -61,9 +61,11 @@ def map_along(model: Model, *parameters: str) -> Callable[..., ReturnMap]:
 
 
 def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[ReturnMap | None, str]:
-    """The map at values of parameters, or the reason why there is none, on one line: a `map_of` raises a ValueError."""
+    """The map at values of parameters, or the reason why there is none, on one line: it or its formulas raise ValueError."""
     try:
         return_map = map_of(*values)
+        if isinstance(return_map, System):
+            return_map.check_formulas()
     except ValueError as error:
         return None, _in_words(error)
     return ReturnMap.require(return_map, "returns"), ""

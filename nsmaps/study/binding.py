@@ -80,7 +80,9 @@ class Binding:
     def check_value(self, loc: Loc, parameter: str, value: float, key: str) -> None:
         """Raise StudyError at the key of a section unless its value of the parameter is valid for the system."""
         with self.study.source.located(loc, type(self.system), **{parameter: key}):
-            type(self.system)(**{**self.system.model_dump(), parameter: value})
+            system = type(self.system)(**{**self.system.model_dump(), parameter: value})
+        with self.study.source.located((*loc, *[key] * bool(key))):
+            system.check_formulas()
 
     def some_values(self, loc: Loc, sweep: Range) -> None:
         """Raise StudyError unless at least one value of a sweep is valid; its result names those that are not."""

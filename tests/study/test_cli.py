@@ -236,3 +236,46 @@ def test_a_run_on_two_processes_has_the_same_numbers() -> None:
     assert one.parameter_plane is not None
     assert two.parameter_plane is not None
     assert one.parameter_plane.exponent.tobytes() == two.parameter_plane.exponent.tobytes()
+
+
+FALLING = '''
+import sympy as sp
+from nsmaps import ImpactSystem, Wall
+
+
+class Falling(ImpactSystem):
+    """A ball; its flight begins at its impact where `lift` is zero alone, and its forcing has no period where w is zero."""
+
+    lift: float = 0.0
+    w: float = 1.0
+    r: float = 0.5
+
+    def walls(self):
+        return {"B": Wall(at=0, side=-1)}
+
+    def period(self):
+        return 2 * sp.pi / self.w
+
+    def FLIGHT
+'''
+FLIGHTS = {
+    "lift": "displacement(self, t, hit):\n        return hit.z + hit.w * (t - hit.t) - (t - hit.t) ** 2 / 2 + self.lift",
+    "w": "acceleration(self, t, place, velocity):\n        return sp.cos(self.w * t) - 2",
+}
+
+
+@pytest.mark.parametrize(("name", "ends", "refused"), [("lift", (0.0, 1.0), True), ("w", (0.0, 2.0), False)])
+def test_check_refuses_a_range_that_the_formulas_of_the_class_refuse(name: str, ends: tuple[float, float], refused: bool) -> None:
+    """As the run does, at the same place; a single value that is refused is one without a map."""
+    Path("falling.py").write_text(FALLING.replace("FLIGHT", FLIGHTS[name]))
+    diagram = f"{{parameter: {name}, from: {ends[0]}, to: {ends[1]}, points: 3, starts: [{{v: 1, phi: 1}}], n_returns: 4}}"
+    Path("s.yaml").write_text(f"title: t\nsystem: falling.py:Falling\nbifurcation_diagram: {diagram}\n")
+    checked, run = (
+        CliRunner().invoke(app, [command, "s.yaml", *more]) for command, more in (("check", []), ("run", ["--no-report"]))
+    )
+    assert (checked.exit_code, run.exit_code) == ((2, 2) if refused else (0, 0))
+    if refused:
+        assert checked.stderr.splitlines()[-1] == run.stderr.splitlines()[-1]
+        assert checked.stderr.splitlines()[-1].startswith("s.yaml:3:46: Falling.displacement does not start at hit.z")
+    else:
+        assert "2 values of w" in run.stdout or "no attractor" in run.stdout

@@ -404,7 +404,8 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
     result = run_study("s.yaml", out="out", progress=shares.append, resume=True)
     assert result.morse_sets is not None
     assert result.morse_sets.finished
-    assert shares == pytest.approx([0, 1 / 2, 5 / 8, 3 / 4, 1])
+    assert {0, 1 / 2, 5 / 8, 3 / 4, 1} <= set(shares)  # of steps and levels
+    assert shares == sorted(shares)
 
 
 def test_a_second_run_leaves_nothing_of_the_first(whole: StudyResult) -> None:

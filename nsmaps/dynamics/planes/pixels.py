@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import chain
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -65,14 +65,12 @@ def _pass(
     directed: bool,
 ) -> tuple[list[Tail | None], list[str]]:
     """The ends of orbits at the pixels of a row, taken up or down, and the reasons why there are none."""
-
-    def map_at(pixel: Any) -> Any:
-        return_map = map_of(*pixel)
-        return_map.first_return(np.zeros((0, starts.shape[-1])))  # a formula may fail at these values
-        return return_map
-
     runs, reasons, _ = followed(
-        map_at, row[::way], starts, lambda return_map, states: tail(return_map, states, length, tolerance), directed
+        lambda pixel: map_of(*pixel),
+        row[::way],
+        starts,
+        lambda return_map, states: tail(return_map, states, length, tolerance),
+        directed,
     )
     them = iter(runs)
     return [None if reason else next(them) for reason in reasons][::way], reasons[::way]

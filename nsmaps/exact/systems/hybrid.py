@@ -108,10 +108,6 @@ class HybridSystem(FlowSystem):
         track = self._track(state, n, samples, SUMMED_SPEED)
         return track.time.ravel(), track.states.reshape(-1, len(self.states))
 
-    def check_formulas(self) -> None:
-        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
-        self._kernel()
-
     def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> "ModeTrack":
         """As `nsmaps.exact.trajectory.track`."""
         return self._kernel().modes.track(as_starts(state, self.coordinates), n, samples, chatter)

@@ -125,7 +125,7 @@ class System(BaseModel, Transferable, ReturnMap):
         return np.array([float(rates.get(name, 0.0)) for name in names])
 
     def check_formulas(self) -> None:
-        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
+        """Refuse formulas that give no map at the parameters, with an NsmapsError: none of a map without formulas."""
 
     def __str__(self) -> str:
         """The class with all of its fields, as pydantic's `repr`."""
@@ -152,6 +152,10 @@ class ExactSystem(System, ExactMap):
     @abstractmethod
     def formulas(cls) -> dict[str, Any]:
         """The formulas of the class by name, all that its map follows from."""
+
+    def check_formulas(self) -> None:
+        """Refuse formulas that give no map at the parameters, with an NsmapsError; without compiling machine code."""
+        self._kernel()
 
     def _kernel(self) -> Any:
         """The compiled map, made once."""

@@ -112,10 +112,6 @@ class PiecewiseMap(ExactSystem):
         """Zero, as there is no forcing."""
         return 0.0
 
-    def check_formulas(self) -> None:
-        """Refuse formulas that are not pieces, with a SystemDefinitionError; without compiling anything."""
-        self._kernel()
-
     def obstacle(self) -> str:
         """None: the map is one by formulas."""
         return ""

@@ -116,15 +116,6 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
         times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
         return times.ravel(), places.ravel()
 
-    def check_formulas(self) -> None:
-        """Refuse formulas that are inconsistent for the parameters, with a SystemDefinitionError; without compiling anything."""
-        if self.flight() == "acceleration":
-            self._check()
-        else:
-            from nsmaps.exact.systems.checks import check_start
-
-            check_start(self)
-
     def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> Track:
         """As `nsmaps.exact.trajectory.track`."""
         impacts = self.impacts(state, n, chatter)
