@@ -52,8 +52,8 @@ def test_the_long_run_says_parameter_range_points_and_returns() -> None:
 
 
 WRONG = [
-    ("- self.a * (sp.sin(t) - sp.sin(hit.t))", "- self.a * sp.sin(t)", "does not start at hit.z: off by 0.1188"),
-    ("(hit.w + self.a * sp.cos(hit.t)) * s", "hit.w * s", "does not start with the velocity hit.w: off by 0.1608"),
+    ("- self.a * (sp.sin(t) - sp.sin(hit.t))", "- self.a * sp.sin(t)", "does not start at hit.z: off by "),
+    ("(hit.w + self.a * sp.cos(hit.t)) * s", "hit.w * s", "does not start with the velocity hit.w: off by "),
 ]
 
 
@@ -68,7 +68,7 @@ def test_check_refuses_a_displacement_that_starts_elsewhere(right: str, wrong: s
     first, told = answer.stderr.split("\n", 1)
     assert first.startswith(f"executes {Path('mine.py').resolve()}:Ball, the file of the system")
     assert told.startswith(f"s.yaml:2:9: Ball.displacement {says}")
-    assert re.search(rf" at phi = 7/11 \({re.escape(str(Path('mine.py').resolve()))}:{line}\)\n$", answer.stderr)
+    assert re.search(rf" at a = 7/11, phi = 2/3 \({re.escape(str(Path('mine.py').resolve()))}:{line}\)\n$", answer.stderr)
 
 
 def test_a_run_says_so_too_in_the_class_s_own_names() -> None:

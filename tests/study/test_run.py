@@ -387,11 +387,11 @@ def test_ctrl_c_within_a_cover_stops_the_run(monkeypatch: pytest.MonkeyPatch) ->
 
     whole, levels = cover._next, []
 
-    def stopped(return_map: Any, stage: Any, level: int) -> Any:
+    def stopped(return_map: Any, stage: Any, level: int, depth: int) -> Any:
         levels.append(level)
         if level == 1:
             raise KeyboardInterrupt
-        return whole(return_map, stage, level)
+        return whole(return_map, stage, level, depth)
 
     Path("s.yaml").write_text("system: ball\nparameters: {a: 0.2}\nmorse_sets: {box: {v: [0.1, 0.3], phi: [0.2, 1]}, depth: 2}\n")
     with monkeypatch.context() as patched:
