@@ -125,6 +125,7 @@ def morse_sets(
         for _ in range(depth + 1):
             stage, level = _next(enclosing, stage, len(levels), depth)
             levels.append(level)
+            beat(2.0 ** (len(levels) - 1 - depth), f"level {len(levels) - 1} of {depth}, {len(stage.numbers)} cells")
     except KeyboardInterrupt as error:
         if not levels:
             raise
