@@ -112,7 +112,7 @@ def _follow(
 
 
 def _next_states(return_map: ReturnMap, states: Floats, going: Ints, ends: Ends, scale: Floats) -> Floats:
-    """The images of the states of orbits that go on, whose ends are written; NaN of those that escape."""
+    """The images of the states of orbits that have not ended, with what they end on written; NaN of those that escape."""
     returns = return_map.first_return(states)
     ends.outcome[going] = returns.outcome
     ends.arrival[going] += returns.numbers * returns.valid
