@@ -273,6 +273,25 @@ class InPython(nsmaps.System):
         return Returns.of_map(self.coordinates, states, self.a * states * (1 - states), slopes)
 
 
+def cam_of_polynomials():
+    """The gap above a cubic spline, whose second derivative is 2 to -2 and back: a flight, and release where it is -1."""
+    follower = hybrid(
+        ("z", "u", "th"),
+        lambda t, y: {"air": {"z": y.u, "u": -1 - sp.Piecewise((2 - 2 * y.th, y.th < 2), (2 * y.th - 6, True)), "th": 1}},
+        lambda t, y: {
+            "B": Guard("air", y.z, reset={"u": -y.u / 2}, rests="cam"),
+            "turn": Guard(("air", "cam"), 4 - y.th, reset={"th": 0}, letter=""),
+        },
+        PoincareSection("B", ("u", "th")),
+    )
+    flight = follower.first_return([[-1.0, 0.1]])
+    time = 1.5 * (1.4 - math.sqrt(1.4**2 - 2 / 3))  # 0.5 s - 1.4 s**2 + s**3/3 is zero
+    assert flight.image == pytest.approx(np.array([[0.5 - 2.8 * time + time**2, 0.1 + time]]), abs=1e-12)
+    settling = nsmaps.orbit(follower, [-0.02, 0.2], 60)
+    released = settling.outcome.tolist().index(nsmaps.Outcome.stuck)
+    assert settling.states[released + 1] == pytest.approx([0, 1.5], abs=1e-12)
+
+
 def own_map():
     """Its fixed point 1 - 1/a has the multiplier 2 - a, and so a deviate of 1/sqrt(1 - (2 - a)^2) of the noise."""
     for return_map in (Logistic(r=2.5), InPython(a=2.5)):
@@ -304,6 +323,7 @@ CASES = {
     "forcing by noise": noise,
     "a wall that moves": moving_walls,
     "two walls that move relative": walls_that_move_apart,
+    "a cam whose profile": cam_of_polynomials,
     "restitution that depends on the speed": law_of_the_speed,
     "restitution that depends on the phase": law_of_the_phase,
     "chatter": chatter,
