@@ -204,12 +204,15 @@ def wide(exponent):
     return replace(made(), along=np.arange(columns) * 1.0, across=np.arange(rows) * 1.0, **arrays)
 
 
-def test_wide_areas_have_the_numeral_of_their_period(ax):
+def test_wide_areas_have_the_name_of_their_period_or_motion(ax):
     parameter_plane(wide(np.zeros((20, 40))), ax)
     assert [(text.get_text(), text.get_color()) for text in ax.texts] == [("2", "black"), ("1", "black")]
     (one, _), (two, _) = sorted(text.get_position() for text in ax.texts)
     assert 5 <= one <= 14
     assert 25 <= two <= 34
+    ax.clear()
+    parameter_plane(wide(np.zeros((20, 40))), ax, "motion")
+    assert sorted(text.get_text() for text in ax.texts) == ["1:1/1T", "1:1/2T"]
     ax.clear()
     parameter_plane(made(), ax)
     assert len(ax.texts) <= 16
