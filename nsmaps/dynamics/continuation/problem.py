@@ -19,6 +19,7 @@ from nsmaps.dynamics.scale import extents_of
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
+from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import System
 from nsmaps.results import units_of
 
@@ -213,7 +214,7 @@ def parameter_rates(
 ) -> dict[str, float]:
     """The rates at which the parameters of a system change with a parameter of which it is a function, in this unit.
 
-    The map at the value is made unless it is given.
+    The map at the value is made unless it is given. A parameter of the system itself changes at the rate 1, and alone.
     """
 
     def parameters(return_map: ReturnMap) -> Floats:
@@ -222,6 +223,8 @@ def parameter_rates(
 
     return_map = map_of(value) if return_map is None else return_map
     assert isinstance(return_map, ExactMap | System)
+    if isinstance(map_of, Along) and map_of.second is None and map_of.parameter in return_map.parameter_names():
+        return {name: float(name == map_of.parameter) for name in return_map.parameter_names()}
     known = np.abs(parameters(return_map))
     rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(return_map.parameter_names(), rates.tolist(), strict=True))
