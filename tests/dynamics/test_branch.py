@@ -558,3 +558,16 @@ def test_an_oscillator_in_resonance_that_leaves_both_its_walls_at_once_is_a_graz
     (event,) = branch.of_kind("grazing")
     assert branch.ended == "grazing"
     assert abs(event.value - amplitude) < event.precision < 1e-6
+
+
+def test_a_branch_next_to_a_graze_keeps_its_periods():
+    """A cycle of two periods has the same word there; by Liouville's formula all have the determinant exp(-2 xi T)."""
+    xi, w = 0.08, 0.8
+    system = nsmaps.load_system("soft_impact", xi=xi, e=1, a=0.9, beta=29, w=w)
+    branch = continue_branch(system, "a", nsmaps.periodic_orbit(system, [0.1, 0.5]), 0.9, (0.05, 3), direction="down")
+    assert len(branch.orbits) > 30
+    assert np.abs(np.prod(branch.multipliers, axis=1) / np.exp(-4 * pi * xi / w) - 1).max() < 1e-3  # 1e-4 at the graze
+    doublings = [event.value for event in branch.of_kind("period doubling")]
+    assert np.allclose(doublings, [0.890410935978, 0.597650896313], rtol=0, atol=1e-11)  # DOP853 with variational equations
+    touching = sqrt((1 - w**2) ** 2 + (2 * xi * w) ** 2) / w**2  # the amplitude without a stop is e
+    assert abs(only(branch, "grazing").value - touching) < 1e-8

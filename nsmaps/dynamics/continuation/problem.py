@@ -126,8 +126,9 @@ class OrbitCurve(WithCoordinates):
         return point.orbit.converged and point.orbit.exists
 
     def connects(self, one: OrbitPoint, other: OrbitPoint) -> bool:
-        """True if two orbits have the same words."""
-        return np.array_equal(one.orbit.returns.codes, other.orbit.returns.codes)
+        """True if two orbits have the same words and, over a cycle, the same turns of each angle."""
+        words_agree = np.array_equal(one.orbit.returns.codes, other.orbit.returns.codes)
+        return words_agree and np.array_equal(one.orbit.turns.sum(axis=0), other.orbit.turns.sum(axis=0))
 
     def difference(self, one: Floats, other: Floats) -> Floats:
         """The unknowns `one - other`, with angles the shorter way round."""
