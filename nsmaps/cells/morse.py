@@ -111,7 +111,7 @@ def morse_sets(
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         n_cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
-        progress: called after each batch of images with the fraction that is done, if each level takes twice as long as the last.
+        progress: called with each batch of images with the fraction done before it, if each level takes twice as long as the last.
 
     Raises:
         NsmapsError: the window, depth or number of cells is not valid; the limit of cells or arcs is exceeded.
@@ -164,8 +164,8 @@ def _next(return_map: BoxMap, before: _Stage, number: int, depth: int) -> tuple[
         nonlocal images_time, stays
         begun = perf_counter()
         for found in targets_of(return_map, cells, numbers):
-            images_time, stays = images_time + perf_counter() - begun, np.append(stays, found.stays)
             share = len(stays) / len(numbers)
+            images_time, stays = images_time + perf_counter() - begun, np.append(stays, found.stays)
             whole = 2.0 ** (number - depth)
             beat(whole * (1 + share) / 2 if number else whole * share, f"level {number} of {depth}, {len(numbers)} cells")
             yield found

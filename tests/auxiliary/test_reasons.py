@@ -31,7 +31,7 @@ def test_a_stable_point_whose_worst_case_expands_has_no_box_of_any_sides() -> No
     assert not domain.forward_invariant
     said = "at its stable fixed point (x = 1, y = 2) the absolute derivatives have spectral radius 1.188, more than 1"
     assert f"; {said}: no small box about it is carried into itself, whatever its sides; cells " in domain.reason
-    assert domain.reason.endswith("`morse`")
+    assert domain.reason.endswith("`morse_sets`")
     for aspect in np.geomspace(1e-3, 1e3, 41):
         half = 0.1 * np.array([aspect, 1 / aspect])
         box = np.array([1, 2])[:, None] + half[:, None] * [-1, 1]

@@ -394,7 +394,7 @@ def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
     result = nsmaps.read_result(STORED / run)
     page = new_page()
     page.goto(write_page(result, tmp_path).as_uri())
-    page.wait_for_function("() => boxes.every(box => box.querySelector('.main-svg'))")
+    page.wait_for_function("() => typeof boxes === 'object' && boxes.every(box => box.querySelector('.main-svg'))")
     titles = [plot["title"] for plot in plots_of(result)]
     assert titles
     assert page.locator("h2").all_text_contents() == titles
@@ -419,6 +419,7 @@ def test_the_diagram_of_any_exact_map_that_has_a_text_is_computed_anew(new_page,
     result, page = nsmaps.read_result(STORED / "windows"), new_page()
     page.set_viewport_size({"width": 390, "height": 800})
     page.goto(write_page(result, tmp_path).as_uri())
+    page.wait_for_function("() => typeof diagram === 'object' && diagram.frame")
     assert page.evaluate("() => [diagram.frame.names, diagram.shown]") == [["Γ", "v"], ["exact"]]
     page.evaluate("() => diagram.show([[1.30, 1.31], [3.5, 4.5]])")
     page.wait_for_function("() => diagram.view.points.exact?.done")

@@ -75,10 +75,11 @@ MISSING = {
     "morse_sets": ("morse_sets", None, "'morse_sets'"),
     "exit_times": ("exit_times", None, "'exit_times'"),
     "estimate": ("estimate", None, "'estimate'"),
+    "margin": ("basin_distance", None, "'basin_distance'"),
 }
 
 
-@pytest.mark.parametrize("name", sorted(set(CATALOGUE) - {"graze", "estimate"}))  # drawn in test_portraits, test_section
+@pytest.mark.parametrize("name", sorted(set(CATALOGUE) - {"graze", "estimate", "margin"}))  # drawn in test_portraits, test_section
 def test_every_figure_is_drawn_and_nothing_global_is_kept(result, tmp_path, name):
     before = dict(matplotlib.rcParams)
     paths = draw(result, [name], tmp_path / "figures", dpi=40)
