@@ -111,7 +111,7 @@ def morse_sets(
         box: a box: a mapping of names to (low, high), a `Box`, or shape (n, 2); an angle of a whole turn is a circle.
         n_cells: of the first level, an axis or each axis.
         of: name of the map in the result; see `name_of`.
-        progress: called with each batch of images with the fraction done before it, if each level takes twice as long as the last.
+        progress: called with the fraction done before each batch of images, if each level takes twice as long as the last.
 
     Raises:
         NsmapsError: the window, depth or number of cells is not valid; the limit of cells or arcs is exceeded.

@@ -100,7 +100,7 @@ def nearest_starts(return_map: ReturnMap, states: Floats) -> Floats:
 
 
 def followed(
-    map_of: Callable[[float], ReturnMap],
+    map_of: Callable[..., ReturnMap],
     values: Floats,
     start: Floats,
     run: Callable[[ReturnMap, Floats], Run],

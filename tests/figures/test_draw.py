@@ -79,7 +79,7 @@ MISSING = {
 }
 
 
-@pytest.mark.parametrize("name", sorted(set(CATALOGUE) - {"graze", "estimate", "margin"}))  # drawn in test_portraits, test_section
+@pytest.mark.parametrize("name", sorted(set(CATALOGUE) - {"graze", "estimate", "margin"}))  # others: test_portraits, test_section
 def test_every_figure_is_drawn_and_nothing_global_is_kept(result, tmp_path, name):
     before = dict(matplotlib.rcParams)
     paths = draw(result, [name], tmp_path / "figures", dpi=40)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from pydantic import Field
 
+from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
@@ -50,7 +51,7 @@ class BasinDistanceSection(Analysis):
     def bind(self, binding: "Binding") -> None:
         from nsmaps.estimation.margin import unit_directions
 
-        source, count = binding.study.source, len(binding.study.estimate.data)  # type: ignore[attr-defined]
+        source, count = binding.study.source, len(binding.study.estimate.data)
         if self.record >= count:
             raise source.error(("basin_distance", "record"), f"there is no record {self.record}; expected: below {count}")
         with source.located(("basin_distance", "directions")):
@@ -61,7 +62,8 @@ class BasinDistanceSection(Analysis):
         from nsmaps.estimation.margin import basin_distance
 
         with plan.study.source.located(("basin_distance",)):
-            return {"basin_distance": basin_distance(plan.system, result.estimate, **self.model_dump())}
+            flow = FlowSystem.require(plan.system, "a distance from a basin's boundary")
+            return {"basin_distance": basin_distance(flow, result.estimate, **self.model_dump())}
 
     def describe(self, study: "Study") -> str:
         return f"{self._count()} directions, at the estimate and at {self.n_draws} draws"
