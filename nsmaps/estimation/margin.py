@@ -104,10 +104,9 @@ def basin_distance(
     draws, labels, least = estimate.draws(n_draws, random), [], []
     for k, row in enumerate(draws):
         there = system.at(**dict(zip(estimate.names, row.tolist(), strict=True)))
-        one = _motion(there, state)
-        labels.append("none" if one is None else str(one.label))
-        same = one is not None and labels[-1] == own.label
-        least.append(_distances(there, one, ways * unit, reach).min() if one is not None and same else np.nan)
+        label, nearest = _least_distance(there, state, str(own.label), ways * unit, reach)
+        labels.append(label)
+        least.append(nearest)
         beat((k + 1) / len(draws))
     points = own.states[0] + np.where(np.isfinite(distances), distances, np.nan)[:, None] * ways * unit
     return BasinDistance(
@@ -123,6 +122,14 @@ def basin_distance(
         np.array(labels, str),
         np.array(least, float),
     )
+
+
+def _least_distance(system: FlowSystem, state: Floats, label: str, steps: Floats, reach: float) -> tuple[str, float]:
+    """The motion that a state ends on, and the least distance from its boundary; NaN of another motion than that of a label."""
+    motion = _motion(system, state)
+    if motion is None or str(motion.label) != label:
+        return ("none" if motion is None else str(motion.label)), np.nan
+    return label, float(_distances(system, motion, steps, reach).min())
 
 
 def unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:

@@ -97,8 +97,7 @@ class Record(Result):
         for what, series in (("times", hits), ("sample_times", at)):
             _check_order(label, what, series)
         _check_units(label, {"time_unit": time_unit, "length_unit": length_unit})
-        if phase is not None and (isinstance(phase, str) or not np.isfinite(phase)):
-            raise DataError(f"{label}: phase is {phase!r}; expected: radians at time zero, or None if it is unknown")
+        _check_phase(label, phase)
         letters = _letters(label, walls, len(hits))
         given = _column(label, "speeds", np.nan if speeds is None else speeds, len(hits))
         if (given < 0).any():
@@ -138,6 +137,11 @@ class Record(Result):
             return cls.of(**{**{key: columns[column] for key, column in known.items() if column in columns}, **options})
         errors = {key: columns[f"{key}_noise"] for key in states if f"{key}_noise" in columns}
         return cls.of(**{"sample_times": columns[TIME], "samples": states, "sample_noise": errors or None, **options})
+
+
+def _check_phase(label: str, phase: Any) -> None:
+    if phase is not None and (isinstance(phase, str) or not np.isfinite(phase)):
+        raise DataError(f"{label}: phase is {phase!r}; expected: radians at time zero, or None if it is unknown")
 
 
 def _letters(label: str, walls: Sequence[str] | str | None, count: int) -> NDArray[np.str_]:

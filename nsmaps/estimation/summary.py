@@ -36,8 +36,6 @@ def estimate_of(
     details: Callable[[Fit, float], dict[str, Any]],
 ) -> Estimate:
     """The result of all fits; `profiled` as of `estimate`, and `details` the fields on what was paired and on states."""
-    from scipy.stats import chi2 as distribution
-
     found = sorted(found, key=lambda one: one.fit.cost)
     best, spread = found[0].fit, found[0].spread
     shooting, free, known = problem.shooting, problem.free, all(problem.noise_known)
@@ -45,12 +43,11 @@ def estimate_of(
     noise = 1.0 if known else float(np.sqrt(best.chi2 / max(dof, 1)))
     errors = noise * np.sqrt(np.diag(spread.covariance))
     errors[errors > problem.scale[:free] * 1e6] = np.inf
-    probability = float(distribution.sf(best.chi2, dof)) if known and dof > 0 else float("nan")
+    probability = _probability(best.chi2, dof) if known and dof > 0 else float("nan")
     profiled = False if profiled is None and probability < POOR else profiled  # the errors of a false minimum say nothing
     lines = _profiles(problem, found[0], errors, noise, profiled)
     intervals, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
     names = shooting.model.free
-    profiles = {name: Profile(one.values, one.chi2 / noise**2) for name, one in zip(names, lines, strict=True) if one}
     return Estimate(
         names=names,
         values=best.x[:free].copy(),
@@ -68,11 +65,18 @@ def estimate_of(
         probability=probability,
         converged=best.converged,
         minima=minima_of(found, free, noise),
-        profiles=profiles,
+        profiles={name: Profile(one.values, one.chi2 / noise**2) for name, one in zip(names, lines, strict=True) if one},
         records=records,
         coordinates=tuple(map(str, shooting.model.definition.coordinates)),
         **details(best, noise),
     )
+
+
+def _probability(chi2: float, dof: int) -> float:
+    """That of a larger sum of squares with so many degrees of freedom."""
+    from scipy.stats import chi2 as distribution
+
+    return float(distribution.sf(chi2, dof))
 
 
 def _profiles(problem: Problem, found: Found, errors: Floats, noise: float, profiled: bool | None) -> list[ProfileLine | None]:

@@ -414,6 +414,14 @@ def test_a_page_of_any_run_shows_its_pictures(run, new_page, tmp_path):
     page.context.close()
 
 
+def test_a_browser_that_cannot_unpack_the_page_says_so(new_page, tmp_path):
+    page = new_page()
+    page.add_init_script("delete window.DecompressionStream")
+    page.goto(write_page(nsmaps.read_result(STORED / "windows"), tmp_path).as_uri())
+    assert page.locator("main p").first.text_content().startswith("This browser cannot unpack the page. Expected: Chrome 80")
+    page.context.close()
+
+
 def test_the_diagram_of_any_exact_map_that_has_a_text_is_computed_anew(new_page, tmp_path):
     """Of a run without a composite map, in a window around the fixed point: the page's states are fixed by the map of Python."""
     result, page = nsmaps.read_result(STORED / "windows"), new_page()

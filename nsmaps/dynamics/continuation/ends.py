@@ -46,7 +46,8 @@ DECADES = 1e-3, 1e-5, 1e-7  #: distances along a branch from its last point, in 
 FURTHER = np.geomspace(1e-8, 1e-2, 13)  #: distances, in the parameter's range, within which contact may last for all times
 FAR = 2.0  #: times as long as one that is not resolved, a rest to whose place the precision of its end is the distance
 NEAR = 1e-4  #: share of a speed, within which the sum of chatter may begin with another impact
-RESTED = 60, 6  #: last points of a branch, of which every sixth is released again at other values of the parameter
+LAST_POINTS = 60  #: of a branch, whose states are released again at other values of the parameter
+RELEASE_EVERY = 6  #: of these points
 IMPACTS = 500  #: returns within which impacts that accumulate are summed
 RELEASE = 1e-12  #: share of the parameter, to which the release from a contact is known
 
@@ -247,7 +248,8 @@ def _rest_time(grown: GrowingBranch, value: float) -> float:
     )
     if not isinstance(return_map, ExactMap):
         return np.nan
-    rested = return_map.first_return(np.array([point.orbit.states[k] for point in grown.points[: -RESTED[0] - 1 : -RESTED[1]]]))
+    points = grown.points[: -LAST_POINTS - 1 : -RELEASE_EVERY]
+    rested = return_map.first_return(np.array([point.orbit.states[k] for point in points]))
     now = rested.select(np.flatnonzero(rested.valid & (rested.codes == codes[k]))[:1])
     for code in np.roll(codes, -k - 1):
         now = return_map.first_return(now.image)

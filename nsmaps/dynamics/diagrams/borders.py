@@ -256,17 +256,8 @@ class CycleSearch:
             return self._border(event)
         values, given = [*before, event.value], len(before) + 1
         while abs(far - values[-1]) > LOCATED * self.unit and (len(values) == 1 or 2 * len(event.orbit.states) <= MOST_STATES):
-            branch = switch_branch(
-                self.map_of,
-                "",
-                event,
-                _bounds(values[-1], far),
-                side=1,
-                step=STEP,
-                max_points=LONGEST,
-                until=tuple(TESTS),
-                doubled=True,
-            )
+            bounds, until = _bounds(values[-1], far), tuple(TESTS)
+            branch = switch_branch(self.map_of, "", event, bounds, step=STEP, max_points=LONGEST, until=until, doubled=True)
             if len(branch.values) < 2 or not any(branch.stable[1:]):
                 return None if len(values) == given else _accumulation(values, first)
             end = next((each for each in branch.events if each.kind in TESTS), next(iter(branch.events), None))

@@ -1,8 +1,7 @@
 """The motion of a system from event to event as a map of full states, with derivatives by starts, times and parameters.
 
 Of a class of systems another one is derived, whose section is at every event that has a letter, and which has a timer as a
-further state: an event takes place when it has run down. First returns of the derived system lead from event to event, or to
-an instant.
+further state: an event takes place when it has run down. First returns of the derived system lead to events or to instants.
 """
 
 from collections.abc import Mapping, Sequence

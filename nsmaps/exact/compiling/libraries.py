@@ -104,7 +104,7 @@ class LongEntry(Entry):
 
     def _optimize_final_module(self) -> None:
         """The passes of LLVM at numba's settings."""
-        optimise(self._final_module, self._codegen._tm, unrolled=False)
+        optimise(self._final_module, self._codegen._tm, unrolled=self.unrolled)
 
 
 def optimise(module: Any, machine: Any, *, unrolled: bool = False, vectors: bool = True) -> None:

@@ -55,10 +55,9 @@ class App:
         self._found: pictures.Cycles = ()
         self._earlier: list[Scene] = []
         self._worker = ThreadPoolExecutor(max_workers=1)
-        page = self.page
         self._tasks: Mapping[str, Task] = {
-            "orbit": Task(lambda scene, level, still: pictures.followed(scene), page.draw_orbit),
-            "plane": Task(self._areas, page.draw_plane, (60, 120, 240), 2),
+            "orbit": Task(lambda scene, level, still: pictures.followed(scene), self.page.draw_orbit),
+            "plane": Task(self._areas, self.page.draw_plane, (60, 120, 240), 2),
             "diagram": Task(self._attractors, self._shows, (80, 240, 720)),
             "cycles": Task(lambda scene, level, still: pictures.cycles(scene), self._list_cycles),
         }

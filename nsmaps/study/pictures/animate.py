@@ -109,9 +109,12 @@ def _write(film: Film, writer: Writer, path: Path, dpi: float, early: int) -> No
     film.figure.draw_without_rendering()
     film.figure.set_layout_engine("none")
     writer.setup(film.figure, str(path), dpi)
-    for k in range(film.frames):
+    times = np.ones(film.frames, int)
+    if early:
+        times[:early], times[-1] = _LONGER, 2 * _LONGER
+    for k, count in enumerate(times.tolist()):
         film.show(k)
-        for _ in range(_LONGER if k < early else 2 * _LONGER if early and k == film.frames - 1 else 1):
+        for _ in range(count):
             writer.grab_frame()
         beat((k + 1) / film.frames)
     writer.finish()
