@@ -83,10 +83,10 @@ class Parallel:
         """The folder for finished parts, if there is one."""
         return None if self.checkpoint is None else Path(self.checkpoint)
 
-    def cuts(self, items: int, default: int = 1) -> list[slice]:
+    def cuts(self, n_items: int, n_default: int = 1) -> list[slice]:
         """The items of each part: `part` of them, by default as many as the function sets."""
-        size = self.part or default
-        return [slice(k, min(k + size, items)) for k in range(0, items, size)]
+        size = self.part or n_default
+        return [slice(k, min(k + size, n_items)) for k in range(0, n_items, size)]
 
     def share(self, first: float, last: float, *names: str) -> "Parallel":
         """One portion of a computation, between two fractions of it, with a folder of its own under these names."""

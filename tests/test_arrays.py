@@ -41,7 +41,7 @@ def test_returns_are_printed_as_a_line(pair):
 def test_results_are_printed_without_their_arrays(pair):
     system = pair(0.35)
     orbit = nsmaps.orbit(system, [0.2, 0.1], 3000)
-    domain = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], max_updates=1, bounds="sampled", n_samples=21)
+    domain = nsmaps.attracting_domain(system, [[0.7, 1.0], [0.2, 1.14]], max_updates=1, bounds_kind="sampled", n_samples=21)
     for result in (orbit, domain, system.impacts([0.2, 0.1], 2000), nsmaps.periodic_orbit(system, [0.83, 0.36])):
         assert "array([" not in repr(result) + str(result)
         assert max(len(repr(result)), len(str(result))) < 700

@@ -63,7 +63,7 @@ def test_other_states_are_refused(state: object, why: str) -> None:
 BOX = {"v": (0.8, 0.85), "phi": (0.3, 0.4)}
 BOXED = {
     "strip_map": lambda system, box: nsmaps.reduced.strip_map(system, box, 1e-2),
-    "grazing_curves": lambda system, box: system.grazing_curves(box, lines=9),
+    "grazing_curves": lambda system, box: system.grazing_curves(box, n_lines=9),
     "forward_invariant_box": lambda system, box: nsmaps.cells.forward_invariant_box(system, box, n_cells=2),
     "morse_sets": lambda system, box: nsmaps.cells.morse_sets(system, box, depth=0, n_cells=2),
     "attracting_domain": lambda system, box: nsmaps.attracting_domain(system, box, max_updates=1, n_samples=9),

@@ -94,7 +94,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
     "StripMap": lambda s: nsmaps.reduced.StripMap(s, None),
     "attracting_domain": lambda s: nsmaps.attracting_domain(s, box(s, 0.002), max_updates=1, n_samples=3),
     "basins": lambda s: nsmaps.basins(s, grid(s), max_returns=20),
-    "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(s, {SWEPT[s]: tuple(values(s)), SECOND[s]: (0.0, 1.0)}, near(s)),
+    "bifurcation_curve": lambda s: nsmaps.bifurcation_curve(s, near(s), {SWEPT[s]: tuple(values(s)), SECOND[s]: (0.0, 1.0)}),
     "bifurcation_diagram": swept,
     "basin_boundary": lambda s: nsmaps.basin_boundary(s, settled(s), tolerance=0.01),
     "box_map": lambda s: nsmaps.cells.box_map(s),
@@ -122,7 +122,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         s, {"all": nsmaps.ConditionRegion(text="v > 0", coordinates=s.coordinates)}, box(s), depth=0, n_cells=2
     ),
     "certificate_of": lambda s: nsmaps.proof.certificate_of(s, [near(s)]),
-    "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), n_samples=3, bounds="sampled"),
+    "envelopes": lambda s: nsmaps.envelopes(s, box(s, 0.002), n_samples=3, bounds_kind="sampled"),
     "periodic_orbits_by_word": lambda s: nsmaps.dynamics.periodic_orbits_by_word(s, 1),
     "rotation_number": lambda s: nsmaps.rotation_number(s, STARTS[s], n_returns=4, transient=0),
     "staircase": lambda s: nsmaps.staircase(s, SWEPT[s], tuple(values(s)), STARTS[s], max_period=2, transient=4),
@@ -148,7 +148,7 @@ CALLS: dict[str, Callable[[Any], Any]] = {
         nsmaps.observe(s, near(s), ["work"]),
     ],
     "optimize": lambda s: nsmaps.optimize(
-        s.at, "work", {SWEPT[s]: tuple(values(s))}, x0={SWEPT[s]: values(s)[0]}, start=near(s).states, n_starts=1
+        s.at, "work", {SWEPT[s]: tuple(values(s))}, guess={SWEPT[s]: values(s)[0]}, start=near(s).states, n_guesses=1
     ),
     "orbit": lambda s: nsmaps.orbit(s, STARTS[s], 3),
     "partition": lambda s: nsmaps.partition(s, grid(s), nsmaps.Partition(tolerance=0.1)),

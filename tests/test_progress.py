@@ -132,7 +132,7 @@ def test_one_line_shows_the_calls_of_a_program_one_after_the_other(monkeypatch):
 
 REPORTING = {
     "attracting_domain": lambda system, how: nsmaps.attracting_domain(
-        system, BOX, max_updates=3, bounds="sampled", n_samples=21, **how
+        system, BOX, max_updates=3, bounds_kind="sampled", n_samples=21, **how
     ),
     "strip_map": lambda system, how: nsmaps.reduced.strip_map(system, ((0.6, 0.95), (0.1, 1.0)), 1e-2, **how),
     "morse_sets": lambda system, how: nsmaps.cells.morse_sets(system, BOX, depth=2, **how),
@@ -207,9 +207,9 @@ def test_nothing_is_said_elsewhere_or_of_what_is_quick(monkeypatch):
     [
         (
             "attracting domain",
-            lambda system: nsmaps.attracting_domain(system, BOX, max_updates=2, bounds="sampled", n_samples=21),
+            lambda system: nsmaps.attracting_domain(system, BOX, max_updates=2, bounds_kind="sampled", n_samples=21),
         ),
-        ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds="sampled")),
+        ("smallest box", lambda system: smallest_box(system, BOX, 21, bounds_kind="sampled")),
         ("strip map", lambda system: nsmaps.reduced.strip_map(system, ((0.7, 0.9), (0.2, 0.7)), 1e-2)),
         (
             "bifurcation_diagram",
@@ -276,10 +276,10 @@ def test_a_domain_stops_in_time_with_the_updates_that_are_finished(pair):
 
 
 def test_a_box_that_is_not_grown_in_time_is_none(pair):
-    box, why = smallest_box(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], bounds="sampled", max_seconds=0)
+    box, why = smallest_box(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], bounds_kind="sampled", max_seconds=0)
     assert box is None
     assert why == "stopped after 0 s: grown 0 times to v in [0.8, 0.81] x phi in [0.4, 0.41]"
-    domain = nsmaps.attracting_domain(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], grow=True, bounds="sampled", max_seconds=0)
+    domain = nsmaps.attracting_domain(pair(0.35), [[0.8, 0.81], [0.4, 0.41]], grow=True, bounds_kind="sampled", max_seconds=0)
     assert (domain.forward_invariant, domain.converged) == (False, False)
     assert "stopped after 0 s" in domain.reason
 

@@ -136,8 +136,8 @@ def test_exponents(name, unit):
 def test_attracting_domains(unit):
     plain, there = SYSTEMS["capsule"][0], Units(*unit)
     box = np.array([[0.8284, 0.8384], [0.3537, 0.3735]])
-    one = nsmaps.attracting_domain(plain, box, max_updates=2, n_samples=51, bounds="sampled")
-    other = nsmaps.attracting_domain(there.of(plain), there.states(box.T).T, max_updates=2, n_samples=51, bounds="sampled")
+    one = nsmaps.attracting_domain(plain, box, max_updates=2, n_samples=51, bounds_kind="sampled")
+    other = nsmaps.attracting_domain(there.of(plain), there.states(box.T).T, max_updates=2, n_samples=51, bounds_kind="sampled")
     assert one.forward_invariant == other.forward_invariant
     assert one.forward_invariant, one.reason
     assert np.allclose(other.boxes / there.states([1, 1])[:, None], one.boxes, atol=1e-9)
@@ -151,7 +151,7 @@ def test_attracting_domains(unit):
 def curves(units):
     """The grazing curves of the capsule in some units."""
     box = {"v": units.states([[0.1, 0], [1, 0]])[:, 0].tolist(), "phi": (0, 2 * pi)}
-    found = units.of(SYSTEMS["capsule"][0]).grazing_curves(box, lines=100)
+    found = units.of(SYSTEMS["capsule"][0]).grazing_curves(box, n_lines=100)
     return sorted((c.wall, c.word, c.closed, c.jumps, c.words, float(c.length[-1])) for c in found)
 
 

@@ -177,7 +177,7 @@ def mappy(folder, turns):
         lambda: nsmaps.continue_branch(system, "current", orbit, 10.0, (4.5, 10.0), direction="down").events, turns
     )
     ranges = {"current": (3.0, 10.0), "a": (0.2, 0.25)}
-    curve, curve_time = shortest(lambda: nsmaps.bifurcation_curve(system, ranges, event), turns)
+    curve, curve_time = shortest(lambda: nsmaps.bifurcation_curve(system, event, ranges), turns)
     true = [neuron_reference(-4.79, 4.587, 0.2), neuron_reference(-5.09, 4.15, 0.25)]
     yield row("nsmaps", [event.value, curve.parameters[-1, 0]], true, ours + curve_time, ours + curve_time)
     values, time = shortest(mappy_run(), turns)

@@ -68,7 +68,7 @@ def result_of(name: str, number: int) -> dict[str, Any]:
     for attempt in range(ATTEMPTS):
         guess = dict(zip(free, truth * (1 + 0.02 * rng.uniform(-1, 1, len(free))), strict=True))
         try:
-            found = nsmaps.estimate(model.system, record, free=free, start=guess, n_starts=1, n_returns=100, rng=rng)
+            found = nsmaps.estimate(model.system, record, free=free, guess=guess, n_guesses=1, n_returns=100, rng=rng)
         except nsmaps.NsmapsError:
             continue
         if found.describes and not found.minima.unpaired[0]:

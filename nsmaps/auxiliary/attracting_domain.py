@@ -84,11 +84,11 @@ def attracting_domain(
     n_samples: int = 201,
     tolerance: float = 0.01,
     of: str | None = None,
-    progress: Progress | None = None,
-    bounds: How | None = None,
+    bounds_kind: How | None = None,
     error: ErrorBound | None = None,
     around: ArrayLike | None = None,
     max_seconds: float = inf,
+    progress: Progress | None = None,
 ) -> AttractingDomain:
     """Bound the attracting domain of a map from a start box R1+, eq. An and Bn.
 
@@ -108,10 +108,10 @@ def attracting_domain(
         n_samples: points an axis of the grids on which envelopes are sampled; fewer in more than two coordinates.
         tolerance: largest move of a bound in the last update, relative to the start box, that counts as converged.
         of: name of the map in the result.
-        progress: called after each update with the fraction of `max_updates` that is done, and with 1 at the end.
-        bounds: `outer`, `inflated`, `enclosed` or `sampled`; the sharpest that the map allows if omitted, see `auxiliary_maps`.
+        bounds_kind: `outer`, `inflated`, `enclosed` or `sampled`; the sharpest of the map if omitted, see `auxiliary_maps`.
         max_seconds: after this time no step of growing and no update is begun; finished updates are kept, and `reason` states it.
         error: distance of a PolyMap from the map that it approximates, for which the result then is a bound, or an estimate.
+        progress: called after each update with the fraction of `max_updates` that is done, and with 1 at the end.
 
     Raises:
         NsmapsError: the box is empty or has other coordinates, a number is out of range, or the map has no such bounds.
@@ -120,7 +120,7 @@ def attracting_domain(
     _check(max_updates, n_samples)
     if grow and error is not None:
         raise NsmapsError("grow is on and an error is given, which is valid on the given box only; expected: one of the two")
-    make = auxiliary_maps(system, bounds, error, n_samples)
+    make = auxiliary_maps(system, bounds_kind, error, n_samples)
     with working("attracting domain", progress, max_seconds) as work:
         found, why = found_box(make, system, start, around, MOST, work) if grow else (start, "")
         start = start if found is None else found
@@ -173,19 +173,19 @@ def smallest_box(
     box: BoxLike,
     samples: int = 201,
     max_growth: float = MOST,
-    bounds: How | None = None,
+    bounds_kind: How | None = None,
     around: ArrayLike | None = None,
     max_seconds: float = inf,
 ) -> tuple[Floats | None, str]:
     """The smallest box around a given one, shape (n, 2), that one worst-case step carries into itself; or None, and why.
 
     The box is joined with its image repeatedly, and enlarged slightly each time. The iteration stops without a box where a side
-    exceeds `max_growth` times the start's. `bounds`, `around` and `max_seconds` as in `attracting_domain`.
+    exceeds `max_growth` times the start's. `bounds_kind`, `around` and `max_seconds` as in `attracting_domain`.
     """
     centre = None if around is None else np.asarray(around, float)
     with working("smallest box", None, max_seconds) as work:
         return found_box(
-            auxiliary_maps(return_map, bounds, None, samples),
+            auxiliary_maps(return_map, bounds_kind, None, samples),
             return_map,
             as_box(box, return_map.coordinates),
             centre,

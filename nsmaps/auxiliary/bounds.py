@@ -53,7 +53,7 @@ def auxiliary_maps(return_map: AnyMap, how: How | None = None, error: ErrorBound
     chosen = how or best
     if (chosen == "inflated") != (error is not None):
         given = "no error is" if error is None else "an error is"
-        raise NsmapsError(f"bounds are {chosen} and {given} given; expected: an error with inflated bounds, and only there")
+        raise NsmapsError(f"bounds_kind is {chosen!r} and {given} given; expected: an error with inflated bounds, and only there")
     if chosen in ("outer", "inflated") and isinstance(return_map, PolyMap):
         values = np.zeros(len(return_map.coordinates)) if error is None else error.values
         status = "outer" if error is None else f"inflated by {error.how} error"
@@ -63,7 +63,7 @@ def auxiliary_maps(return_map: AnyMap, how: How | None = None, error: ErrorBound
     if chosen != "sampled":
         enclosed = "enclosed of a composite map, one given by formulas or one with image_boxes"
         choices = f"outer and inflated of a polynomial map, {enclosed}, sampled of any"
-        raise NsmapsError(f"bounds are {chosen}, of a {type(return_map).__name__}; expected: {choices}")
+        raise NsmapsError(f"bounds_kind is {chosen!r}, of a {type(return_map).__name__}; expected: {choices}")
     return lambda box: Sampled.of(return_map, box, samples)
 
 
@@ -78,6 +78,6 @@ def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int
     return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 
-def envelopes(system: AnyMap, box: BoxLike, *, n_samples: int = 201, bounds: How | None = None) -> tuple[Envelope, ...]:
-    """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds` as in `auxiliary_maps`."""
-    return auxiliary_maps(system, bounds, None, n_samples)(as_box(box, system.coordinates)).envelopes()
+def envelopes(system: AnyMap, box: BoxLike, *, n_samples: int = 201, bounds_kind: How | None = None) -> tuple[Envelope, ...]:
+    """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds_kind` as in `auxiliary_maps`."""
+    return auxiliary_maps(system, bounds_kind, None, n_samples)(as_box(box, system.coordinates)).envelopes()

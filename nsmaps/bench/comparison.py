@@ -37,8 +37,8 @@ def programs() -> list[Solver]:
 @shows
 def run(
     solvers: Sequence[Solver] | None = None,
-    returns: int = 10_000,
-    rounds: int = 20,
+    n_returns: int = 10_000,
+    n_rounds: int = 20,
     against: str | None = None,
     *,
     progress: Progress | None = None,
@@ -47,25 +47,25 @@ def run(
 
     Args:
         solvers: the solvers; all of `programs()` unless given. Those that are not available are skipped.
-        returns: how many of the 10,000 starts; slow programs take fewer.
-        rounds: how many turns each program takes, in rotation.
+        n_returns: how many of the 10,000 starts; slow programs take fewer.
+        n_rounds: how many turns each program takes, in rotation.
         against: the name of the program that ratios of time refer to.
         progress: called with the fraction that is done, from 0 to 1.
 
     Raises:
         NsmapsError: the number of starts or rounds is out of range; no solver is available, or not the one named in `against`.
     """
-    if not (1 <= returns <= 10_000 and rounds >= 1):
-        raise NsmapsError(f"{returns} returns, {rounds} rounds; expected: 1 to 10000 returns and at least 1 round")
+    if not (1 <= n_returns <= 10_000 and n_rounds >= 1):
+        raise NsmapsError(f"{n_returns} returns, {n_rounds} rounds; expected: 1 to 10000 returns and at least 1 round")
     asked = programs() if solvers is None else solvers
-    entries, skipped = _prepared(asked, returns)
+    entries, skipped = _prepared(asked, n_returns)
     names = [entry.solver.name for entry in entries]
     if not names or (against and against not in names):
         why = "; ".join(f"{name}: {text}" for name, text in skipped.items())
         who = f"{against!r} is not available{near_match(against, names)}" if against else "no solver is available"
         raise NsmapsError(f"{who}; expected: one of {', '.join(names) or 'none'}; not available are {why or 'none'}")
-    for k in range(rounds):
-        beat(0.5 + 0.5 * k / rounds, "timing")
+    for k in range(n_rounds):
+        beat(0.5 + 0.5 * k / n_rounds, "timing")
         for entry in entries[k % len(entries) :] + entries[: k % len(entries)]:
             entry.take_turn()
     ours = any(isinstance(entry.solver, OneCore) for entry in entries)

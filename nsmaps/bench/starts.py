@@ -125,7 +125,7 @@ class Clock:
 
 
 @shows
-def start(turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None) -> StartResult:
+def start(n_turns: int = TURNS, *, environment: Mapping[str, str] | None = None, progress: Progress | None = None) -> StartResult:
     """Take the user time of programs from their start to their result, each beside I: some minutes.
 
     Programs have the given environment, that of this process if omitted. `nsmaps bench` gives that of its shell, without its own
@@ -133,9 +133,9 @@ def start(turns: int = TURNS, *, environment: Mapping[str, str] | None = None, p
 
     Raises NsmapsError where a program fails, and on systems that do not report the user time of programs (Windows).
     """
-    if os.name == "nt" or turns < 1:
+    if os.name == "nt" or n_turns < 1:
         raise NsmapsError(
-            f"turns is {turns}, on {os.name}; expected: at least 1, on a system that reports the user time of programs"
+            f"n_turns is {n_turns}, on {os.name}; expected: at least 1, on a system that reports the user time of programs"
         )
     rows: list[Start] = []
     with TemporaryDirectory() as folder:
@@ -145,13 +145,13 @@ def start(turns: int = TURNS, *, environment: Mapping[str, str] | None = None, p
         rows.append(clock.study("fp", NSMAPS_CACHE_DIR=empty))
         beat(1 / total, "vi_pair/fp")
         clock.user("-m", "nsmaps", "run", "vi_pair/fp", "--quiet")  # fills the cache, if it is not
-        rows.append(clock.study("fp", turns=turns))
+        rows.append(clock.study("fp", turns=n_turns))
         for k, name in enumerate(STUDIES):
             beat((2 + k) / total, f"vi_pair/{name}")
             clock.user("-m", "nsmaps", "run", f"vi_pair/{name}", "--quiet", "--no-figures")
-            rows.append(clock.study(name, "--no-figures", turns=turns))
+            rows.append(clock.study(name, "--no-figures", turns=n_turns))
         beat(1 - 1 / total, "a first return")
-        rows.extend(_first_returns(clock, turns, empty))
+        rows.extend(_first_returns(clock, n_turns, empty))
     return StartResult(tuple(rows), median(clock.units))
 
 

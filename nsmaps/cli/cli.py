@@ -225,7 +225,7 @@ def bench(
     from nsmaps.bench import start as take
 
     with _reported_errors(), progress_line(quiet):
-        result = take(environment=GIVEN) if start else run(returns=returns)
+        result = take(environment=GIVEN) if start else run(n_returns=returns)
     show_markdown(result.table())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)

@@ -70,14 +70,14 @@ class Orbit(WithCoordinates, Result):
 
 
 @shows
-def orbit(system: ReturnMap, start: StateLike, n_returns: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
+def orbit(system: ReturnMap, starts: StateLike, n_returns: int, *, progress: Progress | None = None, **how: Any) -> Orbit:
     """The first n returns of one state, shape (dim,) or a mapping by name, or of many, shape (..., dim).
 
     By a composite map with pieces of several returns these are n images, whose `numbers` say how many returns each is.
 
     Args:
         system: an exact system, a composite map, or any other return map.
-        start: one state or many.
+        starts: one state or many.
         n_returns: their number.
         progress: called now and then with the fraction of the returns that is made, from 0 to 1.
         how: passed on to the map's returns, such as `chatter=inf` of an exact system.
@@ -86,7 +86,7 @@ def orbit(system: ReturnMap, start: StateLike, n_returns: int, *, progress: Prog
         StateError: the state has not the map's coordinates, or `n_returns` is negative.
     """
     coordinates = Coordinates(ReturnMap.require(system, "an orbit").coordinates)
-    first, dim, n = as_starts(start, coordinates), len(coordinates), n_returns
+    first, dim, n = as_starts(starts, coordinates), len(coordinates), n_returns
     if n < 0:
         raise StateError(f"n_returns is {n}; expected: a number of returns >= 0")
     flat = first.reshape(-1, dim)

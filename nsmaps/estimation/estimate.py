@@ -33,11 +33,11 @@ def estimate(
     data: Any,
     *,
     free: Sequence[str] | Mapping[str, tuple[float, float]],
-    start: Mapping[str, float] | None = None,
-    n_starts: int = STARTS,
+    guess: Mapping[str, float] | None = None,
+    n_guesses: int = STARTS,
     loss: str = "linear",
-    transient: float = 0.0,
     n_returns: float = RETURNS,
+    transient: float = 0.0,
     profile: bool | None = None,
     rng: int | np.random.Generator = 0,
 ) -> Estimate:
@@ -50,15 +50,15 @@ def estimate(
     a Sobol sequence over the bounds. Starts of motions are estimated, so that records may begin in a transient.
 
     Args:
-        system: with values for all parameters; those of `free` are first guesses where `start` has none.
+        system: with values for all parameters; those of `free` are first guesses where `guess` has none.
         data: a `Record`, times of impacts, a CSV file, an xarray dataset, a table, or several of these.
         free: names of the parameters, or their bounds by name. Without bounds they are those of the class, and the search is
             over these or over half to twice the guess.
-        start: guesses of parameters, and of coordinates of the section.
-        n_starts: number of starts; 1 for the guess alone.
+        guess: guesses of parameters, and of coordinates of the section.
+        n_guesses: number of guesses from which it is searched; 1 for the guess alone.
         loss: of `scipy.optimize.least_squares`, robust ones as `soft_l1` against outliers.
-        transient: time at the beginning of each record that is left out, in its unit; of samples at returns so many of these.
         n_returns: of a segment, about; fewer where motions are strongly chaotic.
+        transient: time at the beginning of each record that is left out, in its unit; of samples at returns so many of these.
         profile: whether to compute profile likelihoods; without, where the quadratic approximation misleads.
         rng: random numbers of the search.
 
@@ -68,18 +68,18 @@ def estimate(
         NsmapsError: the system has no events, or an argument is out of range.
     """
     flow = FlowSystem.require(system, "an estimate from impacts and samples")
-    if not (isinstance(n_starts, int) and n_starts > 0 and n_returns > 0 and transient >= 0 and loss in LOSSES):
+    if not (isinstance(n_guesses, int) and n_guesses > 0 and n_returns > 0 and transient >= 0 and loss in LOSSES):
         raise NsmapsError(
-            f"n_starts {n_starts!r}, n_returns {n_returns}, transient {transient}, loss {loss!r}; expected: a whole number above "
-            f"zero, above zero, at least zero, and one of {', '.join(LOSSES)}"
+            f"n_guesses {n_guesses!r}, n_returns {n_returns}, transient {transient}, loss {loss!r}; expected: a whole number "
+            f"above zero, above zero, at least zero, and one of {', '.join(LOSSES)}"
         )
     random = np.random.default_rng(rng)
     records = tuple(after_transient(record, transient) for record in records_of(data))
-    space = space_of(system, free, dict(start or {}))
+    space = space_of(system, free, dict(guess or {}))
     model = EventModel(flow, space.names)
     if any(record.returns for record in records):
         _check_size(model, space, records)
-        return _of_returns(model, space, records, n_starts, loss, profile, random)
+        return _of_returns(model, space, records, n_guesses, loss, profile, random)
     check_model(model)
     for record in records:
         check_names(model, record)
@@ -89,7 +89,7 @@ def estimate(
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
     shooting = shooting_of(model, records, library, n_returns, length)
     problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
-    fits = _fits(problem, space, n_starts, length, random)
+    fits = _fits(problem, space, n_guesses, length, random)
 
     def details(best: Fit, noise: float) -> dict[str, Any]:
         return pairs_of(problem, best, records, noise) | starts_of(problem, best.x, records)
@@ -116,7 +116,7 @@ def _of_returns(
     model: EventModel,
     space: Space,
     records: tuple[Record, ...],
-    n_starts: int,
+    n_guesses: int,
     loss: str,
     profile: bool | None,
     random: np.random.Generator,
@@ -130,7 +130,7 @@ def _of_returns(
     scale = np.concatenate([high - low, np.tile(shooting.unit, len(others) // len(shooting.unit))])
     limits = np.concatenate([space.low, -others]), np.concatenate([space.high, others])
     problem = Problem(shooting, limits, scale, loss, (True,) * len(records))
-    guesses = [(*shooting.guess(values), number) for number, values in enumerate(space.points(n_starts, random))]
+    guesses = [(*shooting.guess(values), number) for number, values in enumerate(space.points(n_guesses, random))]
     first, *later = guesses
     chosen = [first, *sorted(later, key=lambda one: one[1])[:REFINED]]
     fits = [(one, number) for x, _, number in chosen if (one := fit_returns(problem, x)) is not None]
@@ -142,15 +142,15 @@ def _found(problem: Problem, fits: list[tuple[Fit, int]], space: Space) -> list[
     if not fits:
         raise DataError(
             f"no motion of {type(problem.shooting.model.system).__name__} resembles the data near {space.guess()}; expected: a "
-            "record of this system, other bounds, or more `n_starts`"
+            "record of this system, other bounds, or more `n_guesses`"
         )
     return [Found(one, spread_of(one, problem.free, problem.scale), number) for one, number in fits]
 
 
-def _fits(problem: Problem, space: Space, n_starts: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
+def _fits(problem: Problem, space: Space, n_guesses: int, length: float, random: np.random.Generator) -> list[tuple[Fit, int]]:
     """The minima that are reached from the guess and from the best of all starts, each with the number of its start."""
     model, guesses, found = problem.shooting.model, list[Guess](), list[tuple[Fit, int]]()
-    counts, points = first_counts(problem.shooting), space.points(n_starts, random)
+    counts, points = first_counts(problem.shooting), space.points(n_guesses, random)
     for number, values in enumerate(points):
         try:
             library = library_of(model, model.at(values), random, space.near(model), length)

@@ -67,7 +67,8 @@ def basin_distance(
     estimate: Estimate,
     *,
     record: int = 0,
-    directions: int | ArrayLike = 16,
+    directions: ArrayLike | None = None,
+    n_directions: int = 16,
     reach: float = 1.0,
     n_draws: int = 16,
     rng: int | np.random.Generator = 0,
@@ -83,7 +84,8 @@ def basin_distance(
         system: that of the estimate.
         estimate: of `nsmaps.estimate`.
         record: number of the record.
-        directions: number of random ones, or changes of the coordinates, shape (D, c).
+        directions: changes of the coordinates, shape (D, c); random ones if omitted.
+        n_directions: number of random ones.
         reach: farthest distance, in units of the extent of the motion, a radian of an angle.
         n_draws: of the parameters, by the covariance of the estimate.
         rng: random numbers.
@@ -99,7 +101,7 @@ def basin_distance(
     if own is None:
         raise NsmapsError(f"the motion of record {record} reaches no attractor in {RETURNS} returns; expected: another")
     coordinates, unit = Coordinates(best.coordinates), scale_of(best, own.states)
-    ways = unit_directions(directions, unit, random)
+    ways = unit_directions(directions, n_directions, unit, random)
     distances = _distances(best, own, ways * unit, reach)
     draws, labels, least = estimate.draws(n_draws, random), [], []
     for k, row in enumerate(draws):
@@ -132,16 +134,16 @@ def _least_distance(system: FlowSystem, state: Floats, label: str, steps: Floats
     return label, float(_distances(system, motion, steps, reach).min())
 
 
-def unit_directions(directions: int | ArrayLike, unit: Floats, random: np.random.Generator) -> Floats:
-    """Directions of length 1 in these units, shape (D, c): so many random ones, or those given as changes of the coordinates.
+def unit_directions(directions: ArrayLike | None, count: int, unit: Floats, random: np.random.Generator) -> Floats:
+    """Directions of length 1 in these units, shape (D, c): those given as changes of the coordinates, or so many random ones.
 
     NsmapsError for another shape, and for a direction that is zero.
     """
     size = len(unit)
-    given = random.standard_normal((directions, size)) if isinstance(directions, int) else np.asarray(directions, float)
+    given = random.standard_normal((count, size)) if directions is None else np.asarray(directions, float)
     if given.ndim != 2 or given.shape[1] != size or not len(given) or not given.any(axis=1).all():
-        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {size}), none of them zero, or a number")
-    given = given if isinstance(directions, int) else given / unit
+        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {size}), none of them zero")
+    given = given if directions is None else given / unit
     return np.asarray(given / np.linalg.norm(given, axis=1, keepdims=True))
 
 

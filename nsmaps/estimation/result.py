@@ -140,20 +140,20 @@ class Estimate(Result):
             raise NsmapsError(f"there is no record {record}; expected: below {len(self.last_states)}, counted from 0")
         return self.last_states[record]
 
-    def draws(self, n: int, rng: int | np.random.Generator = 0) -> Floats:
-        """Parameters drawn from the normal distribution of the estimates within their bounds, shape (n, P).
+    def draws(self, n_draws: int, rng: int | np.random.Generator = 0) -> Floats:
+        """Parameters drawn from the normal distribution of the estimates within their bounds, shape (n_draws, P).
 
         Directions that the data do not determine are drawn from the range of the search.
         """
         rng = np.random.default_rng(rng)
         spread = np.minimum(self.relative_errors * self.noise, 1.0)
-        found, count = np.empty((0, len(self.names))), n
-        while len(found) < n:
+        found, count = np.empty((0, len(self.names))), n_draws
+        while len(found) < n_draws:
             steps = (rng.standard_normal((2 * count + 8, len(spread))) * spread) @ self.directions
             drawn = self.values + steps * self.scale
             inside = ((drawn >= self.limits[:, 0]) & (drawn <= self.limits[:, 1])).all(axis=1)
             found = np.concatenate([found, drawn[inside]])
-        return found[:n]
+        return found[:n_draws]
 
     def summary(self) -> str:
         """The numbers that matter."""

@@ -60,29 +60,29 @@ class Space:
         return limits, np.concatenate([high - low, *scales])
 
 
-def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, float]], start: dict[str, float]) -> Space:
+def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, float]], guess: dict[str, float]) -> Space:
     """The free parameters of a system. ParameterError for unknown names and guesses out of bounds."""
     names = (free,) if isinstance(free, str) else tuple(free)
     system.direction(dict.fromkeys(names, 1.0))
     if not names:
         raise ParameterError(f"no parameter is free; expected: some of {', '.join(system.parameter_names())}")
-    others = set(start) - set(names) - set(system.coordinates)
+    others = set(guess) - set(names) - set(system.coordinates)
     for name in others:
         known = (*names, *system.coordinates)
         raise ParameterError(
-            f"start has {name!r}{near_match(name, known)}; expected: free parameters or coordinates, {', '.join(known)}"
+            f"guess has {name!r}{near_match(name, known)}; expected: free parameters or coordinates, {', '.join(known)}"
         )
     low, high, first = [], [], []
     for name in names:
         lowest, highest = declared_bounds(system, name)
         given = free[name] if isinstance(free, Mapping) and free[name] is not None else (lowest, highest)
-        begin = start.get(name, getattr(system, name))
+        begin = guess.get(name, getattr(system, name))
         try:
             a, b = map(float, given)
             a, b, begin = max(a, lowest), min(b, highest), float(begin)  # in this order NaN remains
         except (TypeError, ValueError):
             a = b = np.nan
-        begin = begin if name in start or not a < b else float(np.clip(begin, a, b))
+        begin = begin if name in guess or not a < b else float(np.clip(begin, a, b))
         if not (a < b and a <= begin <= b):
             raise ParameterError(
                 f"{name} has the bounds {given!r} and starts at {begin!r}; expected: (low, high) with low < high within "
@@ -91,7 +91,7 @@ def space_of(system: System, free: Sequence[str] | Mapping[str, tuple[float, flo
         low.append(a)
         high.append(b)
         first.append(begin)
-    return Space(names, np.array(low), np.array(high), np.array(first), {key: start[key] for key in start if key not in names})
+    return Space(names, np.array(low), np.array(high), np.array(first), {key: guess[key] for key in guess if key not in names})
 
 
 def declared_bounds(system: System, name: str) -> tuple[float, float]:

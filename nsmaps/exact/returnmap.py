@@ -38,13 +38,13 @@ class ReturnMap(ABC):
     def first_return(self, states: ArrayLike, derivative: bool = False) -> Returns:
         """First returns of states of shape (N, n), see `Returns.of_map`; N may be 0."""
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
-        """The first n returns of each of M states: n M rows, the first return of every state first.
+    def orbits(self, states: ArrayLike, n_returns: int, derivative: bool = False) -> Returns:
+        """The first returns of each of M states: `n_returns` M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         """
         start = as_states(states, self.coordinates)
-        parts = [*single_returns(self, start, n, derivative=derivative)]
+        parts = [*single_returns(self, start, n_returns, derivative=derivative)]
         return Returns.concatenate(parts or [self.first_return(start[:0], derivative)])
 
     @property

@@ -34,12 +34,12 @@ def run_study(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,
     *,
-    progress: Progress | None = None,
     resume: bool = False,
     installed_only: bool = False,
     max_memory: float | None = None,
     max_hours: float | None = None,
     executor: Executor | None = None,
+    progress: Progress | None = None,
 ) -> StudyResult:
     """Run a study, and write its result to the folder `out`, if one is given.
 
@@ -49,8 +49,6 @@ def run_study(
     Args:
         study: a `Study`, the path of a YAML file, or the name of an installed study, such as `vi_pair/fp`.
         out: the folder of the run.
-        progress: called with the fraction of the run that is finished, in which all steps count equally;
-            `nsmaps.progress.outermost` returns the current step. By default both are shown on a terminal.
         resume: read the steps that a stopped run of the same study finished in this folder instead of computing them, and
             finished parts of the step in which it stopped: of diagrams, exponents, basins and noise of the exact map.
         installed_only: refuse a study with a class in a file or module, which would be executed.
@@ -59,6 +57,8 @@ def run_study(
         max_hours: the same for hours on one core; by default the value of `NSMAPS_MAX_HOURS`, else 24.
         executor: where the parts of diagrams, planes, exponents, basins and noise run, as of `Parallel`; this process if omitted.
             The numbers are the same.
+        progress: called with the fraction of the run that is finished, in which all steps count equally;
+            `nsmaps.progress.outermost` returns the current step. By default both are shown on a terminal.
 
     Raises:
         StudyError: the study cannot be run, or is estimated to exceed a limit.

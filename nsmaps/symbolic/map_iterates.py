@@ -79,14 +79,14 @@ class ClosedMap(WithCoordinates):
 
 
 def symbolic_iterate(
-    polynomial: "AnyPolynomial", n: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
+    polynomial: "AnyPolynomial", n_iterates: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
 ) -> ClosedMap:
-    """The n-th iterate of a whole polynomial map in closed form.
+    """An iterate of a whole polynomial map in closed form.
 
     Args:
         polynomial: a fitted map; a composite or parametric map, of which one piece is iterated; or a PolyFit, for general
             coefficients: b_0, b_1, ... of the first coordinate and a_0, a_1, ... of the second, in the order of eq. cubic2dv.
-        n: at least one.
+        n_iterates: number of applications of the map, at least one.
         piece: of a composite or parametric map.
         coordinates: of a PolyFit, which does not know them.
 
@@ -96,9 +96,9 @@ def symbolic_iterate(
     """
     from nsmaps.symbolic.formula import formula
 
-    if n < 1:
-        raise NsmapsError(f"n is {n}; expected: at least one iterate")
-    return _composition([formula(polynomial, piece, coordinates)] * n)
+    if n_iterates < 1:
+        raise NsmapsError(f"n_iterates is {n_iterates}; expected: at least one iterate")
+    return _composition([formula(polynomial, piece, coordinates)] * n_iterates)
 
 
 def compose_pieces(composite: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:

@@ -19,10 +19,10 @@ ALONE = 7  #: states whose returns are computed one by one
 SAME = 1e-9  #: of what is the same, relative
 
 
-def check_map(system: System, states: ArrayLike | None, bounds: BoxLike | None = None) -> None:
+def check_map(system: System, states: ArrayLike | None, box: BoxLike | None = None) -> None:
     """As `check_system`."""
     name = type(system).__name__
-    starts = trial_states(system, bounds) if states is None else as_states(states, system.coordinates)
+    starts = trial_states(system, box) if states is None else as_states(states, system.coordinates)
     given = starts.copy()
     returns = system.first_return(starts, derivative=True)
     if not np.array_equal(starts, given, equal_nan=True):
@@ -34,7 +34,7 @@ def check_map(system: System, states: ArrayLike | None, bounds: BoxLike | None =
     if isinstance(system, PiecewiseMap):
         from nsmaps.testing.pieces import check_pieces
 
-        check_pieces(system, returns, states is not None or bounds is not None)
+        check_pieces(system, returns, states is not None or box is not None)
     _check_rows(system, returns)
     _check_batches(system, returns)
     found = returns.select(returns.valid)
@@ -46,12 +46,12 @@ def check_map(system: System, states: ArrayLike | None, bounds: BoxLike | None =
         check_influence(system, found)
 
 
-def trial_states(system: System, bounds: BoxLike | None = None) -> Floats:
+def trial_states(system: System, box: BoxLike | None = None) -> Floats:
     """Random states of a box, or of all sizes and signs with angles of a whole turn, on the section."""
     rng = np.random.default_rng(1)
     shape = TRIALS, len(system.coordinates)
-    if bounds is not None:
-        low, high = as_box(bounds, system.coordinates).T
+    if box is not None:
+        low, high = as_box(box, system.coordinates).T
         return system.on_section(rng.uniform(low, high, shape))
     states = 10 ** rng.uniform(*SIZES, shape) * rng.choice([-1.0, 1.0], shape)
     return system.on_section(np.where(system.coordinates.angles, rng.uniform(0, TWO_PI, shape), states))

@@ -75,15 +75,11 @@ def _check_cover(system: PiecewiseMap, returns: Returns, chosen: bool) -> None:
         state = ", ".join(f"{x} = {value:.4g}" for x, value in zip(returns.coordinates, returns.start[out[0]], strict=True))
         text = f"{out.size} of {len(returns)} states of {name} are in no piece, such as ({state})"
         if chosen:
-            raise CheckError(
-                f"{text}; expected: a last piece whose condition is True, or `states` and `bounds` within the pieces"
-            )
+            raise CheckError(f"{text}; expected: a last piece whose condition is True, or `states` and `box` within the pieces")
         warnings.warn(f"{text}; their orbits end there as `uncovered`", stacklevel=4)
     if none := [letter for letter in letters if not returns.has_word(letter).any()]:
         found = ", ".join(map(repr, none))
-        warnings.warn(
-            f"no state of {len(returns)} of {name} is in the piece {found}; give `states` or `bounds` there", stacklevel=4
-        )
+        warnings.warn(f"no state of {len(returns)} of {name} is in the piece {found}; give `states` or `box` there", stacklevel=4)
 
 
 def _check_borders(system: PiecewiseMap, formulas: PieceFormulas, returns: Returns) -> None:

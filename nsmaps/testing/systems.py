@@ -39,7 +39,7 @@ FOLLOWED, IMPACTS, LOOKS = 6, 4, 40  #: trajectories compared with the formulas,
 
 
 def check_system(
-    system: System, acceleration: Acceleration | None = None, states: ArrayLike | None = None, bounds: BoxLike | None = None
+    system: System, acceleration: Acceleration | None = None, states: ArrayLike | None = None, box: BoxLike | None = None
 ) -> None:
     """Check that a system's formulas make a return map; takes seconds, and up to a minute or more to compile it when it is new.
 
@@ -60,7 +60,7 @@ def check_system(
     Of a map that a class gives by its `first_return` errors are states none of which has an image; images that depend on the
     other states of a batch; angles beyond a turn; derivatives that are not those of differences; a parameter on which no return
     depends. Of a map given by formulas also a piece that never applies; an image that is not finite in its piece; `states` or
-    states within `bounds` that are in no piece; `preimages` whose images differ. Warnings are trial states in no piece, a piece
+    states within `box` that are in no piece; `preimages` whose images differ. Warnings are trial states in no piece, a piece
     without trial states, a border that is in no piece or has no derivative, and a coordinate that seems to be an angle.
 
     Args:
@@ -69,7 +69,7 @@ def check_system(
             without it a wrong sign of the forcing, the same in every term, is not found.
         states: trial states, shape (N, n); else of an impact system speeds of all sizes, as the forces at the base wall have it,
             at all phases, and of a map states of all sizes.
-        bounds: of a map: the box, as by coordinate, from which trial states are drawn instead.
+        box: of a map: that, as by coordinate, from which trial states are drawn instead.
 
     Raises:
         CheckError: says what is wrong, with the values, and what is expected.
@@ -85,7 +85,7 @@ def check_system(
     elif isinstance(system, HybridSystem):
         check_hybrid(system, states)
     else:
-        check_map(system, states, bounds)
+        check_map(system, states, box)
 
 
 def _check_impacts(system: ImpactSystem, acceleration: Acceleration | None, states: ArrayLike | None) -> None:

@@ -130,7 +130,7 @@ def test_inflated_bounds_are_those_of_the_map_that_the_polynomial_stands_for():
     assert domain.claim == "estimated for the exact map: inflated by held-out error"
     certified = attracting_domain(PAIR, ROOM, error=ErrorBound(error.values, "certified"))
     assert certified.claim == "enclosed for the exact map: inflated by certified error"
-    assert attracting_domain(PAIR, ROOM, max_updates=1, bounds="sampled").claim == "sampled for the fitted map"
+    assert attracting_domain(PAIR, ROOM, max_updates=1, bounds_kind="sampled").claim == "sampled for the fitted map"
     own = attracting_domain(truth, ROOM)
     assert (domain.box[:, 0] <= own.box[:, 0]).all()
     assert (own.box[:, 1] <= domain.box[:, 1]).all()
@@ -164,7 +164,7 @@ class Enclosing:
 def test_an_enclosed_worst_case_is_outer_and_next_to_the_sampled_one():
     box = [[-1, 1], [-1, 1]]
     outer = attracting_domain(Enclosing(), box, max_updates=1)
-    inner = attracting_domain(Enclosing(), box, max_updates=1, bounds="sampled")
+    inner = attracting_domain(Enclosing(), box, max_updates=1, bounds_kind="sampled")
     assert (outer.status, inner.status, outer.forward_invariant) == ("enclosed", "sampled", True)
     for ours, theirs in zip(outer.boxes, inner.boxes, strict=True):
         assert (ours[:, 0] <= theirs[:, 0]).all()
@@ -191,10 +191,10 @@ def test_a_start_box_is_found_around_a_small_one():
 @pytest.mark.parametrize(
     ("return_map", "how", "error", "text"),
     [
-        (PAIR, "enclosed", None, "bounds are enclosed, of a PolyMap; expected: outer"),
-        (Enclosing(), "outer", None, "bounds are outer, of a Enclosing"),
-        (PAIR, "inflated", None, "bounds are inflated and no error is given"),
-        (PAIR, "outer", ErrorBound(np.zeros(2), "certified"), "bounds are outer and an error is given"),
+        (PAIR, "enclosed", None, "bounds_kind is 'enclosed', of a PolyMap; expected: outer"),
+        (Enclosing(), "outer", None, "bounds_kind is 'outer', of a Enclosing"),
+        (PAIR, "inflated", None, "bounds_kind is 'inflated' and no error is given"),
+        (PAIR, "outer", ErrorBound(np.zeros(2), "certified"), "bounds_kind is 'outer' and an error is given"),
     ],
 )
 def test_bounds_that_a_map_has_not(return_map, how, error, text):
@@ -205,7 +205,7 @@ def test_bounds_that_a_map_has_not(return_map, how, error, text):
 def test_a_map_of_pieces_is_enclosed():
     pieces = CompositeMap(("x", "y"), ("B",), (Piece("all", Box.of(("x", "y"), [[-2, 2], [-2, 2]]), PAIR, "BB"),))
     domain, outer = attracting_domain(pieces, ROOM, max_updates=2), attracting_domain(PAIR, ROOM, max_updates=2)
-    inner = attracting_domain(pieces, ROOM, max_updates=2, bounds="sampled")
+    inner = attracting_domain(pieces, ROOM, max_updates=2, bounds_kind="sampled")
     assert (domain.status, inner.status, domain.forward_invariant) == ("enclosed", "sampled", outer.forward_invariant)
     assert domain.box == pytest.approx(outer.box, abs=1e-4)
     assert (domain.box[:, 0] <= inner.box[:, 0]).all()

@@ -110,7 +110,7 @@ def test_a_program_finds_ordinary_returns(program: nsmaps.bench.Solver) -> None:
 
 @needs_gcc
 def test_a_small_race(tmp_path: Path) -> None:
-    result = nsmaps.bench.run([OneCore(), CLoop(), Absent()], returns=300, rounds=2)
+    result = nsmaps.bench.run([OneCore(), CLoop(), Absent()], n_returns=300, n_rounds=2)
     assert [row.name for row in result.rows] == ["nsmaps one core", "C loop plain"]
     assert [(row.wrong, row.wrong_hard) for row in result.rows] == [(0, 0), (0, 0)]
     assert all(row.worst < 1e-12 for row in result.rows)
@@ -127,7 +127,7 @@ def test_a_small_race(tmp_path: Path) -> None:
 
 
 def test_wrong_words_and_errors_are_seen() -> None:
-    row = nsmaps.bench.run([Careless(wrong_words=3, off=2 * pi + 1e-6)], returns=200, rounds=1).row("careless")
+    row = nsmaps.bench.run([Careless(wrong_words=3, off=2 * pi + 1e-6)], n_returns=200, n_rounds=1).row("careless")
     assert row.wrong == 3
     assert row.wrong_hard == 3 * len(hard_tasks())
     assert row.worst == pytest.approx(1e-6, rel=1e-6)
@@ -145,7 +145,7 @@ def test_what_cannot_be_run_is_refused() -> None:
     with pytest.raises(NsmapsError, match="'carless' is not available, did you mean 'careless'"):
         nsmaps.bench.run([Careless()], against="carless")
     with pytest.raises(NsmapsError, match="0 returns"):
-        nsmaps.bench.run([Careless()], returns=0)
+        nsmaps.bench.run([Careless()], n_returns=0)
 
 
 def test_work_is_counted() -> None:

@@ -79,5 +79,5 @@ def test_the_table_has_multiples_seconds_and_steps():
 
 
 def test_no_turns_are_refused():
-    with pytest.raises(NsmapsError, match="turns is 0"):
-        starts.start(turns=0)
+    with pytest.raises(NsmapsError, match="n_turns is 0"):
+        starts.start(n_turns=0)

@@ -291,7 +291,7 @@ def test_a_cycle_ends_where_the_map_jumps_and_the_curve_of_such_ends_is_followed
         (event,) = branch.of_kind("border collision")
         assert event.value == pytest.approx(end, abs=2e-8)
         assert event.border == GAP
-        curve = nsmaps.bifurcation_curve(of, {"a": (0, 1), "b": (0.5, 0.7)}, event, 0.6, step=0.5)
+        curve = nsmaps.bifurcation_curve(of, event, {"a": (0, 1), "b": (0.5, 0.7)}, 0.6, step=0.5)
         mu, a = curve.parameters.T
         assert np.ptp(a) > 0.19
         assert np.abs(mu - (0.7 / (1 + a) if way == "up" else 0.21 / 1.3)).max() < 1e-12

@@ -68,7 +68,7 @@ def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
         (event,) = continue_branch(
             lambda a, of=of: of(a, 0.4), "a", nsmaps.periodic_orbit(of(0.5, 0.4), [1.3, 0.0]), 0.5, BOUNDS, direction="down"
         ).events
-        curve = nsmaps.bifurcation_curve(of, {"p": BOUNDS, "q": (-1.2, 1.0)}, event, 0.4, step=0.3)
+        curve = nsmaps.bifurcation_curve(of, event, {"p": BOUNDS, "q": (-1.2, 1.0)}, 0.4, step=0.3)
         a, b = curve.parameters.T
         assert np.abs(a - b**2 / 2).max() < 1e-12
         assert (b[0], b[-1]) == ((0.4, 0.4) if broken else (-1.2, 1.0))
@@ -184,7 +184,7 @@ def test_an_oscillator_between_two_walls_loses_its_symmetry_at_one_place(bounds)
     assert orbit.word == "RLR"
     (event,) = continue_branch(of, "p", orbit, 5.0, bounds, direction="down").of_kind("branch point")
     assert abs(event.value - lost(2.48, 0.7, [0.8127, 0.1984])) < event.precision < 1e-11
-    curve = nsmaps.bifurcation_curve(of, {"p": bounds, "q": (0.6, 0.8)}, event, 0.7, step=0.3)
+    curve = nsmaps.bifurcation_curve(of, event, {"p": bounds, "q": (0.6, 0.8)}, 0.7, step=0.3)
     assert curve.ended == ("the range of the second parameter ends at 0.6", "the range of the second parameter ends at 0.8")
     for k in (0, -1):
         (a, r), state = curve.parameters[k], curve.points[k, 0]

@@ -153,7 +153,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert max(len(branch.orbits) for branch in branches) < 60
     assert (above.kind, below.kind) == (ENDS, "detachment")
     assert abs(below.value - 1 / np.hypot(1, k)) < 1e-11
-    curve = nsmaps.bifurcation_curve(system, {"a": (0.5, 3.0), "drag": (0.1, 1.0)}, below, k, step=0.2)
+    curve = nsmaps.bifurcation_curve(system, below, {"a": (0.5, 3.0), "drag": (0.1, 1.0)}, k, step=0.2)
     a, drag = curve.parameters.T
     assert (drag[0], drag[-1]) == (0.1, 1.0)
     assert np.abs(a * np.hypot(1, drag) - 1).max() < 1e-12

@@ -107,7 +107,7 @@ def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
     held = nsmaps.periodic_orbit(Table(Gamma=0.9, r=0.5), [0.0, 0.0])
     branch = continue_branch(lambda gamma: Table(Gamma=gamma, r=0.5), "gamma", held, 0.9, (0.5, 1.5), step=0.3)
     assert (held.words, branch.ended) == (("cc",), "grazing")
-    curve = nsmaps.bifurcation_curve(Table(Gamma=1.0, r=0.5), {"Gamma": (0.5, 1.5), "r": (0.4, 0.6)}, branch.events[0], step=0.5)
+    curve = nsmaps.bifurcation_curve(Table(Gamma=1.0, r=0.5), branch.events[0], {"Gamma": (0.5, 1.5), "r": (0.4, 0.6)}, step=0.5)
     assert np.abs(curve.parameters[:, 0] - 1).max() < 1e-12
     assert curve.parameters[[0, -1], 1] == pytest.approx([0.4, 0.6], abs=1e-14)
 

@@ -159,5 +159,5 @@ def test_wrong_calls_are_errors():
     for wrong in ([], [one, other]):
         with pytest.raises(NsmapsError, match="different values"):
             match_attractors(wrong)
-    with pytest.raises(NsmapsError, match=r"near is 0, step 0\.1"):
-        match_attractors([one], near=0)
+    with pytest.raises(NsmapsError, match=r"tolerance is 0, step 0\.1"):
+        match_attractors([one], tolerance=0)

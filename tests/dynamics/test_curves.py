@@ -32,7 +32,7 @@ def test_the_henon_map(kind):
     form, a, way, (special, at) = HENON[kind]
     x = (-0.7 + np.sqrt(0.49 + 4 * a)) / (2 * a)
     event = event_of(lambda a: Henon(a, 0.3), [x, 0.3 * x], a, (-1.5, 4), kind, way)
-    found = nsmaps.bifurcation_curve(Henon, {"a": (-1.5, 4), "b": (-1.3, 0.5)}, event, 0.3, step=0.1)
+    found = nsmaps.bifurcation_curve(Henon, event, {"a": (-1.5, 4), "b": (-1.3, 0.5)}, 0.3, step=0.1)
     a, b = found.parameters.T
     assert np.abs(a - form(b)).max() < 1e-12
     assert (b[0], b[-1]) == pytest.approx((-1.3, 0.5), abs=1e-14)
@@ -54,7 +54,7 @@ def test_the_second_doubling_of_the_henon_map():
     orbit = nsmaps.periodic_orbit(Henon(0.5, 0.3), [0.9, -0.1], 2)
     assert len(np.unique(orbit.states[:, 0].round(6))) == 2
     branch = nsmaps.continue_branch(lambda a: Henon(a, 0.3), "a", orbit, 0.5, (0.4, 2), step=0.05, until=("period doubling",))
-    found = nsmaps.bifurcation_curve(Henon, {"a": (0, 4), "b": (0.2, 0.5)}, branch.of_kind("period doubling")[0], 0.3, step=0.1)
+    found = nsmaps.bifurcation_curve(Henon, branch.of_kind("period doubling")[0], {"a": (0, 4), "b": (0.2, 0.5)}, 0.3, step=0.1)
     a, b = found.parameters.T
     assert found.points.shape[1:] == (2, 2)
     assert np.abs(a - (1 - b) ** 2 - (1 + b) ** 2 / 4).max() < 1e-12
@@ -76,7 +76,7 @@ class Cubic(ReturnMap):
 
 def test_two_folds_meet_in_a_cusp():
     event = event_of(lambda p: Cubic(p, 1.6), [0.8], 0.1, (-1, 1), "fold", "down")
-    found = nsmaps.bifurcation_curve(Cubic, {"a": (-1, 1), "b": (0.5, 2.0)}, event, 1.6, step=0.05)
+    found = nsmaps.bifurcation_curve(Cubic, event, {"a": (-1, 1), "b": (0.5, 2.0)}, 1.6, step=0.05)
     p, q = found.parameters.T
     assert np.abs(p**2 - 4 * ((q - 1) / 3) ** 3).max() < 1e-12
     assert p.min() < -0.1
@@ -91,7 +91,7 @@ def test_the_bouncing_ball(kind, way):
     """The closed forms that its class states."""
     system = nsmaps.load_system("bouncing_ball", Gamma=1.3, r=0.5)
     event = event_of(nsmaps.exact.Along(system, "Gamma"), [4.18879, 0.634], 1.3, (0.2, 3), kind, way)
-    found = nsmaps.bifurcation_curve(system, {"Gamma": (0.2, 3), "r": (0.45, 0.55)}, event, step=0.5)
+    found = nsmaps.bifurcation_curve(system, event, {"Gamma": (0.2, 3), "r": (0.45, 0.55)}, step=0.5)
     gamma, r = found.parameters.T
     least = np.pi * (1 - r) / (1 + r)
     exact = least if kind == "fold" else np.hypot(least, 2 * (1 + r**2) / (1 + r) ** 2)
@@ -117,7 +117,7 @@ def test_a_graze_of_the_pair_from_either_orbit(beside, word, pair):
     orbit = nsmaps.periodic_orbit(system.at(d=d + beside), guess)
     assert orbit.words == (word,)
     event = BifurcationPoint("grazing", d, 1e-9, orbit)
-    found = nsmaps.bifurcation_curve(system, {"d": (0.2, 0.9), "r": (0.49, 0.52)}, event, 0.5, step=0.5)
+    found = nsmaps.bifurcation_curve(system, event, {"d": (0.2, 0.9), "r": (0.49, 0.52)}, 0.5, step=0.5)
     assert found.words == ("BB",)
     for length, r in found.parameters:
         assert length == pytest.approx(float(graze_of(r, system.g_bar)[2]), abs=1e-11)
@@ -142,7 +142,7 @@ class Areas(ReturnMap):
 @pytest.mark.parametrize(("kind", "way", "form", "both"), [("period doubling", "up", 3, "1:2"), ("fold", "down", -1, "1:1")])
 def test_a_condition_that_always_holds_makes_no_points(kind, way, form, both):
     event = event_of(lambda a: Areas(a, 0.8), [0.15, 0.15], 0.3, (-3, 6), kind, way)
-    found = nsmaps.bifurcation_curve(Areas, {"a": (-8, 20), "b": (0.3, 1.5)}, event, 0.8, step=0.1)
+    found = nsmaps.bifurcation_curve(Areas, event, {"a": (-8, 20), "b": (0.3, 1.5)}, 0.8, step=0.1)
     a, c = found.parameters.T
     assert np.abs(a * c - form).max() < 1e-11
     assert (found.special, found.everywhere) == ((), (f"{both} resonance",))
@@ -151,10 +151,10 @@ def test_a_condition_that_always_holds_makes_no_points(kind, way, form, both):
 def test_what_has_no_curve_is_refused(pair):
     event = event_of(lambda a: Henon(a, 0.3), [0.9, 0.27], 0.1, (-1.5, 4), "fold", "down")
     with pytest.raises(NsmapsError, match=r"the value 0\.7 is not between 0.2 and 0.5"):
-        nsmaps.bifurcation_curve(Henon, WITHIN, event, 0.7)
+        nsmaps.bifurcation_curve(Henon, event, WITHIN, 0.7)
     with pytest.raises(NsmapsError, match=r"0 orbits, step 0\.02"):
-        nsmaps.bifurcation_curve(Henon, WITHIN, event, 0.3, max_points=0)
+        nsmaps.bifurcation_curve(Henon, event, WITHIN, 0.3, max_points=0)
     with pytest.raises(NsmapsError, match=r"no fold near -0\.1225, 0\.45"):
-        nsmaps.bifurcation_curve(lambda a, b: Henon(a + 10, b), WITHIN, event, 0.45)
+        nsmaps.bifurcation_curve(lambda a, b: Henon(a + 10, b), event, WITHIN, 0.45)
     with pytest.raises(NsmapsError, match="a str: a curve in two parameters begins at an event of a branch"):
-        nsmaps.bifurcation_curve(Henon, WITHIN, "fold", 0.3)
+        nsmaps.bifurcation_curve(Henon, "fold", WITHIN, 0.3)

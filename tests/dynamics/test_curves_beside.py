@@ -70,7 +70,7 @@ def test_a_torus_in_two_parameters_and_its_strong_resonances(kind):
     (first, second, guess), bounds, form, resonances = MAPS[kind]
     orbit = nsmaps.periodic_orbit(kind(first, second), guess)
     branch = nsmaps.continue_branch(lambda a: kind(a, second), "a", orbit, first, bounds[0], step=0.05, until=(TORUS,))
-    found = nsmaps.bifurcation_curve(kind, dict(zip("pq", bounds, strict=True)), branch.of_kind(TORUS)[0], second, step=0.1)
+    found = nsmaps.bifurcation_curve(kind, branch.of_kind(TORUS)[0], dict(zip("pq", bounds, strict=True)), second, step=0.1)
     one, other = found.parameters.T
     assert found.kind == TORUS
     assert np.abs(one - form(other)).max() < 1e-12
@@ -110,7 +110,7 @@ def test_a_torus_of_a_system_with_modes_begins_where_damping_vanishes():
     start = nsmaps.periodic_orbit(system, [0.8, 1.9])
     branch = nsmaps.continue_branch(system, "zeta", start, 0.05, (-0.02, 0.06), direction="down", until=(TORUS,))
     event = branch.of_kind(TORUS)[0]
-    found = nsmaps.bifurcation_curve(system, {"zeta": (-0.02, 0.06), "k": (2.8, 3.2)}, event, 3.0, step=0.3)
+    found = nsmaps.bifurcation_curve(system, event, {"zeta": (-0.02, 0.06), "k": (2.8, 3.2)}, 3.0, step=0.3)
     assert len(found.parameters) > 3
     assert np.abs(found.parameters[:, 0]).max() < 1e-11
 
@@ -134,7 +134,7 @@ def test_the_normal_form_of_a_border_collision():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
     branch = nsmaps.continue_branch(lambda mu: Moved(mu, -0.5), "mu", orbit, 1.2, (-1, 2), direction="down")
     found = nsmaps.bifurcation_curve(
-        Moved, {"p": (-1, 2), "q": (-1.2, 0.9)}, branch.of_kind("border collision")[0], -0.5, step=0.1
+        Moved, branch.of_kind("border collision")[0], {"p": (-1, 2), "q": (-1.2, 0.9)}, -0.5, step=0.1
     )
     mu, tau = found.parameters.T
     assert np.ptp(mu) > 0.5
@@ -150,7 +150,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
     branch = nsmaps.continue_branch(system, "E", start, 12.0, (11.5, 12.5), direction="down")
     event = branch.of_kind("border collision")[0]
     assert event.value == pytest.approx(11.3 + 3.8 / 8.4, abs=2 * event.precision)
-    found = nsmaps.bifurcation_curve(system, {"E": (11.5, 12.5), "a1": (8.3, 8.5)}, event, 8.4, step=0.4)
+    found = nsmaps.bifurcation_curve(system, event, {"E": (11.5, 12.5), "a1": (8.3, 8.5)}, 8.4, step=0.4)
     voltage, gain = found.parameters.T
     assert len(gain) > 4
     assert np.abs(voltage - 11.3 - 3.8 / gain).max() < 1e-8
@@ -161,5 +161,5 @@ def test_an_orbit_that_is_at_no_border_has_no_curve():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
     with pytest.raises(NsmapsError, match=r"the map has no border within 0\.0001 of the orbit"):
         nsmaps.bifurcation_curve(
-            Moved, {"p": (-1, 2), "q": (-1, 1)}, BifurcationPoint("border collision", 1.2, 1e-9, orbit), -0.5
+            Moved, BifurcationPoint("border collision", 1.2, 1e-9, orbit), {"p": (-1, 2), "q": (-1, 1)}, -0.5
         )

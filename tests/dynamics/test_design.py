@@ -19,13 +19,13 @@ BOUNDS = {"d": (0.2, 1.2), "g_bar": (-0.1, 0.24)}
 START = [0.83, 0.36]
 BALL = nsmaps.load_system("bouncing_ball", Gamma=1.15, r=0.5)
 RECOIL = nsmaps.load_system("recoil_pair", eta=0.1, kappa=0.04, Lambda=0.2, d=0.35, r=0.5, g_bar=0.2113)
-ALONE: dict[str, Any] = {"bounds": {"d": (0.34, 0.355)}, "x0": {"d": 0.35}}
+ALONE: dict[str, Any] = {"bounds": {"d": (0.34, 0.355)}, "guess": {"d": 0.35}}
 TABLE = {"Gamma": (1.1, 1.2), "r": (0.3, 0.7)}
 
 
 @pytest.fixture(scope="module")
 def harvester() -> nsmaps.dynamics.Optimum:
-    return nsmaps.optimize(PAIR.at, "loss", BOUNDS, x0=NEAR, start=START, motion="1:1/T", n_starts=3)
+    return nsmaps.optimize(PAIR.at, "loss", BOUNDS, guess=NEAR, start=START, motion="1:1/T", n_guesses=3)
 
 
 def test_all_starts_lead_to_the_optimum_of_the_closed_form(harvester: nsmaps.dynamics.Optimum) -> None:
@@ -64,7 +64,9 @@ def least_restitution(bound: Any, drive: Any) -> Any:
 
 def test_an_optimum_on_the_bound_of_a_multiplier_has_the_closed_form() -> None:
     """The ball's loss is 2 pi^2 (1 - r)/(1 + r), so that r is as small as the multiplier 0.9 and the drive allow."""
-    found = nsmaps.optimize(BALL.at, "loss", TABLE, x0={"Gamma": 1.15, "r": 0.5}, start=[4.2, 0.4], multiplier=0.9, n_starts=1)
+    found = nsmaps.optimize(
+        BALL.at, "loss", TABLE, guess={"Gamma": 1.15, "r": 0.5}, start=[4.2, 0.4], multiplier=0.9, n_guesses=1
+    )
     with mp.workdps(30):
         r = least_restitution(mp.mpf("0.9"), mp.mpf("1.2"))
         slope = -4 * mp.pi**2 / (1 + r) ** 2
@@ -117,7 +119,7 @@ def test_the_gradient_is_that_of_extrapolated_differences(
     """On the bounds of the parameters, where the gradient does not vanish; its gains are the gradient's sizes."""
     guess = nsmaps.orbit(system, start, 500).final
     x0 = {name: sum(ends) / 2 for name, ends in bounds.items()}
-    found = nsmaps.optimize(system.at, "loss", bounds, x0=x0, start=guess, n_starts=1)
+    found = nsmaps.optimize(system.at, "loss", bounds, guess=x0, start=guess, n_guesses=1)
     assert found.active == tuple(bounds)
     assert found.gradient == pytest.approx(differences(system.at, found, steps), rel=1e-8)
     assert found.conditions[-1].gain == pytest.approx(abs(found.gradient[found.conditions[-1].name]), rel=1e-12)
@@ -130,7 +132,12 @@ def harvester_of(s: float, beta: float) -> Any:
 
 def test_physical_parameters_have_the_same_optimum() -> None:
     found = nsmaps.optimize(
-        harvester_of, "loss", {"s": (0.5, 2.0), "beta": (-0.2, pi / 2)}, x0={"s": 0.6, "beta": 0.5}, start=[0.85, 0.5], n_starts=1
+        harvester_of,
+        "loss",
+        {"s": (0.5, 2.0), "beta": (-0.2, pi / 2)},
+        guess={"s": 0.6, "beta": 0.5},
+        start=[0.85, 0.5],
+        n_guesses=1,
     )
     assert found.parameters == pytest.approx({"s": 3 / pi * 5 / (0.1245 * 25), "beta": 0.0}, rel=1e-6, abs=1e-6)
 
@@ -143,13 +150,13 @@ def double() -> tuple[Any, ...]:
 
 
 def test_impacts_stay_away_from_a_graze(double: tuple[Any, ...]) -> None:
-    found = nsmaps.optimize(*double, period=2, graze=0.15, n_starts=2)
+    found = nsmaps.optimize(*double, period=2, graze=0.15, n_guesses=2)
     assert found.active == ("impact speed",)
     assert found.attempts[0].end == pytest.approx(found.attempts[1].end, rel=1e-6)
     hits = double[0].at(**found.parameters).impacts(found.orbit.states[0], 4)
     assert hits.speed.min() == pytest.approx(0.15 * hits.speed[hits.wall == 0].max(), rel=1e-6)
     gain = {one.name: one.gain for one in found.conditions}["impact speed"]
-    wider = nsmaps.optimize(*double, period=2, graze=0.1499, n_starts=1)
+    wider = nsmaps.optimize(*double, period=2, graze=0.1499, n_guesses=1)
     assert (wider.value - found.value) / 1e-4 == pytest.approx(gain, rel=0.01)
     assert found.residual < 1e-6
 
@@ -157,7 +164,7 @@ def test_impacts_stay_away_from_a_graze(double: tuple[Any, ...]) -> None:
 @pytest.mark.thorough
 def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[Any, ...]) -> None:
     """The loss falls with d to where a flight first turns back, at once nearer to the wall than the margin."""
-    found = nsmaps.optimize(*double, period=2, sense="min", graze=0.02, n_starts=1)
+    found = nsmaps.optimize(*double, period=2, sense="min", graze=0.02, n_guesses=1)
     (attempt,) = found.attempts
     assert attempt.feasible
     assert "edge" in attempt.message
@@ -181,7 +188,7 @@ def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
             raise nsmaps.NsmapsError(f"d is {d:g}; expected: up to 0.8")
         return VIPair(d=d, g_bar=g_bar)
 
-    found = nsmaps.optimize(short, "loss", {"d": (0.2, 1.2), "g_bar": (0.0, 0.24)}, x0=NEAR, start=START, n_starts=2)
+    found = nsmaps.optimize(short, "loss", {"d": (0.2, 1.2), "g_bar": (0.0, 0.24)}, guess=NEAR, start=START, n_guesses=2)
     assert all(attempt.feasible and attempt.end["d"] <= 0.8 for attempt in found.attempts)
     assert found.parameters["d"] == pytest.approx(0.8, abs=1e-4)
     assert [attempt.start["d"] for attempt in found.attempts] == pytest.approx([0.35, 0.7])
@@ -192,7 +199,7 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.dynamics.
     """The share is counted again from orbits of the same states."""
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=12), "phi": nsmaps.Axis(low=0, high=6, points=12)})
     how = PAIR.at(d=0.7, g_bar=0.1), "loss", {"d": (0.5, 1.2)}, [1.08, 1.0]
-    found = nsmaps.optimize(*how, states=grid, share=0.8, n_starts=1, max_returns=300, tolerances={"d": 0.01})
+    found = nsmaps.optimize(*how, states=grid, share=0.8, n_guesses=1, max_returns=300, tolerances={"d": 0.01})
     assert found.active == ("share",)
     shares = []
     for d in found.parameters["d"] + np.array([0, 0.01, -0.01]):
@@ -216,7 +223,9 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
     )
     bounds, kept = {"d": (0.3, 1.2), "g_bar": (0, 0.24402)}, {"d": tolerance, "g_bar": 0.01}
     how = PAIR.at, {"name": "energy", "formula": "(v**2 - v_after**2)/2"}, bounds, START
-    found = nsmaps.optimize(*how, x0=NEAR, motion="1:1/T", states=grid, share=0.9, tolerances=kept, max_returns=300, n_starts=1)
+    found = nsmaps.optimize(
+        *how, guess=NEAR, motion="1:1/T", states=grid, share=0.9, tolerances=kept, max_returns=300, n_guesses=1
+    )
     assert found.conditions[-1].value >= 0.9
     assert found.value > 65.5 / 64.5
 
@@ -229,17 +238,20 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
             "no motion that meets the conditions was found; nearest at .*: multiplier 0.8.*; expected: at most 0.2",
         ),
         ({"motion": "2:1/T"}, "the motion at d = 0.35, g_bar = 0.211328 is 1:1/T with the word BTB; expected: 2:1/T"),
-        ({"bounds": {"d": (0.2, 0.3)}, "x0": {"d": 0.35}}, "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds"),
-        ({"bounds": {"d": (0.3, float("inf"))}, "x0": {"d": 0.35}}, "expected: finite bounds in ascending order"),
-        ({"x0": {"d": 0.35}}, "bounds are of d, g_bar, x0 of d; expected: both of the same parameters"),
+        (
+            {"bounds": {"d": (0.2, 0.3)}, "guess": {"d": 0.35}},
+            "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds",
+        ),
+        ({"bounds": {"d": (0.3, float("inf"))}, "guess": {"d": 0.35}}, "expected: finite bounds in ascending order"),
+        ({"guess": {"d": 0.35}}, "bounds are of d, g_bar, guess of d; expected: both of the same parameters"),
         ({"sense": "most"}, "sense is 'most'; expected: 'max' or 'min'"),
         ({"period": "min"}, "period is 'min'.*sense='min'.*; expected: a whole number of at least 1"),
-        ({"n_starts": 0}, "n_starts is 0; expected: a whole number of at least 1"),
-        ({"n_starts": 2.5}, "n_starts is 2.5; expected: a whole number"),
+        ({"n_guesses": 0}, "n_guesses is 0; expected: a whole number of at least 1"),
+        ({"n_guesses": 2.5}, "n_guesses is 2.5; expected: a whole number"),
         ({"max_returns": -1}, "max_returns is -1; expected: a whole number"),
         ({"graze": "0.1"}, "graze is '0.1'; expected: a number"),
         ({"bounds": {"d": 0.3, "g_bar": (0, 1)}}, "bounds are .*; expected: pairs of numbers"),
-        ({"bounds": {"q": (0.3, 1)}, "x0": {"q": 0.5}}, "'q'"),
+        ({"bounds": {"q": (0.3, 1)}, "guess": {"q": 0.5}}, "'q'"),
         ({"multiplier": 1.5}, "multiplier is 1.5, graze 0.01, share 0; expected: a multiplier up to 1"),
         ({"share": 0.5}, "share is 0.5 of no states; expected: 'states'"),
         ({"tolerances": {"r": 0.1}}, "the tolerances are r = 0.1; expected: numbers above zero, of d, g_bar"),
@@ -256,13 +268,13 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
     ],
 )
 def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], message: str) -> None:
-    given = {"observable": "loss", "bounds": BOUNDS, "x0": NEAR, "start": START, "n_starts": 1} | changes
+    given = {"observable": "loss", "bounds": BOUNDS, "guess": NEAR, "start": START, "n_guesses": 1} | changes
     with pytest.raises(nsmaps.NsmapsError, match=message):
         nsmaps.optimize(PAIR, **given)
 
 
 def test_a_function_needs_the_first_parameters() -> None:
-    with pytest.raises(nsmaps.NsmapsError, match="x0 None; expected: a system, or a function with keywords and `x0`"):
+    with pytest.raises(nsmaps.NsmapsError, match="guess None; expected: a system, or a function and `guess`"):
         nsmaps.optimize(PAIR.at, "loss", BOUNDS, START)
 
 

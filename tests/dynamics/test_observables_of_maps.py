@@ -190,7 +190,7 @@ def test_an_optimum_of_a_cycle():
         Gap().at,
         "square",
         {"mu": (-1.0, -0.1), "a": (-0.5, 0.5)},
-        x0={"mu": -0.5, "a": 0.2},
+        guess={"mu": -0.5, "a": 0.2},
         start=[-0.6],
         sense="min",
         multiplier=0.4,

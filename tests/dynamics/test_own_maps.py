@@ -139,7 +139,7 @@ def test_what_rests_on_a_motion_is_refused_with_the_reason(call):
             return_map, {"a": [0.5, 1.0], "b": [0.2, 0.4]}, [0.1, 0.1], observables=["impacts"]
         ),
         lambda return_map: nsmaps.noisy_orbits(return_map, [0.1, 0.1], nsmaps.Noise(sigma=0.1, tau=0.1), n_returns=5),
-        lambda return_map: nsmaps.optimize(return_map.at, "impacts", {"a": (0.5, 1)}, x0={"a": 0.6}, start=[0.1, 0.1]),
+        lambda return_map: nsmaps.optimize(return_map.at, "impacts", {"a": (0.5, 1)}, guess={"a": 0.6}, start=[0.1, 0.1]),
     ],
 )
 def test_observables_and_noise_of_motions_are_none_of_a_map(call):

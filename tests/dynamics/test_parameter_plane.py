@@ -390,7 +390,7 @@ def test_a_curve_of_doublings_parts_the_plane(pair) -> None:
     branch = nsmaps.continue_branch(
         lambda d: pair(d, 0.5), "d", fixed, 0.35, (0.25, 0.36), direction="down", until=("period doubling",)
     )
-    curve = nsmaps.bifurcation_curve(pair, {"d": (0.25, 0.36), "r": (0.45, 0.6)}, branch.events[-1], 0.5, step=0.2)
+    curve = nsmaps.bifurcation_curve(pair, branch.events[-1], {"d": (0.25, 0.36), "r": (0.45, 0.6)}, 0.5, step=0.2)
     assert np.ptp(curve.parameters[:, 1]) == pytest.approx(0.15)
     sampled = curve.parameters[:: max(len(curve.parameters) // 3, 1)]
     assert len(sampled) >= 3

@@ -59,7 +59,7 @@ def test_the_border_of_a_gap_map_is_a_curve():
     return_map, cycle = gap(0.5, 2)
     _, event = ending(return_map, "mu", cycle, (0.2, 0.8), "up")
     curve = nsmaps.bifurcation_curve(
-        lambda mu, a: return_map.at(mu=mu, a_L=a, a_R=a), {"mu": (0.2, 0.8), "a": (0.3, 0.9)}, event, 0.5, step=0.2
+        lambda mu, a: return_map.at(mu=mu, a_L=a, a_R=a), event, {"mu": (0.2, 0.8), "a": (0.3, 0.9)}, 0.5, step=0.2
     )
     mu, a = curve.parameters.T
     assert len(a) > 5
@@ -106,7 +106,7 @@ def test_a_cycle_of_the_plane_folds_at_a_border_or_goes_to_infinity():
     _, event = ending(return_map, "tau_R", cycle, (-4, 0), "up")
     assert event.value == pytest.approx(-1.02, abs=1e-13)
     assert event.border == NONSMOOTH_FOLD
-    curve = nsmaps.bifurcation_curve(return_map, {"tau_R": (-3, 0), "delta_R": (0.5, 2)}, event, 0.9, step=0.2)
+    curve = nsmaps.bifurcation_curve(return_map, event, {"tau_R": (-3, 0), "delta_R": (0.5, 2)}, 0.9, step=0.2)
     assert curve.ended[1].startswith("state 1 is at x = 0 too, two borders at once")
     assert curve.parameters[-1] == pytest.approx([-1, 1], abs=1e-6)  # there x = 0, 0, 1 and y = -1, 0, 0
     partner = switch_branch(return_map, "tau_R", event, (-2, 0), max_points=5)
@@ -163,7 +163,7 @@ def test_square_roots_have_an_infinite_slope_at_the_border():
     assert event.value == pytest.approx(1.0, abs=1e-14)
     assert event.border == NONSMOOTH_FOLD
     assert event.detail.endswith("(L) at x = 0, beyond which is R; the slope of R is infinite")
-    curve = nsmaps.bifurcation_curve(return_map, {"mu": (0.1, 1.2), "a": (0.1, 0.9)}, event, 0.5, step=0.2)
+    curve = nsmaps.bifurcation_curve(return_map, event, {"mu": (0.1, 1.2), "a": (0.1, 0.9)}, 0.5, step=0.2)
     assert curve.parameters[:, 0] == pytest.approx(np.ones(len(curve.parameters)), abs=1e-13)  # R maps 1 to 0 at mu = 1
     plane = SquareRootPlane(alpha=0.65, gamma=0.05, tau2=0.25, rho=0.1)
     cycle = nsmaps.periodic_orbit(plane, nsmaps.orbit(plane, [0.1, 0.0], 300).final, 3)

@@ -19,9 +19,9 @@ GOLDEN = (5**0.5 - 1) / 2
 
 def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
     found = nsmaps.rotation_number(BorderCollision1(a_L=0.5, a_R=0.5, mu=0.3, jump=-1.0), [0.1])
-    assert (found.fraction, found.of, sorted(found.cycle.words)) == (Fraction(2, 5), "R", ["L", "L", "L", "R", "R"])
+    assert (found.fraction, found.counted, sorted(found.cycle.words)) == (Fraction(2, 5), "R", ["L", "L", "L", "R", "R"])
     plateau = nsmaps.rotation_number(PlateauCircleMap(Omega=0.4, w=0.5), [0.1])
-    assert (plateau.fraction, plateau.of, plateau.cycle.multipliers.tolist()) == (Fraction(2, 3), "phi", [0])
+    assert (plateau.fraction, plateau.counted, plateau.cycle.multipliers.tolist()) == (Fraction(2, 3), "phi", [0])
     rigid = nsmaps.rotation_number(CircleMap(Omega=GOLDEN, K=0.0), [0.1], n_returns=2000)
     assert rigid.fraction is None
     assert abs(rigid.value - GOLDEN) <= rigid.error < 1e-15
@@ -35,9 +35,9 @@ def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
 
 def test_what_is_counted_is_named_or_known():
     gap = BorderCollision1(a_L=0.5, a_R=0.5, mu=0.3, jump=-1.0)
-    assert nsmaps.rotation_number(gap, {"x": 0.1}, of="L").fraction == Fraction(3, 5)
-    with pytest.raises(NsmapsError, match="rotation number of 'Q'"):
-        nsmaps.rotation_number(gap, [0.1], of="Q")
+    assert nsmaps.rotation_number(gap, {"x": 0.1}, counted="L").fraction == Fraction(3, 5)
+    with pytest.raises(NsmapsError, match="a rotation number, of 'Q'; expected: `counted`, one of L, R"):
+        nsmaps.rotation_number(gap, [0.1], counted="Q")
     with pytest.raises(NsmapsError, match=r"the orbit of \[0.1\] ends or escapes"):
         nsmaps.rotation_number(gap.at(a_R=3.0, a_L=3.0), [0.1])
 

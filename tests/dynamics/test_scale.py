@@ -66,7 +66,7 @@ def test_an_optimum_beyond_a_zero_of_a_coordinate_has_the_closed_form(length: fl
     """The mean of x^2 is F^2/(2 D), at most F^2/(8 Z^2 (1 - Z^2)) at w^2 = 1 - 2 Z^2; the start is beyond x = 0."""
     system = Resonator(w=1.3, length=length, time=time, origin=origin)
     square = {"name": "square", "formula": f"(x - ({origin!r}))**2", "of": "flights"}
-    found = nsmaps.optimize(system.at, square, {"w": (0.5, 1.4)}, x0={"w": 1.3}, start=system.state(), per="time", n_starts=1)
+    found = nsmaps.optimize(system.at, square, {"w": (0.5, 1.4)}, guess={"w": 1.3}, start=system.state(), per="time", n_guesses=1)
     assert found.parameters["w"] == pytest.approx(sqrt(1 - 2 * Z**2), rel=1e-6)
     assert found.value == pytest.approx(length**2 / (8 * Z**2 * (1 - Z**2)), rel=1e-9)
     assert found.residual < 1e-5
@@ -190,7 +190,7 @@ def test_a_formula_has_the_same_events_and_attractors_in_any_unit_and_from_any_o
     assert len(branch.values) < 30
     doubled = nsmaps.switch_branch(along, "p", event, (0.1, 0.6), step=0.05)
     assert doubled.ended == "the range ends at 0.6"
-    curve = nsmaps.bifurcation_curve(along, {"p": (0.1, 1.0), "q": (0.2, 0.4)}, event, 0.3, step=0.1)
+    curve = nsmaps.bifurcation_curve(along, event, {"p": (0.1, 1.0), "q": (0.2, 0.4)}, 0.3, step=0.1)
     assert curve.parameters[:, 0] == pytest.approx(0.75 * (1 - curve.parameters[:, 1]) ** 2, abs=1e-9)
     two = nsmaps.periodic_orbits(return_map.at(a=0.5), return_map.states(np.random.default_rng(0).uniform(-1, 1, (10, 2))), 2)
     assert len(two) == 1

@@ -28,7 +28,7 @@ def noisy(seed: int) -> np.ndarray:
 
 def test_a_record_of_times_gives_the_parameters_within_their_errors() -> None:
     record = Record.of(noisy(1), WALLS.tolist(), noise=NOISE, phase=0.0)
-    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, n_starts=1)
+    found = nsmaps.estimate(PAIR, record, free=FREE, guess={"r": 0.45, "d": 0.4}, n_guesses=1)
     assert found.converged
     assert found.describes
     assert np.all(np.abs(found.values - [0.5, 0.35]) < 3 * found.errors)
@@ -47,7 +47,7 @@ def test_records_that_begin_in_a_transient_lead_to_the_true_minimum_from_guesses
     times, walls, _ = Rig().impacts(30, speed, phase, 60.0)
     noisy_times = times + NOISE * np.random.default_rng(0).standard_normal(30)
     record = Record.of(noisy_times, walls.tolist(), noise=NOISE, phase=phase)
-    found = nsmaps.estimate(PAIR, record, free=["r", "d"], start={"r": 0.508, "d": 0.344}, n_starts=1, n_returns=100)
+    found = nsmaps.estimate(PAIR, record, free=["r", "d"], guess={"r": 0.508, "d": 0.344}, n_guesses=1, n_returns=100)
     assert found.describes
     assert found.minima.unpaired[0] == 0
     assert np.all(np.abs(found.values - [0.5, 0.35]) < 3 * found.errors)
@@ -59,7 +59,7 @@ def test_missed_doubled_quantised_impacts_of_a_drifting_rig_in_seconds_are_fitte
     times, walls, _ = Rig(drift=2e-4).impacts(45, 0.8, 0.4, 45.0)
     seen, letters = sensed(times + 0.4 / np.pi, walls, rng, NOISE, 1e-3)
     record = Record.of(seen * unit, letters.tolist(), phase=0.0, time_unit=unit)
-    found = nsmaps.estimate(PAIR, record, free=FREE, start={"r": 0.45, "d": 0.4}, n_starts=1)
+    found = nsmaps.estimate(PAIR, record, free=FREE, guess={"r": 0.45, "d": 0.4}, n_guesses=1)
     assert found.minima.unpaired[0] == 6  # five missed, one doubled
     data, model = found.words[0]
     assert data.count("-") == 5
@@ -85,7 +85,7 @@ def test_speeds_alone_determine_what_times_leave_open_and_samples_count_too() ->
         samples={"place": states + 0.005 * rng.standard_normal(7)},
         sample_noise=0.005,
     )
-    found = nsmaps.estimate(PAIR, record, free=["r"], start={"r": 0.45}, n_starts=1)
+    found = nsmaps.estimate(PAIR, record, free=["r"], guess={"r": 0.45}, n_guesses=1)
     assert abs(found.values[0] - 0.5) < 3 * found.errors[0]
     assert len(found.speed_residuals) == 31
     assert len(found.sample_residuals) == 7
@@ -106,7 +106,9 @@ def test_parameters_that_the_data_cannot_distinguish_are_named() -> None:
     """Of a ball without forcing the times depend on v/g alone."""
     times = np.array([0.25 + sum(2 * 0.8 ** (j + 1) * 3.0 / 9.81 for j in range(n)) for n in range(7)])
     record = Record.of(times, noise=1e-4)
-    found = nsmaps.estimate(Drop(g=9.0, e=0.78), record, free={"g": (5.0, 15.0), "e": (0.5, 0.95)}, start={"v": -3.0}, n_starts=1)
+    found = nsmaps.estimate(
+        Drop(g=9.0, e=0.78), record, free={"g": (5.0, 15.0), "e": (0.5, 0.95)}, guess={"v": -3.0}, n_guesses=1
+    )
     assert found.rank == 1
     assert found.undetermined == ("g",)
     assert abs(found.parameters["e"] - 0.8) < 1e-6
@@ -146,7 +148,7 @@ def cam_record(count: int) -> Record:
 
 
 def test_a_false_minimum_is_named_as_such() -> None:
-    alone = nsmaps.estimate(CAM, cam_record(16), free=BOUNDS, start={"r": 0.8, "P": 25.0}, n_starts=1)
+    alone = nsmaps.estimate(CAM, cam_record(16), free=BOUNDS, guess={"r": 0.8, "P": 25.0}, n_guesses=1)
     assert alone.chi2 > 1e3
     assert not alone.describes
     assert "the model does not describe the data" in str(alone)
@@ -154,7 +156,7 @@ def test_a_false_minimum_is_named_as_such() -> None:
 
 @pytest.mark.thorough
 def test_a_search_finds_the_other_minimum_and_lists_the_false_ones() -> None:
-    found = nsmaps.estimate(CAM, cam_record(40), free=BOUNDS, start={"r": 0.8, "P": 25.0})
+    found = nsmaps.estimate(CAM, cam_record(40), free=BOUNDS, guess={"r": 0.8, "P": 25.0})
     assert found.describes
     assert found.chi2 < 60
     assert np.all(np.abs(found.values - [0.4, 40.0]) < 3 * found.errors)
@@ -171,7 +173,7 @@ def test_intervals_have_their_nominal_coverage_within_what_sixty_records_say() -
         times = np.array([sum(2 * 0.8 ** (j + 1) * 3.0 / 9.81 for j in range(n)) for n in range(7)])
         noise = np.diff(times).std() * np.exp(rng.uniform(*np.log([0.001, 0.05])))
         record = Record.of(np.sort(times + noise * rng.standard_normal(7)), noise=noise)
-        found = nsmaps.estimate(Drop(g=9.81, e=0.79), record, free=["e"], start={"v": -3.0}, n_starts=1)
+        found = nsmaps.estimate(Drop(g=9.81, e=0.79), record, free=["e"], guess={"v": -3.0}, n_guesses=1)
         inside.append((found.intervals[0, :, 0] <= 0.8) & (found.intervals[0, :, 1] >= 0.8))
     shares = np.mean(inside, axis=0)
     assert len(inside) == 60
@@ -183,16 +185,16 @@ def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
         nsmaps.estimate(PAIR, Record.of([0.0, 1.0], "BC"), free=["r"])
     assert "\n" not in str(error.value)
     with pytest.raises(DataError, match=r"returns take about .* expected: `time_unit`"):
-        nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], n_starts=1)
+        nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], n_guesses=1)
     with pytest.raises(DataError, match="there is no state 'X'"):
         nsmaps.estimate(PAIR, Record.of(sample_times=[0.0, 1.0], samples={"X": [0.0, 1.0]}, sample_noise=0.1), free=["r"])
     with pytest.raises(DataError, match="1 measured numbers for 4 unknowns, which are r and the start of each record"):
         nsmaps.estimate(PAIR, [0.0], free=["r"])
-    with pytest.raises(ParameterError, match="start has 'q'"):
-        nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], start={"q": 1.0})
+    with pytest.raises(ParameterError, match="guess has 'q'"):
+        nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], guess={"q": 1.0})
     for wrong in ({"r": 2.0}, {"r": "half"}, {"r": float("nan")}):
         with pytest.raises(ParameterError, match=r"r has the bounds \(0.*\) and starts at .*; expected: \(low"):
-            nsmaps.estimate(PAIR, TIMES, free=["r"], start=wrong)
+            nsmaps.estimate(PAIR, TIMES, free=["r"], guess=wrong)
     for bounds in ((0.9, 0.2), (0.2, float("nan")), 0.5, "0.2-0.9", (0.2, 0.5, 0.9)):
         with pytest.raises(ParameterError, match=r"r has the bounds .*; expected: \(low, high\) with low < high within 0 to 1"):
             nsmaps.estimate(PAIR, TIMES, free={"r": bounds})

@@ -42,7 +42,7 @@ def test_the_boundary_of_a_basin_and_its_spread_are_those_of_the_closed_form() -
     system, rng = Bistable(e=0.5), np.random.default_rng(0)
     speeds = 3 - 0.9 * 0.5 ** np.arange(9)
     record = Record.of(samples={"v": speeds + 0.01 * rng.standard_normal(9)}, sample_noise=0.01)
-    found = nsmaps.estimate(system, record, free={"e": (0.2, 0.7)}, start={"e": 0.45}, n_starts=1)
+    found = nsmaps.estimate(system, record, free={"e": (0.2, 0.7)}, guess={"e": 0.45}, n_guesses=1)
     assert abs(found.values[0] - 0.5) < 4 * found.errors[0]
     margin = basin_distance(system, found, directions=[[1.0], [-1.0]], n_draws=6)
     assert margin.state[0] == pytest.approx(3.0)

@@ -22,7 +22,7 @@ def found() -> Estimate:
     """An estimate of the acceleration of a ball whose motion of one impact a period is stable up to a doubling."""
     hits = BALL.impacts(nsmaps.orbit(BALL, [3.0, 0.5], 200).final, 13)
     noisy = hits.time + hits.phase[0] / BALL.phase_rate() + 5e-3 * np.random.default_rng(0).standard_normal(13)
-    return nsmaps.estimate(BALL, Record.of(noisy, noise=5e-3, phase=0.0), free={"Gamma": (1.0, 1.6)}, n_starts=1)
+    return nsmaps.estimate(BALL, Record.of(noisy, noise=5e-3, phase=0.0), free={"Gamma": (1.0, 1.6)}, n_guesses=1)
 
 
 def test_the_motion_and_its_nearest_event_are_those_of_the_closed_form(found: Estimate) -> None:

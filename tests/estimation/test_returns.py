@@ -50,7 +50,7 @@ def test_strobed_states_of_a_forced_system_give_its_parameters_in_units_of_the_r
     given = dict(zip(("place", "v"), samples.T, strict=True)), dict(zip(("place", "v"), noise, strict=True))
     record = Record.of(samples=given[0], sample_noise=given[1], phase=PHASE, length_unit=2.0, time_unit=5.0)
     found = nsmaps.estimate(
-        system, record, free={"r": (0.5, 1.0), "zeta": (0.01, 0.2)}, start={"r": 0.77, "zeta": 0.06}, n_starts=1
+        system, record, free={"r": (0.5, 1.0), "zeta": (0.01, 0.2)}, guess={"r": 0.77, "zeta": 0.06}, n_guesses=1
     )
     assert str(record) == "12 returns with place, v"
     assert found.converged
@@ -96,7 +96,7 @@ def test_samples_at_the_clock_of_a_converter_give_source_and_load(tmp_path: Path
     path = tmp_path / "strobe.csv"
     path.write_text("\n".join(["return,v,i,v_noise,i_noise", *lines]))
     system = load_system("buck_converter", E=31.8, R=21.8)
-    found = nsmaps.estimate(system, path, free={"E": (28.0, 36.0), "R": (18.0, 26.0)}, n_starts=1)
+    found = nsmaps.estimate(system, path, free={"E": (28.0, 36.0), "R": (18.0, 26.0)}, n_guesses=1)
     assert found.describes
     assert found.dof == 2 * 15 - 4
     assert np.all(np.abs(found.values - [32.0, 22.0]) < 4 * found.errors)
@@ -110,7 +110,7 @@ def test_samples_at_returns_of_an_angle_are_compared_on_the_circle() -> None:
     rng, shift = np.random.default_rng(3), 2 * np.pi * np.arange(8)
     noise = {"v": 0.01, "phi": 0.01}
     samples = {"v": truth[0] + 0.01 * rng.standard_normal(8), "phi": truth[1] + shift + 0.01 * rng.standard_normal(8)}
-    found = nsmaps.estimate(ball, Record.of(samples=samples, sample_noise=noise), free=["Gamma"], n_starts=1)
+    found = nsmaps.estimate(ball, Record.of(samples=samples, sample_noise=noise), free=["Gamma"], n_guesses=1)
     assert abs(found.values[0] - 1.2) < 4 * found.errors[0]
     assert found.chi2 < 40
 

@@ -19,7 +19,7 @@ def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: py
     rows = [f"{25 * (time + 0.4 / 3.141592653589793):.4f},{wall}" for time, wall in zip(TIMES, WALLS, strict=True)]
     (tmp_path / "rig.csv").write_text("time,wall\n" + "\n".join(rows))
     study = tmp_path / "rig.yaml"
-    data = "estimate:\n  data: [{file: rig.csv, noise: 0.05, time_unit: 25, phase: 0}]\n  free: {r: [0.2, 0.9]}\n  n_starts: 1\n"
+    data = "estimate:\n  data: [{file: rig.csv, noise: 0.05, time_unit: 25, phase: 0}]\n  free: {r: [0.2, 0.9]}\n  n_guesses: 1\n"
     data += "basin_distance: {directions: [[0.1, 0], [0, 1]], n_draws: 1}\n"
     study.write_text(f"{HEAD}{data}figures: [estimate, margin]\n")
     monkeypatch.chdir(Path(__file__).parent)

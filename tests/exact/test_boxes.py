@@ -78,7 +78,7 @@ def test_exact_images_of_other_systems_lie_in_the_image_boxes(system):
 def test_boxes_cut_by_grazes(pair, d):
     """At grazes of both walls, and with the words of both sides."""
     system, rng = pair(d), np.random.default_rng(3)
-    curves = system.grazing_curves({"v": (0.05, 1.1), "phi": (0, 2 * np.pi)}, lines=150)
+    curves = system.grazing_curves({"v": (0.05, 1.1), "phi": (0, 2 * np.pi)}, n_lines=150)
     assert {curve.wall for curve in curves} == {"B", "T"}
     for curve in curves:
         points = curve.points[rng.integers(0, len(curve.points), 15)]
@@ -154,7 +154,7 @@ def test_images_along_grazes_are_little_larger_than_those_of_2000_states(pair, d
     """In all, of boxes of a grid of 2^8 x 2^8 on the curves in the window and up to three boxes from there."""
     system, rng = pair(d), np.random.default_rng(7)
     sides = (WINDOW[:, 1] - WINDOW[:, 0]) / 256
-    curves = system.grazing_curves({"v": tuple(WINDOW[0]), "phi": tuple(WINDOW[1])}, lines=150)
+    curves = system.grazing_curves({"v": tuple(WINDOW[0]), "phi": tuple(WINDOW[1])}, n_lines=150)
     points = np.concatenate([curve.points[::7] for curve in curves])
     boxes = boxes_around(np.concatenate([points + shift * sides for shift in np.ndindex(7, 7)]) - 3 * sides, sides)
     inner = system.first_return(states_in(boxes, rng, 2000).reshape(-1, 2)).lifted.reshape(len(boxes), -1, 2)

@@ -244,7 +244,7 @@ def oscillator_touch(system, s, wall, near):
 
 def test_an_oscillator_in_closed_form():
     system = Oscillator(zeta=0.05, w=0.81, gap=0.7)
-    curves = system.grazing_curves({"v": (0.05, 2), "phi": (0, TWO_PI)}, lines=200)
+    curves = system.grazing_curves({"v": (0.05, 2), "phi": (0, TWO_PI)}, n_lines=200)
     assert {(curve.wall, curve.word) for curve in curves} >= {("R", "R"), ("L", "R"), ("L", "RL"), ("R", "RL")}
     with mp.workdps(30):
         for curve in (curve for curve in curves if curve.word == "R"):
@@ -273,7 +273,7 @@ def test_one_wall_and_a_curve_that_comes_to_rest():
         ({"v": (1, 1), "phi": (0, 1)}, {}),
         ({"v": (0, 1), "phi": (0, 7)}, {}),
         ({"v": (0, float("inf")), "phi": (0, 1)}, {}),
-        ({"v": (0, 1), "phi": (0, 1)}, {"lines": 1}),
+        ({"v": (0, 1), "phi": (0, 1)}, {"n_lines": 1}),
         ({"v": (0, 1), "phi": (0, 1)}, {"spacing": 0}),
     ],
 )

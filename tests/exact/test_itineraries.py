@@ -27,7 +27,7 @@ def test_turns_are_those_of_the_sampled_flight(pair, d):
     for state, turns, itinerary, word in zip(states, itineraries.turns, itineraries.words, words, strict=True):
         assert itinerary.replace("^", "").replace("v", "") == word
         assert turns == itinerary.count("^") + itinerary.count("v")
-        _, place = system.trajectory(state, len(word), samples=4000)
+        _, place = system.trajectory(state, len(word), n_samples=4000)
         slopes = np.sign(np.diff(place.reshape(-1, 4000), axis=1))
         assert turns == int((slopes[:, 1:] * slopes[:, :-1] < 0).sum())
 
@@ -83,7 +83,7 @@ def test_margin_is_that_of_the_sampled_flight(pair, d):
     for state, clearance, slowest, word in zip(
         states, returns.margin.clearance, returns.margin.slowest, returns.words, strict=True
     ):
-        _, place = system.trajectory(state, len(word), samples=4000)
+        _, place = system.trajectory(state, len(word), n_samples=4000)
         slopes = np.sign(np.diff(place.reshape(-1, 4000), axis=1))
         flight, k = np.nonzero(slopes[:, 1:] * slopes[:, :-1] < 0)
         gaps = d / 2 - slopes[flight, k] * place.reshape(-1, 4000)[flight, k + 1]

@@ -96,7 +96,7 @@ def test_flights_join_events(name):
     assert np.array_equal(made.time[:, -1], events.time[1:])
     turned = events.phase[0] + system.phase_rate() * events.time
     assert np.exp(1j * events.phase) == pytest.approx(np.exp(1j * turned), abs=1e-12)
-    times, states = system.trajectory(start, 30, samples=7)
+    times, states = system.trajectory(start, 30, n_samples=7)
     assert np.array_equal(times, made.time.ravel())
     assert np.array_equal(states, made.states.reshape(-1, len(system.states)))
 

@@ -276,7 +276,7 @@ def test_domain_fp_of_the_exact_map():
 
 
 def test_domain_fp_of_the_exact_map_shrinks_to_the_fixed_point(pair):
-    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], max_updates=25, bounds="sampled")
+    domain = attracting_domain(pair(0.35), [[0.7, 1], [0.2, 1.14]], max_updates=25, bounds_kind="sampled")
     assert domain.forward_invariant
     assert (domain.sizes[-1] < 1e-4).all()
     assert domain.box.mean(axis=1) == pytest.approx([0.83338599, 0.36361156], abs=1e-4)

@@ -103,7 +103,7 @@ def test_curves_of_doublings_and_borders_in_two_parameters(side):
     system = SquareRoot(a=0.5, mu=0.07)
     orbit = nsmaps.periodic_orbit(system, [0.06], 3)
     branch = nsmaps.continue_branch(system, "mu", orbit, system.mu, (0.01, 0.3), direction=side, step=0.5)
-    curve = nsmaps.bifurcation_curve(system, {"mu": (0.01, 0.3), "a": (0.4, 0.9)}, branch.events[0], 0.5, step=0.1)
+    curve = nsmaps.bifurcation_curve(system, branch.events[0], {"mu": (0.01, 0.3), "a": (0.4, 0.9)}, 0.5, step=0.1)
     mu, a = np.array(curve.parameters).T
     exact = [float(doubling_and_border(each, 3)[side == "up"]) for each in a]
     assert len(mu) > 8

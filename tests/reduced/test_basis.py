@@ -239,7 +239,7 @@ def test_domains_and_morse_sets_of_series():
     polymap = Fourier(harmonics=1).fit(on_circle(lambda x: x + 0.3 + 0.6 * np.sin(x)))
     rest, saddle = np.pi + np.arcsin(0.5), 2 * np.pi - np.arcsin(0.5)
     for return_map, bounds in ((polymap, "outer"), (whole(polymap), "enclosed")):
-        domain = nsmaps.attracting_domain(return_map, [[3.4, 3.9]], bounds=bounds)
+        domain = nsmaps.attracting_domain(return_map, [[3.4, 3.9]], bounds_kind=bounds)
         assert domain.forward_invariant
         assert domain.status == bounds
         assert domain.boxes[-1][0, 0] <= rest <= domain.boxes[-1][0, 1]
@@ -284,7 +284,7 @@ composite:
 orbits:
   - {start: {v: 0.1, phi: 1.0}, n_returns: 30}
 domains:
-  - {name: outer, map: whole, box: {v: [-0.5, 0.3], phi: [3.2, 4.2]}, bounds: outer, max_updates: 1}
+  - {name: outer, map: whole, box: {v: [-0.5, 0.3], phi: [3.2, 4.2]}, bounds_kind: outer, max_updates: 1}
 """
 
 

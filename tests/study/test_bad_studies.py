@@ -389,68 +389,68 @@ BAD = {
     ),
     "plane at no value": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 0}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 0}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         "0}, r",
         "points is 0; expected: greater than or equal to 2",
     ),
     "plane of values that are none": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 1.1, to: 1.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 1.1, to: 1.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         "1.1",
         "r is 1.1; expected: less than or equal to 1",
     ),
     "plane of one parameter": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}}, starts: [{v: 1, phi: 1}]}\nrequire:",
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}}, starts: [{v: 1, phi: 1}]}\nrequire:",
         "{a: {from",
-        "plane is {'a': {'from': 0.1, 'to': 1, 'points': 2}}; expected: 2 entries or more",
+        "axes is {'a': {'from': 0.1, 'to': 1, 'points': 2}}; expected: 2 entries or more",
     ),
     "plane of an unknown parameter": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, q: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, q: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         "q: {from",
         "unknown parameter 'q'; expected: a, r",
     ),
     "plane with a range that is not finite": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: .inf, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: .inf, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}]}\nrequire:",
         ".inf",
         "inf is not finite; expected: a finite number, or text as 'pi/3'",
     ),
     "plane of no starts": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, starts: []}\nrequire:",
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, starts: []}\nrequire:",
         "[]}",
         "starts is []; expected: 1 entry or more",
     ),
     "plane of a start without a coordinate": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}, {v: 2}]}\nrequire:",
         "{v: 2}",
         "the coordinate 'phi' is missing; expected: all of v, phi",
     ),
     "plane of few returns": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], n_returns: 63}\nrequire:",
-        "{plane",
+        "{axes",
         "63 'n_returns' hold no period up to 32 twice; expected: 2 'max_period'",
     ),
     "plane that is followed and refined": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], direction: up, refine: 4}\nrequire:",
-        "{plane",
+        "{axes",
         "orbits that are followed need every pixel; expected: no 'direction', or no 'refine'",
     ),
     "plane of an unknown observable": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], observables: [los]}\nrequire:",
         "[los]",
         "'los' is not an observable of Ball, did you mean 'loss'?; expected: impacts, speed, loss, momentum, displacement, work, "
@@ -458,7 +458,7 @@ BAD = {
     ),
     "curve of no branch": (
         "require:",
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
@@ -466,7 +466,7 @@ BAD = {
     "curve of a branch in another parameter": (
         "require:",
         "branches: [{name: one, parameter: r, bounds: [0.1, 0.9], start: {v: 1, phi: 1}}]\n"
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "one, event",
         "unknown branch in 'a' 'one'; expected: none",
@@ -474,7 +474,7 @@ BAD = {
     "curve of an event that the branch does not locate": (
         "require:",
         "branches: [{name: one, parameter: a, bounds: [0.1, 0.9], start: {v: 1, phi: 1}, kinds: [period doubling]}]\n"
-        "parameter_plane: {plane: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
+        "parameter_plane: {axes: {a: {from: 0.1, to: 1, points: 2}, r: {from: 0.1, to: 0.9, points: 2}}, "
         "starts: [{v: 1, phi: 1}], bifurcation_curves: [{branch: one, event: fold}]}\nrequire:",
         "fold}",
         "the branch 'one' locates no fold; expected: one of its 'kinds', period doubling, grazing, border collision, detachment",

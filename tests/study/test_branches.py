@@ -36,7 +36,7 @@ branches:
 """
 PLANE = """\
 parameter_plane:
-  plane:
+  axes:
     a: {from: 1.1, to: 1.7, points: 4}
     r: {from: 0.46, to: 0.54, points: 5}
   starts: [{v: 4.19, phi: 0.5}]
@@ -252,7 +252,7 @@ system: vi_pair
 parameters: {d: 0.35, r: 0.5, g_bar: 0.2113}
 branches: [{name: BB, parameter: d, bounds: [0.29, 0.36], value: 0.32, start: {v: 0.2817, phi: 2.918}}]
 parameter_plane:
-  plane:
+  axes:
     d: {from: 0.32, to: 0.35, points: 2}
     r: {from: 0.49, to: 0.51, points: 3}
   starts: [{v: 0.9, phi: 0.5}]
@@ -314,7 +314,7 @@ STARTS = "starts: [{v: 4.19, phi: 0.5}], transient: 9"
 SWEEPS = {
     "bifurcation_diagram": f"bifurcation_diagram: {{parameter: r, {RANGE}, {STARTS}, n_returns: 4}}",
     "lyapunov": f"lyapunov: {{parameter: r, {RANGE}, {STARTS}, n_returns: 64}}",
-    "parameter_plane": f"parameter_plane: {{plane: {{r: {{{RANGE}}}, a: {{from: -0.5, to: 0.5, points: 3}}}}, "
+    "parameter_plane": f"parameter_plane: {{axes: {{r: {{{RANGE}}}, a: {{from: -0.5, to: 0.5, points: 3}}}}, "
     f"{STARTS}, n_returns: 64}}",
 }
 

@@ -226,7 +226,7 @@ def test_a_run_on_two_processes_has_the_same_numbers() -> None:
         "system: vi_pair\nparameters: {d: 0.35, r: 0.5, g_bar: 0.2113}\n"
         "bifurcation_diagram: {parameter: d, from: 0.3, to: 0.35, points: 5, starts: [{v: 0.8, phi: 0.4}], "
         "n_returns: 20, transient: 100}\n"
-        "parameter_plane: {plane: {d: {from: 0.3, to: 0.35, points: 3}, r: {from: 0.4, to: 0.5, points: 3}}, "
+        "parameter_plane: {axes: {d: {from: 0.3, to: 0.35, points: 3}, r: {from: 0.4, to: 0.5, points: 3}}, "
         "starts: [{v: 0.8, phi: 0.4}], n_returns: 64, transient: 100}\n"
     )
     for words in (["--out", "one"], ["--out", "two", "--workers", "2"]):

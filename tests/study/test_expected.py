@@ -14,8 +14,8 @@ system: vi_pair
 parameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}
 orbits: [{start: {v: 0.35, phi: 1.5}, n_returns: 100}]
 domains:
-  - {name: flat, map: exact, bounds: sampled, box: {v: [0.8, 0.87], phi: [0.3, 0.43]}, max_updates: 1}
-  - {name: small, map: exact, bounds: sampled, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, max_updates: 1REQUIRE}
+  - {name: flat, map: exact, bounds_kind: sampled, box: {v: [0.8, 0.87], phi: [0.3, 0.43]}, max_updates: 1}
+  - {name: small, map: exact, bounds_kind: sampled, box: {v: [0.8214, 0.8454], phi: [0.3391, 0.3881]}, max_updates: 1REQUIRE}
 expected_failures:
 """
 

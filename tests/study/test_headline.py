@@ -52,7 +52,7 @@ def test_a_two_cycle_of_one_orbit_and_samples_that_prove_nothing() -> None:
     name = "1:1/2T: one return to the section and one other impact in two periods of the forcing."
     assert said == f"Exact map: one stable two-cycle (1:1/2T), on which the one orbit followed ends. {name}"
     doubt = ". Sampled on a grid of states: every orbit from "
-    sampled = told(PAIR + one + BOX.replace("max_updates: 2", "max_updates: 2, bounds: sampled"))
+    sampled = told(PAIR + one + BOX.replace("max_updates: 2", "max_updates: 2, bounds_kind: sampled"))
     assert doubt in sampled
     assert "enclosed" not in sampled
 

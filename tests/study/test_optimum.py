@@ -28,7 +28,7 @@ def test_it_is_what_the_functions_give(result: StudyResult) -> None:
     assert found is not None
     assert noisy is not None
     bounds = {"d": (0.5, 0.8), "g_bar": (0.05, 0.15)}
-    direct = nsmaps.optimize(result.system, ENERGY, bounds, [1.08, 1.0], x0={"d": 0.7, "g_bar": 0.1}, n_starts=1)
+    direct = nsmaps.optimize(result.system, ENERGY, bounds, [1.08, 1.0], guess={"d": 0.7, "g_bar": 0.1}, n_guesses=1)
     assert found.value == pytest.approx(direct.value, rel=1e-12)
     assert found.active == direct.active == ("d", "g_bar")
     system = result.system.at(**found.parameters)
@@ -74,7 +74,7 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     assert [row[0] for row in under.rows] == ["0", "0.05"]
     assert "maximum of energy of 1:1/T: 2.0639 J per period at d = 0.8, g_bar = 0.15" in caption(result, "parameter_plane")
     about = section.describe(result.study)
-    assert about == "max of energy over d, g_bar, 2 starts; basins of 6 x 6 states; 400 returns under noise"
+    assert about == "max of energy over d, g_bar, 2 guesses; basins of 6 x 6 states; 400 returns under noise"
     assert section.size(result.study, result.system).seconds > 0
 
 

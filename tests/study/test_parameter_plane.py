@@ -79,7 +79,7 @@ def test_a_plane_outside_of_the_class_is_an_error_of_the_study():
         "system": "vi_pair",
         "parameters": {"d": 0.3, "g_bar": 0.2},
         "parameter_plane": {
-            "plane": {"d": {"from": -2, "to": -1, "points": 3}, "r": {"from": 0.1, "to": 0.9, "points": 2}},
+            "axes": {"d": {"from": -2, "to": -1, "points": 3}, "r": {"from": 0.1, "to": 0.9, "points": 2}},
             "starts": [{"v": 0.8, "phi": 0.4}],
         },
     }

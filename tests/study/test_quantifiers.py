@@ -28,7 +28,7 @@ system: mine.py:Logistic
 grid: {x: {from: 0.2, to: 0.8, points: 4}}
 basins: {quantifiers: {mean: "mine.py:mean"}}
 parameter_plane:
-  plane:
+  axes:
     r: {from: 3.2, to: 3.4, points: 2}
     height: {from: 1, to: 2, points: 2}
   starts: [{x: 0.3}]

@@ -128,7 +128,7 @@ def test_a_page_has_what_fails_open_and_all_verdicts_folded(good: str, ran: Ran)
 
 
 def test_terms_of_the_verdicts_are_explained_and_no_others(good: str, ran: Ran) -> None:
-    page = page_of(ran(good.replace("map: exact", "map: exact\n    bounds: sampled"))).text
+    page = page_of(ran(good.replace("map: exact", "map: exact\n    bounds_kind: sampled"))).text
     for part in (
         "coveredevery state of the study's grid",
         "completes all returnsthe orbit has an image",
@@ -338,7 +338,7 @@ grid: {v: {from: 0.01, to: 0.5, points: 11}, phi: {from: 0, to: 2*pi, points: 11
 families: {low: [BB]}
 composite: [{name: slow, box: {v: [0, 0.2], phi: [0, 2*pi]}, family: low, fit: {full: {v: 2, phi: 3}}}]
 orbits: [{start: {v: 0.3, phi: 1}, n_returns: 20}]
-domains: [{name: beyond, map: composite, box: {v: [0.5, 0.6], phi: [0.2, 1]}, max_updates: 1, bounds: sampled}]
+domains: [{name: beyond, map: composite, box: {v: [0.5, 0.6], phi: [0.2, 1]}, max_updates: 1, bounds_kind: sampled}]
 figures: [orbits, envelopes]
 """
 

@@ -163,8 +163,8 @@ def test_a_domain_says_how_it_bounds_and_for_which_map() -> None:
     more = """\
 domains:
   - {name: own, map: all, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
-  - {name: with its error, map: all, bounds: inflated, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
-  - {name: on a grid, map: exact, bounds: sampled, box: diagonal, max_updates: 1}
+  - {name: with its error, map: all, bounds_kind: inflated, box: {v: [0.1, 0.3], phi: [0.2, 1]}, max_updates: 1}
+  - {name: on a grid, map: exact, bounds_kind: sampled, box: diagonal, max_updates: 1}
 """
     Path("bounds.yaml").write_text(WHOLE.split("domains:")[0] + more)
     result = run_study("bounds.yaml", out="out")

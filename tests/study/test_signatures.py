@@ -29,7 +29,7 @@ CALLS = {
     "diagonal": Call(nsmaps.NearDiagonal, "family sweep shown orders deltas grid"),
     "partition": Call(nsmaps.Partition),
     "parametric_map": Call(nsmaps.parametric_map, "n_nodes compare require", "composites", "order"),
-    "orbits": Call(nsmaps.orbit, "track", "how"),
+    "orbits": Call(nsmaps.orbit, "start track", "starts how"),
     "bifurcation_diagram": Call(nsmaps.bifurcation_diagram, "map", "values borders"),
     "branches": Call(
         nsmaps.continue_branch, "name start period chatter n_doublings", "orbit max_points until tolerance", "value direction"
@@ -40,13 +40,13 @@ CALLS = {
     "global_continuation": Call(nsmaps.global_continuation, "", "values scale"),
     "manifolds": Call(nsmaps.manifold, "name start period", "orbit inverse", "which"),
     "observe": Call(nsmaps.observe, "", "orbits transient n_batches chatter rates"),
-    "optimize": Call(nsmaps.optimize, "noisy", "x0"),
+    "optimize": Call(nsmaps.optimize, "noisy", "guess"),
     "estimate": Call(nsmaps.estimate, "", "profile"),
     "basin_distance": Call(nsmaps.estimation.basin_distance, "", "estimate"),
     "noise": Call(
         nsmaps.noisy_orbits,
-        "sigma tau scale modes map min_returns impacts",
-        "noise chatter max_impacts",
+        "start sigma tau scale modes map min_returns impacts",
+        "starts noise chatter max_impacts",
         "n_returns n_realisations",
     ),
     "domains": Call(nsmaps.attracting_domain, "name map require", "n_samples tolerance error around max_seconds"),

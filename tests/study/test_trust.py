@@ -260,7 +260,7 @@ BEYOND = {
         "memory",
     ),
     "parameter_plane": (
-        "parameter_plane: {plane: {a: {from: 0.2, to: 0.4, points: 100000}, r: {from: 0.2, to: 0.4, "
+        "parameter_plane: {axes: {a: {from: 0.2, to: 0.4, points: 100000}, r: {from: 0.2, to: 0.4, "
         "points: 100000}}, starts: [{v: 0.3, phi: 1}]}\n",
         "memory",
     ),

@@ -102,7 +102,7 @@ def test_general_coefficients_and_refusals():
     assert line.at(b_0=0.5, b_1=-1).images["x"] == sp.Rational(1, 2) - x
     with pytest.raises(NsmapsError, match="iterate 4 has degree 81 and up to 3403 terms"):
         symbolic_iterate(PLANE, 4)
-    with pytest.raises(NsmapsError, match="n is 0"):
+    with pytest.raises(NsmapsError, match="n_iterates is 0"):
         symbolic_iterate(PLANE, 0)
     with pytest.raises(NsmapsError, match="no symbol 'd'"):
         symbolic_iterate(PLANE, 1).at(d=1)

@@ -81,14 +81,14 @@ def test_a_sound_map_passes():
         warnings.simplefilter("error")
         warnings.filterwarnings("ignore", ".*has no description")
         check_system(Sound())
-        check_system(Partial(), bounds={"x": (-1, 3)})
+        check_system(Partial(), box={"x": (-1, 3)})
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize(
     ("return_map", "how", "text"),
     [
-        (Partial(), {"bounds": {"x": (-1, 8)}}, "states of Partial are in no piece, such as (x = "),
+        (Partial(), {"box": {"x": (-1, 8)}}, "states of Partial are in no piece, such as (x = "),
         (Partial(), {"states": [[0.0], [5.0]]}, "1 of 2 states of Partial are in no piece, such as (x = 5); expected: a last"),
         (Hidden(), {}, "the piece 'R' of Hidden is True, so that 'S' after it never applies"),
         (Complex(), {}, "states of Complex are in a piece that has no finite image there, such as (x = -"),

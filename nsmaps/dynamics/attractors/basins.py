@@ -245,7 +245,7 @@ def _followed(return_map: ReturnMap, start: Floats, attractors: Sequence[Attract
 
 
 @shows
-def basin_boundary(system: ReturnMap, basins: Basins, *, tolerance: float = 1e-6, max_returns: int = 1000) -> BasinBoundary:
+def basin_boundary(system: ReturnMap, basins: Basins, *, max_returns: int = 1000, tolerance: float = 1e-6) -> BasinBoundary:
     """Points between basins, by bisection along the edges of their grid.
 
     On an edge that crosses several basins one change of basin is found, where the basin of its first end ends or begins.

@@ -61,24 +61,19 @@ class Coexistence(Result):
         return tuple(found)
 
 
-def match_attractors(diagrams: Sequence[BifurcationDiagram], *, near: float = 0.03, step: float = 0.1) -> Coexistence:
+def match_attractors(diagrams: Sequence[BifurcationDiagram], *, tolerance: float = 0.03, step: float = 0.1) -> Coexistence:
     """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
 
     Distances are measured in each coordinate by the extent of all states of the diagrams (`extents`, with the circle). Two
     orbits with periods have the same attractor at a value if all states of either are near one of the other. An orbit without
-    a
-    period is a sample of its last 1000 states, which may belong to any attractor that it approaches, by the criterion of
-    `basins`: its
-    reach is the distance of its second half from its first, at least `near`, and it is identified with a cycle or another
-    sample if most
-    states of either are within the reach of the other. The reach of a sample of less than 50 states is infinite. Two
-    attractors are
-    therefore distinguished only by orbits that stay apart, and attractors closer than their samples resolve count as one. A
-    motion
-    without a period may still be a long transient.
+    a period is a sample of its last 1000 states, which may belong to any attractor that it approaches, by the criterion of
+    `basins`: its reach is the distance of its second half from its first, at least `tolerance`, and it is identified with a
+    cycle or another sample if most states of either are within the reach of the other. The reach of a sample of less than 50
+    states is infinite. Two attractors are therefore distinguished only by orbits that stay apart, and attractors closer than
+    their samples resolve count as one. A motion without a period may still be a long transient.
 
     Args:
-        near: share of the extents within which states count as near.
+        tolerance: share of the extents within which states count as near.
         step: largest distance, as a share, between an attractor and its continuation at the next value.
 
     Raises:
@@ -86,8 +81,8 @@ def match_attractors(diagrams: Sequence[BifurcationDiagram], *, near: float = 0.
     """
     if not diagrams or any(not np.array_equal(np.sort(each.values), np.sort(diagrams[0].values)) for each in diagrams):
         raise NsmapsError("the diagrams have different values; expected: one or more diagrams over the same values")
-    if not (near > 0 and step > 0):
-        raise NsmapsError(f"near is {near}, step {step}; expected: shares of the extents above 0")
+    if not (tolerance > 0 and step > 0):
+        raise NsmapsError(f"tolerance is {tolerance}, step {step}; expected: shares of the extents above 0")
     orders = [np.argsort(each.values, kind="stable") for each in diagrams]
     states, labels, held, length = (
         np.concatenate([getattr(each, name)[order] for each, order in zip(diagrams, orders, strict=True)], axis=1)
@@ -101,7 +96,7 @@ def match_attractors(diagrams: Sequence[BifurcationDiagram], *, near: float = 0.
         last: dict[int, Attractor] = {}
         for k, there in enumerate(held):
             every = zip(states[k], length[k].tolist(), labels[k].tolist(), strict=True)
-            sets = [kept(coordinates, *each, near, scale) for each, on in zip(every, there, strict=True) if on]
+            sets = [kept(coordinates, *each, tolerance, scale) for each, on in zip(every, there, strict=True) if on]
             groups = grouped(sets)
             last = numbered([_shown([sets[s] for s in group]) for group in groups], last, numbers.max() + 1, scale, step)
             for (number, shown), group in zip(last.items(), groups, strict=True):

@@ -47,8 +47,8 @@ def global_continuation(
     n_kicks: int = 100,
     n_directions: int = 16,
     n_states: int = 8,
-    rng: Random = 0,
     quantifiers: Mapping[str, Function] | None = None,
+    rng: Random = 0,
     parallel: Parallel = SERIAL,
 ) -> GlobalContinuation:
     """The attractors along a parameter with the shares of their basins, their distances to the boundary and return times.
@@ -69,8 +69,8 @@ def global_continuation(
         step: largest distance of an attractor from its continuation at the next value.
         kick, n_kicks: size and number of the kicks whose returns are timed, each of a random state in a random direction.
         n_directions, n_states: of directions, and of states of an attractor, in which the boundary is searched for.
-        rng: of the starts, directions and kicks, as `numpy.random.default_rng` takes it.
         quantifiers: as for `basins`.
+        rng: of the starts, directions and kicks, as `numpy.random.default_rng` takes it.
         parallel: see `nsmaps.Parallel`; every value is a part, of the search and of the stability.
 
     Raises:

@@ -73,8 +73,8 @@ class BifurcationCurve(Result):
 @shows
 def bifurcation_curve(
     system: Model,
-    bounds: Mapping[str, Bounds],
     point: BifurcationPoint,
+    bounds: Mapping[str, Bounds],
     second: float | None = None,
     *,
     step: float = 0.02,
@@ -93,10 +93,10 @@ def bifurcation_curve(
 
     Args:
         system: a system, its `CompleteChatter`, or the return map as a function of the values of both parameters.
-        bounds: least and greatest value of the first parameter, that of the branch, and of the second, by name; their differences
-            are units of the arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
         point: a `period doubling`, `fold`, `branch point`, `Neimark-Sacker`, `grazing`, `border collision` or `detachment` of a
             branch in the first parameter.
+        bounds: least and greatest value of the first parameter, that of the branch, and of the second, by name; their differences
+            are units of the arclength, in which coordinates count as shares of the orbit's `scale` and phases in radians.
         second: value of the second parameter on that branch; that of the system if omitted.
         step: longest step, in arclength; steps are shorter where the curve turns. Up to 1 saves most of the work where a mean
             moves by many extents of the motion, as a voltage by many of its ripples.

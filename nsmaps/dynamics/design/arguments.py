@@ -20,29 +20,29 @@ Range = tuple[float, float]
 
 
 def family_of(
-    system: System | Callable[..., System], bounds: Mapping[str, Range], x0: Mapping[str, float] | None
+    system: System | Callable[..., System], bounds: Mapping[str, Range], guess: Mapping[str, float] | None
 ) -> tuple[Callable[..., System], Mapping[str, float]]:
     """The systems as a function of parameters, and the first ones: of a system its own where none are given."""
     if isinstance(system, System):
         own = system.parameters
-        return system.at, {name: own[name] for name in bounds if name in own} if x0 is None else x0
-    if not callable(system) or x0 is None:
-        raise NsmapsError(f"a {type(system).__name__}, x0 {x0}; expected: a system, or a function with keywords and `x0`")
-    return system, x0
+        return system.at, {name: own[name] for name in bounds if name in own} if guess is None else guess
+    if not callable(system) or guess is None:
+        raise NsmapsError(f"a {type(system).__name__}, guess {guess}; expected: a system, or a function and `guess`")
+    return system, guess
 
 
-def box(bounds: Mapping[str, Range], x0: Mapping[str, float]) -> tuple[tuple[str, ...], Floats, Floats, Floats]:
+def box(bounds: Mapping[str, Range], guess: Mapping[str, float]) -> tuple[tuple[str, ...], Floats, Floats, Floats]:
     """The names of the parameters, their least and greatest values, and the first ones as shares of their ranges."""
     names = tuple(bounds)
-    if not names or set(names) != set(x0):
-        given = f"bounds are of {', '.join(names) or 'nothing'}, x0 of {', '.join(x0) or 'nothing'}"
+    if not names or set(names) != set(guess):
+        given = f"bounds are of {', '.join(names) or 'nothing'}, guess of {', '.join(guess) or 'nothing'}"
         raise NsmapsError(f"{given}; expected: both of the same parameters, at least one")
     try:
         low, high = np.array([[float(low), float(high)] for low, high in map(bounds.__getitem__, names)]).T
-        values = np.array([float(x0[name]) for name in names])
+        values = np.array([float(guess[name]) for name in names])
     except (TypeError, ValueError):
         raise NsmapsError(
-            f"bounds are {dict(bounds)!r:.200}, x0 {dict(x0)!r:.200}; expected: pairs of numbers, and numbers"
+            f"bounds are {dict(bounds)!r:.200}, guess {dict(guess)!r:.200}; expected: pairs of numbers, and numbers"
         ) from None
     for name, lowest, value, highest in zip(names, low, values, high, strict=True):
         if not (np.isfinite([lowest, highest]).all() and lowest < highest and lowest <= value <= highest):

@@ -101,7 +101,7 @@ def optimize(
     bounds: Mapping[str, tuple[float, float]],
     start: StateLike,
     *,
-    x0: Mapping[str, float] | None = None,
+    guess: Mapping[str, float] | None = None,
     period: int = 1,
     sense: Literal["max", "min"] = "max",
     per: Literal["period", "return", "time"] | None = None,
@@ -112,7 +112,7 @@ def optimize(
     share: float = 0.0,
     tolerances: Mapping[str, float] | None = None,
     max_returns: int = 1000,
-    n_starts: int = 5,
+    n_guesses: int = 5,
     progress: Progress | None = None,
 ) -> Optimum:
     """The parameters within bounds at which a periodic motion delivers most, or least, of an observable: a local optimum.
@@ -127,7 +127,7 @@ def optimize(
         observable: a name, an `Observable` or its keys, as of `observe`.
         bounds: least and greatest value of each parameter.
         start: its first state, or all of them, as of `periodic_orbit`.
-        x0: the parameters, within the bounds, at which `start` is near the motion; those of the system if omitted.
+        guess: the parameters, within the bounds, at which `start` is near the motion; those of the system if omitted.
         period: of the motion, in returns.
         sense: "max" or "min".
         per: the mean per "period" of the forcing, the default where there is one, per "return" or per unit of "time".
@@ -142,22 +142,23 @@ def optimize(
         tolerances: of parameters. The share is also to be kept where one of them differs by its tolerance, either way, since the
             basins of attractors that come and go change with every parameter.
         max_returns: within which a state is to come to the motion.
-        n_starts: `x0`, and points of a Halton sequence in the bounds, each moved towards `x0` as far as the motion is lost there.
+        n_guesses: number of `guess` and points of a Halton sequence in the bounds, each moved towards `guess` as far as the
+            motion is lost there.
         progress: called now and then with the fraction of the starts that is done, from 0 to 1.
 
     Raises:
-        NsmapsError: an argument is not valid, there is no such motion at `x0`, the observable has no derivative, no motion
+        NsmapsError: an argument is not valid, there is no such motion at `guess`, the observable has no derivative, no motion
             was found that meets the conditions, or no search ends at an optimum or where the motion ceases to exist.
     """
-    counts = {"period": period, "n_starts": n_starts, "max_returns": max_returns}
+    counts = {"period": period, "n_guesses": n_guesses, "max_returns": max_returns}
     check_limits(sense, multiplier, graze, share, counts, states is not None)
-    system_of, x0 = family_of(system, bounds, x0)
-    (names, low, high, first), offsets = box(bounds, x0), offsets_of(tolerances or {}, bounds)
-    what, mean = observed(system_of(**{name: float(x0[name]) for name in names}), observable, per)
+    system_of, guess = family_of(system, bounds, guess)
+    (names, low, high, first), offsets = box(bounds, guess), offsets_of(tolerances or {}, bounds)
+    what, mean = observed(system_of(**{name: float(guess[name]) for name in names}), observable, per)
     problem = Problem(system_of, names, low, high, what, mean, multiplier, graze)
     problem.known.append(first_point(problem, first, start, period, motion))
     search = Search(problem, -1.0 if sense == "max" else 1.0)
-    (best, attempts, edge), basin, lies_on_share = _searched(search, first, n_starts), None, False
+    (best, attempts, edge), basin, lies_on_share = _searched(search, first, n_guesses), None, False
     if states is not None:
         sample = states.states() if isinstance(states, Grid) else as_states(states, best.system.coordinates)
         basin = Basin(search, sample, max_returns, share, offsets)

@@ -16,7 +16,7 @@ from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import CHAOS, UNRESOLVED, kind_of, without_turns
 from nsmaps.dynamics.orbit import returns_of
 from nsmaps.dynamics.returnmap import map_or_reason
-from nsmaps.dynamics.rotation.number import counted, steps
+from nsmaps.dynamics.rotation.number import only_counted, steps
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -123,7 +123,7 @@ class Runs:
         """The rotation number p/q of a run's cycle; "" without one, and of maps not given by formulas."""
         row = self.order[sum(self.runs[run]) // 2]
         period, (return_map, _) = int(self.diagram.period[row, 0]), map_or_reason(self.map_of, float(self.diagram.values[row]))
-        name = counted(return_map, self.diagram.coordinates) if period and isinstance(return_map, PiecewiseMap) else ""
+        name = only_counted(return_map, self.diagram.coordinates) if period and isinstance(return_map, PiecewiseMap) else ""
         turns, words = self.diagram.turns[row, 0, :period].astype(np.int64), self.diagram.words[row, 0, :period].tolist()
         return str(Fraction(steps(turns, words, self.diagram.coordinates, name), period)) if name else ""
 

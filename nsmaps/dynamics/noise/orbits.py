@@ -76,15 +76,15 @@ class NoisyOrbits(WithCoordinates, Result):
 @divides
 def noisy_orbits(
     system: ReturnMap,
-    start: StateLike,
+    starts: StateLike,
     noise: Noise,
     *,
     n_returns: int,
     n_realisations: int = 1,
-    rng: Random = 0,
     step: float | None = None,
     chatter: float = 1e-6,
     max_impacts: int = 0,
+    rng: Random = 0,
     parallel: Parallel = SERIAL,
 ) -> NoisyOrbits:
     """The first n returns of a map under noise, for R realisations.
@@ -105,13 +105,13 @@ def noisy_orbits(
     Realisation i has its own Philox generator, seeded by `rng` and i: results do not depend on threads and executors.
 
     Args:
-        start: shape (dim,) or by name, or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
+        starts: shape (dim,) or by name, or one for each realisation, shape (R, dim). A forcing starts from its stationary law.
         n_returns: number of returns of each.
         n_realisations: number R.
-        rng: of the noise, as `numpy.random.default_rng` takes it; 0 by default, so that a call gives the same numbers again.
         step: of the grid in time, at most tau; by default a hundredth of the period, or a tenth of tau if that is less.
         chatter: as in `first_return`; the noise is neglected within the time of the sum.
         max_impacts: number of impacts of each realisation, on any wall, that are stored; with modes of events that have a letter.
+        rng: of the noise, as `numpy.random.default_rng` takes it; 0 by default, so that a call gives the same numbers again.
         parallel: see `nsmaps.Parallel`; a part is 8 realisations, or 20,000 returns of noise on images if these are more, in
             threads on all cores if there is no executor.
 
@@ -123,9 +123,9 @@ def noisy_orbits(
     """
     system = ReturnMap.require(system, "noise")
     coordinates = Coordinates(system.coordinates)
-    starts, dim, n, seed = as_starts(start, coordinates), len(coordinates), n_returns, entropy_of(rng)
-    if starts.shape not in ((dim,), (n_realisations, dim)) or n_realisations < 0:
-        raise StateError(f"the start has shape {starts.shape}; expected: ({dim},) or ({max(n_realisations, 0)}, {dim})")
+    each, dim, n, seed = as_starts(starts, coordinates), len(coordinates), n_returns, entropy_of(rng)
+    if each.shape not in ((dim,), (n_realisations, dim)) or n_realisations < 0:
+        raise StateError(f"the start has shape {each.shape}; expected: ({dim},) or ({max(n_realisations, 0)}, {dim})")
     check_noise(system, noise)
     if noise.tau is None:
         work, part, h, how = (
@@ -137,11 +137,11 @@ def noisy_orbits(
         chatter = np.nan
     else:
         work, part, h, how = _realised, CHUNK, *_forced(system, n, noise, noise.tau, step, chatter, max_impacts)
-    starts, letters = np.broadcast_to(starts, (n_realisations, dim)), letters_of(system)
-    tasks = [((*how, seed), starts[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(n_realisations, part)]
+    each, letters = np.broadcast_to(each, (n_realisations, dim)), letters_of(system)
+    tasks = [((*how, seed), each[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(n_realisations, part)]
 
     def joined(parts: Sequence[Arrays]) -> NoisyOrbits:
-        tables = concatenated(parts or [work((*how, seed), starts[:0], ())])
+        tables = concatenated(parts or [work((*how, seed), each[:0], ())])
         along = {name: table if name == "impacts" else np.swapaxes(table, 0, 1) for name, table in tables.items()}
         return NoisyOrbits(coordinates, letters, noise, h, chatter, seed, **along)
 

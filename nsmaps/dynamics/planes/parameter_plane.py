@@ -33,7 +33,7 @@ TABLES = ("motion", "attractor", "exponent", "outcome", "state", "means", "refus
 @divides
 def parameter_plane(
     system: System | Callable[[float, float], ReturnMap],
-    plane: Mapping[str, "Axis | ArrayLike"],
+    axes: Mapping[str, "Axis | ArrayLike"],
     starts: StateLike,
     *,
     n_returns: int = 1000,
@@ -55,7 +55,7 @@ def parameter_plane(
     Args:
         system: whose other parameters are kept, or a function of both parameters that gives the return map, and raises a
             ValueError where there is none.
-        plane: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
+        axes: the values of two parameters by name, ascending, shapes (V,) and (W,), or an `Axis`; the first is drawn along.
         starts: one state, shape (n,) or by name, or some, shape (S, n), phases in radians.
         n_returns: number after the transient, of which the exponent of an orbit without a period is the mean; at least
             `2 max_period`, in the last of which a period is sought.
@@ -82,17 +82,17 @@ def parameter_plane(
             or cannot be sent to another process.
         Interrupted: on Ctrl-C, with the plane of the finished parts, whose other pixels are not `computed`.
     """
-    axes = {str(name): values_of(name, values) for name, values in plane.items()}
-    map_of, some = maps_over(system, axes)
+    read = {str(name): values_of(name, values) for name, values in axes.items()}
+    map_of, some = maps_over(system, read)
     check_length(n_returns, transient, max_period, tolerance)
     check_refine(refine, direction)
     now = as_starts(starts, some.coordinates).reshape(-1, len(some.coordinates))
     if not len(now):
         raise NsmapsError("there are no starts; expected: one state or more")
-    quantities = observables_of(some, observables), quantifiers_of(quantifiers, ParameterPlane, *axes)
+    quantities = observables_of(some, observables), quantifiers_of(quantifiers, ParameterPlane, *read)
     how = now, Length(transient, n_returns, 2 * max_period), tolerance, direction, *quantities
-    known = np.zeros(np.prod([values.size for values in axes.values()]), bool)
-    work = _Work(map_of, some, axes, how, known)
+    known = np.zeros(np.prod([values.size for values in read.values()]), bool)
+    work = _Work(map_of, some, read, how, known)
     if refine is None or 1 in work.shape:
         work.compute(np.arange(work.known.size), parallel)
         refinement = None

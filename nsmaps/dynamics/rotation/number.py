@@ -25,19 +25,19 @@ class RotationNumber(Result):
 
     value: float
     error: float  #: rounding of a fraction; an estimate otherwise, from two halves of the orbit
-    of: str  #: the angle whose turns are counted, or the letter
+    counted: str  #: the angle whose turns are counted, or the letter
     fraction: Fraction | None = None  #: p/q of an orbit that ends on a cycle of q returns, exact
     cycle: PeriodicOrbit | None = None  #: this cycle
 
     def summary(self) -> str:
         """The number, and where it is a fraction the cycle that has it."""
         if self.cycle is None:
-            return f"{self.of}: {self.value:.12g} +- {self.error:.1g}"
-        return f"{self.of}: {self.fraction}, of {self.cycle}"
+            return f"{self.counted}: {self.value:.12g} +- {self.error:.1g}"
+        return f"{self.counted}: {self.fraction}, of {self.cycle}"
 
 
 def rotation_number(
-    system: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, of: str | None = None
+    system: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, counted: str | None = None
 ) -> RotationNumber:
     """The rotation number of the orbit of a start: exact where it ends on a cycle, estimated otherwise.
 
@@ -49,7 +49,7 @@ def rotation_number(
         start: one state, shape (n,) or by name.
         n_returns: number over which the mean is taken.
         transient: number before these.
-        of: the name of an angle, or a letter whose share is counted; if omitted the only angle, or the last of two letters.
+        counted: the name of an angle, or a letter whose share is counted; if omitted the only angle, or the last of two letters.
 
     Raises:
         NsmapsError: no such angle or letter, several to choose from, or an orbit that ends or escapes.
@@ -57,7 +57,7 @@ def rotation_number(
     coordinates = Coordinates(ReturnMap.require(system, "a rotation number").coordinates)
     state = as_starts(start, coordinates)[None]
     settled = orbit(system, state, transient).final
-    name = _named(system, coordinates, of)
+    name = _named(system, coordinates, counted)
     scale = scale_of(system, settled, beside=state)
     found = limits(system, settled, scale, 1e-6, state)[0] if np.isfinite(settled).all() else None
     if found is None or not found.held:
@@ -74,7 +74,7 @@ def rotation_number(
     return RotationNumber(value, max(abs(half - value) for half in halves) + float(np.spacing(value)), name)
 
 
-def counted(return_map: ReturnMap, coordinates: Coordinates) -> str:
+def only_counted(return_map: ReturnMap, coordinates: Coordinates) -> str:
     """The only angle, or without angles the last of two letters; "" where there are others."""
     angles = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle]
     letters = letters_of(return_map)
@@ -82,13 +82,13 @@ def counted(return_map: ReturnMap, coordinates: Coordinates) -> str:
     return found[0] if len(found) == 1 else ""
 
 
-def _named(return_map: ReturnMap, coordinates: Coordinates, of: str | None) -> str:
+def _named(return_map: ReturnMap, coordinates: Coordinates, given: str | None) -> str:
     """The angle or the letter that is counted."""
     known = [name for name, angle in zip(coordinates.names, coordinates.angles, strict=True) if angle] + [*letters_of(return_map)]
-    found = counted(return_map, coordinates) if of is None else of
+    found = only_counted(return_map, coordinates) if given is None else given
     if found not in known:
-        given = f" of {of!r}" if of is not None else ", which is not that of one angle or of two letters"
-        raise NsmapsError(f"a rotation number{given}; expected: `of`, one of {', '.join(known) or 'an angle or a letter'}")
+        which = f"of {given!r}" if given is not None else "which is not that of one angle or of two letters"
+        raise NsmapsError(f"a rotation number, {which}; expected: `counted`, one of {', '.join(known) or 'an angle or a letter'}")
     return found
 
 

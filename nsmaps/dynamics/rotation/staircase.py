@@ -104,7 +104,7 @@ def staircase(
     *,
     max_period: int = 10,
     transient: int = 1000,
-    of: str | None = None,
+    counted: str | None = None,
 ) -> Staircase:
     """The intervals of a parameter with a rotation number p/q, q up to a period, where it is monotone in the parameter.
 
@@ -118,7 +118,7 @@ def staircase(
         start: shape (n,) or by name.
         max_period: greatest q.
         transient: returns before the orbit is looked at.
-        of: the angle or the letter that is counted.
+        counted: the angle or the letter that is counted.
 
     Raises:
         NsmapsError: invalid bounds or period, or no rotation number at their ends.
@@ -127,7 +127,7 @@ def staircase(
     if not low < high or max_period < 1:
         raise NsmapsError(f"bounds {low:g} to {high:g}, period {max_period}; expected: a range, and a period of at least one")
     map_of = map_along(system, parameter)
-    search = _Search(map_of, start, transient, of)
+    search = _Search(map_of, start, transient, counted)
     ends = search.at(low).value, search.at(high).value
     search.sign = 1 if ends[1] >= ends[0] else -1
     lowest, highest = sorted(ends)
@@ -156,7 +156,7 @@ class _Search:
     map_of: Callable[[float], ReturnMap]
     start: StateLike
     transient: int
-    of: str | None
+    counted: str | None
     sign: int = 1
     known: dict[float, RotationNumber] = field(default_factory=dict)
 
@@ -166,7 +166,7 @@ class _Search:
             return_map, why = map_or_reason(self.map_of, value)
             if return_map is None:
                 raise NsmapsError(f"there is no map at {value:.9g}: {why}; expected: bounds between which there is one")
-            self.known[value] = rotation_number(return_map, self.start, transient=self.transient, of=self.of)
+            self.known[value] = rotation_number(return_map, self.start, transient=self.transient, counted=self.counted)
         return self.known[value]
 
     def value_of(self, rotation: Fraction, width: float) -> float | None:

@@ -62,17 +62,17 @@ class GrazingCurve(WithCoordinates):
         return tuple(pair for pair, number in inner.items() if 100 * number > len(pairs))
 
 
-def grazing_curves(system: ImpactFormulas, box: BoxLike, lines: int, spacing: float) -> tuple[GrazingCurve, ...]:
+def grazing_curves(system: ImpactFormulas, box: BoxLike, n_lines: int, spacing: float) -> tuple[GrazingCurve, ...]:
     """The grazing curves in a box, as described in `ImpactSystem.grazing_curves`."""
     low, high = as_box(box, system.coordinates, whole_turn=True).T
     if not low[SPEED] >= 0:
         raise StateError(f"the speeds are from {low[SPEED]:g} to {high[SPEED]:g}; expected: none below zero")
     kernel: SpectralKernel = system._kernel().closed_form("grazing curves")
     frame = Frame(kernel.flow, kernel.base_up, low, high, np.append(high - low, TWO_PI / system.phase_rate()))
-    if not (lines >= 2 and spacing > 0):
-        raise StateError(f"lines is {lines} and spacing {spacing}; expected: at least two lines and a positive spacing")
+    if not (n_lines >= 2 and spacing > 0):
+        raise StateError(f"n_lines is {n_lines} and spacing {spacing}; expected: at least two lines and a positive spacing")
     curves = []
-    for (hits, upper), seeds in _seeds(kernel, frame, lines).items():
+    for (hits, upper), seeds in _seeds(kernel, frame, n_lines).items():
         kind = Touch(frame, hits, upper)
         while len(seeds):
             seed, seeds = next(iter(seeds)), seeds[1:]

@@ -76,9 +76,9 @@ class Grid(BaseModel, Storable):
         """The coordinates of the grid points, an array of `shape` for each."""
         return tuple(np.meshgrid(*(axis.values() for axis in self.axes.values()), indexing="ij"))
 
-    def states(self, start: int = 0, stop: int | None = None) -> Floats:
-        """The grid points from number `start` up to `stop`, all by default, shape (stop - start, n)."""
-        numbers = np.arange(start, self.size if stop is None else min(stop, self.size))
+    def states(self, first: int = 0, stop: int | None = None) -> Floats:
+        """The grid points from number `first` up to `stop`, all by default, shape (stop - first, n)."""
+        numbers = np.arange(first, self.size if stop is None else min(stop, self.size))
         places = np.unravel_index(numbers, self.shape)
         return np.column_stack([axis.values()[place] for axis, place in zip(self.axes.values(), places, strict=True)])
 

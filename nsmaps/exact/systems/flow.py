@@ -79,20 +79,20 @@ class FlowSystem(HybridFormulas):
     def orbits(
         self,
         states: ArrayLike,
-        n: int,
+        n_returns: int,
         derivative: bool = False,
         chatter: float = SUMMED_SPEED,
         parallel: Parallel = SERIAL,
     ) -> Returns:
-        """The first n returns of each of M states, on one core: n M rows, the first return of every state first.
+        """The first returns of each of M states, on one core: `n_returns` M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         Other arguments and errors as `first_return`.
         """
         if parallel.divided:
-            return divided_returns(self, states, n, derivative, parallel=parallel, chatter=chatter)
+            return divided_returns(self, states, n_returns, derivative, parallel=parallel, chatter=chatter)
         kernel = self._kernel()
-        return kernel.orbits(as_states(states, kernel.coordinates), n, derivative, check_chatter(chatter))
+        return kernel.orbits(as_states(states, kernel.coordinates), n_returns, derivative, check_chatter(chatter))
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float], chatter: float = SUMMED_SPEED) -> Floats:
         """The derivative of first returns by the parameters, which change at the `rates` given, shape (N, n).

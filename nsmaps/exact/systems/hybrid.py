@@ -99,13 +99,13 @@ class HybridSystem(FlowSystem):
 
         return image_boxes(self, boxes)
 
-    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Floats, Floats]:
-        """Times and states along the flights between the first n events from `state`, with `samples` points per flight.
+    def trajectory(self, start: StateLike, n_events: int, n_samples: int = 50) -> tuple[Floats, Floats]:
+        """Times and states along the flights between the first events from `start`, with `n_samples` points per flight.
 
         Arrays of shape (T,) and (T, number of states) in the system's units, through sliding and lasting contact too. For modes
         and events see `nsmaps.exact.trajectory.track`, which also states what is a start and which errors are raised.
         """
-        track = self._track(state, n, samples, SUMMED_SPEED)
+        track = self._track(start, n_events, n_samples, SUMMED_SPEED)
         return track.time.ravel(), track.states.reshape(-1, len(self.states))
 
     def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> "ModeTrack":

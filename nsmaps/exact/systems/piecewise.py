@@ -76,12 +76,12 @@ class PiecewiseMap(ExactSystem):
         """
         return self._kernel().first_returns(as_states(states, self.coordinates), derivative, SUMMED_SPEED)
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
-        """The first n returns of each of M states: n M rows, the first return of every state first.
+    def orbits(self, states: ArrayLike, n_returns: int, derivative: bool = False) -> Returns:
+        """The first returns of each of M states: `n_returns` M rows, the first return of every state first.
 
         After an orbit's end its images are NaN, its words empty, and the outcome that ended it is repeated.
         """
-        return self._kernel().orbits(as_states(states, self.coordinates), n, derivative, SUMMED_SPEED)
+        return self._kernel().orbits(as_states(states, self.coordinates), n_returns, derivative, SUMMED_SPEED)
 
     def sensitivity(self, states: ArrayLike, rates: Mapping[str, float]) -> Floats:
         """The derivative of images by the parameters, which change at the `rates` given, shape (N, n); NaN where there is none.

@@ -48,7 +48,7 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
         returns = self.first_return(states)
         return np.asarray(np.where(returns.outcome == Outcome.stuck, returns.time * self.phase_rate(), np.nan))
 
-    def grazing_curves(self, box: BoxLike, lines: int = 400, spacing: float = SPACING) -> "tuple[GrazingCurve, ...]":
+    def grazing_curves(self, box: BoxLike, n_lines: int = 400, spacing: float = SPACING) -> "tuple[GrazingCurve, ...]":
         """The states in a box whose first return touches a wall with speed zero: the edges of the map's smooth pieces.
 
         Each curve is followed from a start point until it ends: at the `box`, at `rest` (its speed falls to zero), at another
@@ -60,15 +60,15 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
 
         Args:
             box: as of `as_box`, speeds >= 0; phases within one turn, of which a whole one is a circle.
-            lines: number of lines of the scan, in each direction.
+            n_lines: number of lines of the scan, in each direction.
             spacing: largest distance between points of a curve, in sizes of the box and periods of the flight's time.
 
         Raises:
-            StateError: the box is not one of finite states, or `lines` or `spacing` are too small.
+            StateError: the box is not one of finite states, or `n_lines` or `spacing` are too small.
         """
         from nsmaps.exact.grazing.curves import grazing_curves
 
-        return grazing_curves(self, box, lines, spacing)
+        return grazing_curves(self, box, n_lines, spacing)
 
     def image_boxes(self, boxes: ArrayLike) -> "BoxImages":
         """Boxes that contain the images of all states of each box, rounding errors included: an enclosure of the map.
@@ -84,15 +84,15 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
 
         return image_boxes(self, boxes)
 
-    def impacts(self, state: StateLike, n: int, chatter: float = SUMMED_SPEED) -> Impacts:
-        """The first n impacts on all walls of the trajectory from the impact `state`, shape (2,), on the base wall."""
-        start = np.ascontiguousarray(as_starts(state, self.coordinates))
-        speed, _ = start
-        if not (speed >= 0 and np.isfinite(start).all()):
-            raise StateError(f"the state {start} is not a start; expected: a finite impact speed >= 0 and a phase")
-        if n < 1:
-            raise StateError(f"n is {n}; expected: at least one impact")
-        return self._kernel().impacts(start, n, chatter)
+    def impacts(self, start: StateLike, n_impacts: int, chatter: float = SUMMED_SPEED) -> Impacts:
+        """The first n impacts on all walls of the trajectory from the impact `start`, shape (2,), on the base wall."""
+        state = np.ascontiguousarray(as_starts(start, self.coordinates))
+        speed, _ = state
+        if not (speed >= 0 and np.isfinite(state).all()):
+            raise StateError(f"the state {state} is not a start; expected: a finite impact speed >= 0 and a phase")
+        if n_impacts < 1:
+            raise StateError(f"n_impacts is {n_impacts}; expected: at least one impact")
+        return self._kernel().impacts(state, n_impacts, chatter)
 
     def extents(self, states: ArrayLike) -> Floats:
         """The largest speed relative to the walls over the next four flights from each state, and a turn, shape (2,).
@@ -107,13 +107,13 @@ class ImpactSystem(ImpactFormulas, FlowSystem):
             fastest = max(fastest, float(hits.speed.max()), float(np.abs(rates).max(initial=0.0)))
         return np.array([fastest, TWO_PI])
 
-    def trajectory(self, state: StateLike, n: int, samples: int = 50) -> tuple[Any, Any]:
-        """Times and displacements along the flights between the first n impacts from `state`, with `samples` points per flight.
+    def trajectory(self, start: StateLike, n_events: int, n_samples: int = 50) -> tuple[Any, Any]:
+        """Times and displacements along the flights between the first impacts from `start`, with `n_samples` points per flight.
 
         Two arrays of the same length in the system's units; a rest on a wall has as many points as a flight. For velocities,
         walls and absolute places see `nsmaps.exact.trajectory.track`.
         """
-        times, places, _ = self._kernel().trajectory(self.impacts(state, n), samples)
+        times, places, _ = self._kernel().trajectory(self.impacts(start, n_events), n_samples)
         return times.ravel(), places.ravel()
 
     def _track(self, state: StateLike, n: int, samples: int, chatter: float) -> Track:

@@ -110,9 +110,9 @@ class StripMap(ReturnMap):
             _put(returns, exact_rows, self.system.first_return(start[exact_rows], derivative=derivative))
         return returns
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
-        """The first n returns of each of M states, shape (M, 2): n M rows, the first return of every state first."""
-        returns = self._orbits(as_states(states, self.coordinates), n)
+    def orbits(self, states: ArrayLike, n_returns: int, derivative: bool = False) -> Returns:
+        """The first returns of each of M states, shape (M, 2): `n_returns` M rows, the first return of every state first."""
+        returns = self._orbits(as_states(states, self.coordinates), n_returns)
         return (
             replace(returns, derivative=self.first_return(returns.start, derivative=True).derivative) if derivative else returns
         )
@@ -163,8 +163,8 @@ def strip_map(
     box: BoxLike,
     tolerance: float,
     *,
-    progress: Progress | None = None,
     max_seconds: float = inf,
+    progress: Progress | None = None,
 ) -> StripMap:
     """The map of strips of a system over a box of speeds and phases, to a tolerance.
 

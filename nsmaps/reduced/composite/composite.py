@@ -106,14 +106,14 @@ class CompositeMap(Pieces, ReturnMap, Result):
         returns = fast.first_returns(start, number)
         return replace(returns, derivative=self._derivative(start, number)) if derivative else returns
 
-    def orbits(self, states: ArrayLike, n: int, derivative: bool = False) -> Returns:
-        """The first n returns of each of M states, shape (M, dim): n M rows, the first return of every state first.
+    def orbits(self, states: ArrayLike, n_returns: int, derivative: bool = False) -> Returns:
+        """The first returns of each of M states, shape (M, dim): `n_returns` M rows, the first return of every state first.
 
         They are computed in one compiled loop. The outcome that ended an orbit is repeated.
         """
         from nsmaps.reduced.composite.compiled import compiled
 
-        returns = compiled(self).orbits(as_states(states, self.coordinates), n)
+        returns = compiled(self).orbits(as_states(states, self.coordinates), n_returns)
         return replace(returns, derivative=self._slopes(returns.start)) if derivative else returns
 
     def _slopes(self, states: Floats) -> Floats:

@@ -80,12 +80,12 @@ class NoiseSection(NoiseSizes, Analysis):
     start: dict[str, Number] = Field(description="start of every realisation")
     n_returns: int = Field(2000, ge=1, description="returns of each realisation")
     n_realisations: int = Field(16, ge=1, description="realisations of each sigma")
-    rng: Seed = 0
     step: Number | None = Field(
         None,
         gt=0,
         description="of the grid in time of a forcing, at most `tau`; by default a hundredth of the period, at most `tau`/10",
     )
+    rng: Seed = 0
     modes: dict[Name, tuple[str, ...]] = Field(
         min_length=1, description="the words of one period of each motion, by the motion's name"
     )

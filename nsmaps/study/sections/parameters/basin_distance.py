@@ -38,9 +38,10 @@ class BasinDistanceSection(Analysis):
 
     model_config = SPEC
     record: int = Field(0, ge=0, description="number of the record, from 0 on")
-    directions: int | tuple[tuple[Number, ...], ...] = Field(
-        16, description="number of random directions, or changes of the coordinates, one list each"
+    directions: tuple[tuple[Number, ...], ...] | None = Field(
+        None, description="changes of the coordinates, one list each; random ones by default"
     )
+    n_directions: int = Field(16, ge=1, description="number of random directions")
     reach: Number = Field(1.0, gt=0, description="farthest distance, in extents of the motion, radians of an angle")
     n_draws: int = Field(16, ge=0, description="draws of the estimated parameters")
     rng: Seed = 0
@@ -55,7 +56,9 @@ class BasinDistanceSection(Analysis):
         if self.record >= count:
             raise source.error(("basin_distance", "record"), f"there is no record {self.record}; expected: below {count}")
         with source.located(("basin_distance", "directions")):
-            unit_directions(self.directions, np.ones(len(binding.system.coordinates)), np.random.default_rng(self.rng))
+            unit_directions(
+                self.directions, self.n_directions, np.ones(len(binding.system.coordinates)), np.random.default_rng(self.rng)
+            )
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The distances."""
@@ -72,7 +75,7 @@ class BasinDistanceSection(Analysis):
         return Size(RETURN * SETTLED * LOOKED * self._count() * (self.n_draws + 1))
 
     def _count(self) -> int:
-        return self.directions if isinstance(self.directions, int) else len(self.directions)
+        return self.n_directions if self.directions is None else len(self.directions)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         if (found := result.basin_distance) is None:

@@ -57,7 +57,7 @@ def curve_of(plan: "Plan", result: "StudyResult", curve: CurveSection, across: R
     own = plan.system.parameters[across.parameter]
     bounds = {section.parameter: section.bounds, across.parameter: (min(own, across.low), max(own, across.high))}
     try:
-        return bifurcation_curve(map_of_branch(section, plan.system), bounds, event, step=section.step)
+        return bifurcation_curve(map_of_branch(section, plan.system), event, bounds, step=section.step)
     except NsmapsError as error:
         return BifurcationCurve.empty(curve.event, str(error))
 

@@ -70,16 +70,16 @@ class EstimateSection(Analysis):
     model_config = SPEC
     data: tuple[RecordSection, ...] = Field(min_length=1, description="the records")
     free: Bounds = Field(min_length=1, description="the parameters to be estimated, with their bounds")
-    start: dict[str, Number] = Field(
+    guess: dict[str, Number] = Field(
         default_factory=dict,
         description="guesses of parameters and of coordinates of the section; by default the system's parameters",
     )
-    n_starts: int = Field(33, ge=1, description="starts of the search, the guess among them")
+    n_guesses: int = Field(33, ge=1, description="points from which it is searched, the guess among them")
     loss: Literal["linear", "soft_l1", "huber", "cauchy", "arctan"] = Field(
         "linear", description="loss of the residuals; all but `linear` are robust against outliers"
     )
-    transient: Number = Field(0.0, ge=0, description="time omitted at the beginning of each record, in its unit")
     n_returns: Number = Field(8.0, gt=0, description="returns of a segment, approximately")
+    transient: Number = Field(0.0, ge=0, description="time omitted at the beginning of each record, in its unit")
     rng: Seed = 0
 
     def bind(self, binding: "Binding") -> "tuple[Record, ...]":
@@ -88,8 +88,8 @@ class EstimateSection(Analysis):
         source, records = binding.study.source, []
         for name in self.free:
             source.known(("estimate", "free", name), name, binding.system.parameters, "parameter", key=True)
-        with source.located(("estimate", "start")):
-            space_of(binding.system, self.free, dict(self.start))
+        with source.located(("estimate", "guess")):
+            space_of(binding.system, self.free, dict(self.guess))
         for number, spec in enumerate(self.data):
             with source.located(("estimate", "data", number)):
                 records.append(spec.record(Path(source.name).parent))
@@ -99,15 +99,15 @@ class EstimateSection(Analysis):
         """The estimate."""
         from nsmaps.estimation.estimate import estimate
 
-        how: Any = {name: getattr(self, name) for name in ("free", "start", "n_starts", "loss", "transient", "n_returns", "rng")}
+        how: Any = {name: getattr(self, name) for name in ("free", "guess", "n_guesses", "loss", "transient", "n_returns", "rng")}
         with plan.study.source.located(("estimate",)):
             return {"estimate": estimate(plan.system, plan.bound["estimate"], **how)}
 
     def describe(self, study: "Study") -> str:
-        return f"{', '.join(self.free)} from {len(self.data)} records, {self.n_starts} starts"
+        return f"{', '.join(self.free)} from {len(self.data)} records, {self.n_guesses} guesses"
 
     def size(self, study: "Study", system: "System") -> Size:
-        return Size(POINT * POINTS * self.n_starts)
+        return Size(POINT * POINTS * self.n_guesses)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         found = result.estimate

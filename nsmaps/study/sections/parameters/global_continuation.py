@@ -62,8 +62,8 @@ class GlobalContinuationSection(Range, Quantified):
     n_kicks: int = Field(100, ge=1, description="number of kicks")
     n_directions: int = Field(16, ge=1, description="directions in which the boundary is sought")
     n_states: int = Field(8, ge=1, description="states of an attractor from which the boundary is sought")
-    rng: Seed = 0
     quantifiers: Quantifiers = Field(default_factory=dict)
+    rng: Seed = 0
 
     def bind(self, binding: "Binding") -> Box:
         self.functions(binding.study)

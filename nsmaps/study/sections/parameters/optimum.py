@@ -68,7 +68,7 @@ class OptimumSection(Analysis):
         default_factory=dict, description="the share also holds where one of these parameters differs by this much, either way"
     )
     max_returns: MaxReturns = 1000
-    n_starts: int = Field(5, ge=1, description="starts of the search")
+    n_guesses: int = Field(5, ge=1, description="points from which it is searched")
     noisy: OptimumNoiseSection | None = Field(None, description="the observable at the optimum under noise")
 
     def bind(self, binding: "Binding") -> dict[str, Any]:
@@ -78,11 +78,13 @@ class OptimumSection(Analysis):
         source, known = binding.study.source, binding.system.parameters
         for name in self.bounds:
             source.known(("optimize", "bounds", name), name, known, "parameter", key=True)
-        x0 = {name: known[name] for name in self.bounds}
+        guess = {name: known[name] for name in self.bounds}
         with source.located(("optimize", "bounds")):
-            box(self.bounds, x0)
+            box(self.bounds, guess)
         with source.located(("optimize",)):
-            check_limits(self.sense, self.multiplier, self.graze, self.share, {"starts": self.n_starts}, self.states is not None)
+            check_limits(
+                self.sense, self.multiplier, self.graze, self.share, {"n_guesses": self.n_guesses}, self.states is not None
+            )
         with source.located(("optimize", "observable")):
             what, _ = observed(binding.system, self.observable, self.per)
             if self.noisy and what.of == "flights":
@@ -96,7 +98,7 @@ class OptimumSection(Analysis):
         with source.located(("optimize", "tolerances")):
             offsets_of(self.tolerances, self.bounds)
         grid = None if self.states is None else binding.grid(("optimize", "states"), self.states)
-        return {"x0": x0, "start": binding.start(("optimize", "start"), self.start), "states": grid}
+        return {"guess": guess, "start": binding.start(("optimize", "start"), self.start), "states": grid}
 
     def calls(self) -> "tuple[Call, ...]":
         return (call_noise,) if self.noisy else ()
@@ -119,10 +121,10 @@ class OptimumSection(Analysis):
         sample = f"; basins of {grid_text(self.states)}" if self.states else ""
         noise = self.noisy
         under = f"; {returns_text(noise.n_returns * noise.n_realisations * len(noise.sigma))} under noise" if noise else ""
-        return f"{self.sense} of {name} over {', '.join(self.bounds)}, {self.n_starts} starts{sample}{under}"
+        return f"{self.sense} of {name} over {', '.join(self.bounds)}, {self.n_guesses} guesses{sample}{under}"
 
     def size(self, study: "Study", system: "System") -> Size:
-        search = Size(POINT * POINTS * self.n_starts)
+        search = Size(POINT * POINTS * self.n_guesses)
         basin = Size(RETURN * self.max_returns).times(states(self.states) * (60 if self.share else 1) if self.states else 0.0)
         noise = self.noisy
         return search + basin + Size(NOISY * noise.n_returns * noise.n_realisations * len(noise.sigma) if noise else 0.0)

@@ -60,7 +60,7 @@ class ParameterPlaneSection(Quantified):
         ),
     )
 
-    plane: dict[str, Span] = Field(
+    axes: dict[str, Span] = Field(
         min_length=2, max_length=2, description="values of two parameters; orbits are followed along the first"
     )
     starts: Starts = Field(description="the starts of the orbits of each pixel")
@@ -93,22 +93,22 @@ class ParameterPlaneSection(Quantified):
         return self
 
     @property
-    def axes(self) -> list[Range]:
+    def ranges(self) -> list[Range]:
         """The values of both parameters with their names."""
-        return [Range(parameter=name, **span.model_dump()) for name, span in self.plane.items()]
+        return [Range(parameter=name, **span.model_dump()) for name, span in self.axes.items()]
 
     @property
     def values(self) -> dict[str, Floats]:
         """The values of both parameters, shapes (V,) and (W,)."""
-        return {name: np.linspace(span.low, span.high, span.points) for name, span in self.plane.items()}
+        return {name: np.linspace(span.low, span.high, span.points) for name, span in self.axes.items()}
 
     @property
     def pixels(self) -> int:
         """The number of points of the plane."""
-        return math.prod(span.points for span in self.plane.values())
+        return math.prod(span.points for span in self.axes.values())
 
     def check(self, study: "Study") -> None:
-        check_curves(self.key, next(iter(self.plane)), self.bifurcation_curves, study)
+        check_curves(self.key, next(iter(self.axes)), self.bifurcation_curves, study)
 
     @property
     def orbits(self) -> int:
@@ -117,8 +117,8 @@ class ParameterPlaneSection(Quantified):
 
     def bind(self, binding: "Binding") -> Floats:
         self.functions(binding.study)
-        for axis in self.axes:
-            loc = ("parameter_plane", "plane", axis.parameter)
+        for axis in self.ranges:
+            loc = ("parameter_plane", "axes", axis.parameter)
             binding.study.source.known(loc, axis.parameter, binding.system.parameters, "parameter", key=True)
             binding.some_values(loc, axis)
         if self.observables:
@@ -139,12 +139,12 @@ class ParameterPlaneSection(Quantified):
             diagram = parameter_plane(plan.system, self.values, plan.bound["parameter_plane"], **how, parallel=parallel)
             curves = {}
             for number, each in enumerate(self.bifurcation_curves, 2):
-                curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, self.axes[1])
+                curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, self.ranges[1])
                 beat(number / (1 + len(self.bifurcation_curves)))
         return {"parameter_plane": diagram, "plane_curves": curves}
 
     def describe(self, study: "Study") -> str:
-        values = " x ".join(f"{axis.points} values of {axis.parameter}" for axis in self.axes)
+        values = " x ".join(f"{axis.points} values of {axis.parameter}" for axis in self.ranges)
         some = ", at most" if self.refine else ""
         return f"{values}{some}; {returns_text(self.pixels * self.orbits * (self.transient + self.n_returns))}"
 
@@ -178,7 +178,7 @@ class ParameterPlaneSection(Quantified):
         if (found := result.parameter_plane) is not None:
             several = float((found.counts > 1).mean())
             more = ((percent(several), "of the pixels have several attractors"),) if several else ()
-            yield plane_finding(result.system.map_name, self.axes, found.shares(), result.plane_curves, more)
+            yield plane_finding(result.system.map_name, self.ranges, found.shares(), result.plane_curves, more)
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.parameter_plane
@@ -208,16 +208,16 @@ class ParameterPlaneSection(Quantified):
             return ""
         refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
         filled = "" if found.computed.all() else f" {computed_text(found)}"
-        over = ", ".join(map(range_text, self.axes))
+        over = ", ".join(map(range_text, self.ranges))
         motions = {label or "none": share for label, share in found.shares().items()}
         text = (
             f"{over}; motions {shares_text(motions)}; several at {100 * (found.counts > 1).mean():.3g} % of the pixels{refused}."
         )
-        return f"{at(result, tuple(self.plane))}{text}{filled}{self._star(result.optimize)}"
+        return f"{at(result, tuple(self.axes))}{text}{filled}{self._star(result.optimize)}"
 
     def _star(self, found: "Optimum | None") -> str:
         """A sentence on the optimum that the figure shows."""
-        if found is None or not set(self.plane) <= set(found.parameters):
+        if found is None or not set(self.axes) <= set(found.parameters):
             return ""
         where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
         value = " ".join(filter(None, (f"{found.value:.5g}", found.observable.unit, f"per {found.per}")))

@@ -25,7 +25,7 @@ class DomainSection(BaseModel):
     )
     max_updates: int = Field(11, ge=1, description="largest number of updates N")
     grow: bool = Field(False, description="start from the smallest box around this one that the map carries into itself")
-    bounds: Literal["outer", "inflated", "enclosed", "sampled"] | None = Field(
+    bounds_kind: Literal["outer", "inflated", "enclosed", "sampled"] | None = Field(
         None, description="how images are bounded; by default the best that the map allows"
     )
     require: tuple[Literal["forward_invariant", "converged"], ...] = Field((), description="claims that must hold")

@@ -116,7 +116,7 @@ class Domains(Entries[DomainSection]):
         return {name: binding.box(("domains", k, "box"), box) for k, name, box in given if not isinstance(box, str)}
 
     def calls(self) -> "tuple[Call, ...]":
-        return (call_boxes,) if any(each.map == "exact" and each.bounds in (None, "enclosed") for each in self) else ()
+        return (call_boxes,) if any(each.map == "exact" and each.bounds_kind in (None, "enclosed") for each in self) else ()
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The attracting domains, each of the map that the study names for it."""
@@ -223,8 +223,8 @@ def _bounded(
     from nsmaps.auxiliary.bounds import held_out_error
 
     box, around = start
-    how: Any = {"grow": section.grow, "of": of, "bounds": section.bounds, "around": around, "progress": progress}
-    if section.bounds == "inflated" and isinstance(return_map, PolyMap):
+    how: Any = {"grow": section.grow, "of": of, "bounds_kind": section.bounds_kind, "around": around, "progress": progress}
+    if section.bounds_kind == "inflated" and isinstance(return_map, PolyMap):
         how |= {"error": held_out_error(return_map, plan.system, box), "of": f"exact map, by {of}"}
     return attracting_domain(return_map, box, max_updates=section.max_updates, **how)
 
