@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ SAMPLES, OTHERS = 201, 1000  #: values at which the curves of a piece are given,
 MAP = -1  #: the region of a state from which the map itself leads on
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class FullAuxiliaryMap:
     """The set-valued map M_A of eq. auxM, as a map of boxes, for which `morse_sets` and `exit_times` hold as for any other.
 
@@ -39,17 +40,26 @@ class FullAuxiliaryMap:
         """The names of the n coordinates."""
         return Coordinates(self.map.coordinates)
 
+    @cached_property
+    def _own(self) -> BoxMap:
+        return box_map(self.map)
+
+    @cached_property
+    def _alone(self) -> list[tuple[BoxMap, Floats]]:
+        """The maps of the pieces, each with the box that holds its region."""
+        at = self.coordinates
+        return [(box_map(CompositeMap(at, (), (piece,))), as_box(box, at)) for piece, box in self.pieces]
+
     def image_boxes(self, boxes: ArrayLike) -> BoxImages:
         """Outer images of boxes of shape (N, n, 2), angles on any turn."""
         given = as_boxes(boxes, self.coordinates)
-        return_map, inside = box_map(self.map), np.zeros(len(given), bool)
+        return_map, inside = self._own, np.zeros(len(given), bool)
         parts = []
         for region in as_boxes(self.boxes, self.coordinates):
             common, is_inside = self._common(given, region)
             inside |= is_inside
             parts.append(_products(return_map, common, region))
-        for piece, box in self.pieces:
-            own, region = box_map(CompositeMap(self.coordinates, (), (piece,))), as_box(box, self.coordinates)
+        for own, region in self._alone:
             common, _ = self._common(given, region)
             met = np.zeros(len(common.source), bool)
             met[own.image_boxes(common.boxes).source] = True

@@ -16,7 +16,7 @@ from nsmaps.results import Result, array
 
 SPLITS = 5  #: times that a box of unknown or wide images is halved along every axis
 WIDE = 30.0  #: an image is wide if its side exceeds so many of its box's, each measured by the window
-BATCH = 20_000  #: most cells whose images are asked for in one call
+BATCH, GROWTH = 20_000, 8  #: most cells whose images are asked for in one call, and how many times as many as in the last one
 ROUNDING = 2.0**-50  #: relative: what moving an angle by whole turns may be off by
 
 
@@ -203,12 +203,12 @@ def images_of(return_map: BoxMap, boxes: Floats, sides: Floats, splits: int = SP
 
 
 def targets_of(return_map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targets]:
-    """The targets of cells of some numbers in order, a batch at a time: ever larger ones while each takes under a second."""
+    """The targets of cells of some numbers in order, a batch at a time: ever larger ones, each for about a second at most."""
     done, size = 0, 1
     while done < len(numbers):
         begun, batch = perf_counter(), numbers[done : done + size]
         yield cells.targets(images_of(return_map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
-        done, size = done + size, min(2 * size, BATCH) if perf_counter() - begun < 1 else size
+        done, size = done + size, min(GROWTH * size, BATCH) if perf_counter() - begun < 1 / GROWTH else size
 
 
 def joined(batches: Sequence[Targets]) -> Targets:

@@ -105,12 +105,12 @@ class StudyResult(Mapping[str, Any]):
         named = name in self.study.families
         return Binding(self.study, self.system).family(name) if named else WordFamily(name=name, words=(name,))
 
-    def mesh(self, family: str, part: "Part | None" = None) -> "Mesh":
+    def mesh(self, family: str, part: "Part | None" = None, flat: bool = False) -> "Mesh":
         """The return surface of a family as triangles up to its edges: computed when first asked for, and remembered.
 
         Further arguments and errors as `nsmaps.exact.surfaces.mesh.mesh`.
         """
-        return _mesh(self.system, self.surfaces[family], self.family(family), part)
+        return _mesh(self.system, self.surfaces[family], self.family(family), part, flat)
 
     def to_xarray(self) -> "DataTree":
         """Every array as an xarray tree: returns, surfaces/FAMILY, orbits/I/exact, basins, branches/NAME/I and so on.

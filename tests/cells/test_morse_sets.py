@@ -167,7 +167,7 @@ def test_interruption_keeps_the_last_finished_level():
     assert not cover.finished
     assert cover.cells.shape == (32, 32)
     assert shares == sorted(shares)
-    assert 2.0**-5 * 3 / 64 in shares  # within the first level
+    assert 2.0**-5 * 9 / 64 in shares  # within the first level
     assert np.array_equal(cover.numbers, morse_sets(Henon(), [[-2, 2], [-1, 1]], depth=2).numbers)
 
 

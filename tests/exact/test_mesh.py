@@ -18,12 +18,12 @@ BALL = nsmaps.load_system("bouncing_ball", Gamma=1.4, r=0.5)
 
 
 @cache
-def made(system, word, low=(0.0033, 0.0), high=(1.0, 2 * np.pi), points=60, part=None):
+def made(system, word, low=(0.0033, 0.0), high=(1.0, 2 * np.pi), points=60, part=None, flat=False):
     """The surface of one word over a plane, and its triangles."""
     axes = {name: Axis(low=a, high=b, points=points) for name, a, b in zip(system.coordinates, low, high, strict=True)}
     family = WordFamily(name=word, words=(word,))
     surface = family.surface(system, Grid(axes=axes))
-    return surface, mesh(system, surface, family, part)
+    return surface, mesh(system, surface, family, part, flat)
 
 
 def jumps(system, start, end):
@@ -65,9 +65,10 @@ def test_no_triangle_joins_two_sheets(system, word, low, high, share):
     assert size[joins].sum() < share * size.sum()
 
 
+@pytest.mark.parametrize("flat", [False, True])
 @pytest.mark.parametrize("word", ["BB", "BTB"])
-def test_triangles_cover_the_states_of_their_word(word):
-    surface, found = made(PAIR, word)
+def test_triangles_cover_the_states_of_their_word(word, flat):
+    surface, found = made(PAIR, word, flat=flat)
     random = np.random.default_rng(1).uniform((0.0033, 0.0), (1.0, 2 * np.pi), (200_000, 2))
     size = areas(found.returns.start[found.triangles]).sum() / (0.9967 * 2 * np.pi)
     assert size == pytest.approx(np.mean(PAIR.first_return(random).has_word(word)), abs=3e-3)  # that has an error of 1e-3

@@ -25,7 +25,7 @@ CORNERS, QUADRILATERAL = 3, 4  #: corners of triangles and of cells
 HALVES = [0, 1, 2], [0, 2, 3]  #: corners of the triangles of a cell
 FINER = 2  #: parts of each side of a divided cell
 CHANGES = 6  #: of the smooth piece on such a part, at most
-HALVINGS = 26  #: of such a part, to find one
+HALVINGS, DRAWN = 26, 12  #: of such a part, to find one; where only the place in a picture counts
 JOINED = 1e-3  #: radians, or share of the largest image: where images on both sides differ by less, the map is continuous
 
 
@@ -83,7 +83,7 @@ def grid_mesh(surface: Surface) -> Mesh:
     return Mesh(surface.name, returns, np.zeros(len(returns), np.int64), np.concatenate(triangles))
 
 
-def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part | None = None) -> Mesh:
+def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part | None = None, flat: bool = False) -> Mesh:
     """The surface of a family as triangles between the states of its grid and states on its edges.
 
     Cells whose corners lie on several smooth pieces of the map (`ImpactSystem.itineraries`) are divided into four. Between the
@@ -94,6 +94,7 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     Args:
         surface: that of the family, over a plane of states; see `Axis.at`.
         part: triangles end also where the number changes that it gives.
+        flat: whether the place of triangles alone counts, not their images: none is divided or left out.
 
     Raises:
         NsmapsError: the grid does not vary along two coordinates.
@@ -101,13 +102,15 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     _check_plane(surface.grid)
     pieces = _Pieces(system, family, part or (lambda returns: np.zeros(len(returns), np.int64)))
     lattice = _refined_lattice(pieces, surface)
-    pairs, outlines = _piece_changes(pieces, lattice)
+    pairs, outlines = _piece_changes(pieces, lattice, DRAWN if flat else HALVINGS)
     states = np.concatenate([lattice.states, pairs])
     same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared_vertices(pieces, pairs)])
     label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
     triangles = same[np.concatenate([*(lattice.whole[:, corners] for corners in HALVES), *fans])]
-    states, triangles = refine_triangles(pieces.members, pieces, states, triangles, np.arange(len(states)) >= len(lattice.states))
+    if not flat:
+        edge = np.arange(len(states)) >= len(lattice.states)
+        states, triangles = refine_triangles(pieces.members, pieces, states, triangles, edge)
     used = np.zeros(len(states), bool)
     used[triangles] = True
     used[used], own = pieces.members(states[used])
@@ -207,7 +210,7 @@ def _around(lattice: Ints) -> Ints:
     return np.stack([lattice[:-1, :-1], lattice[1:, :-1], lattice[1:, 1:], lattice[:-1, 1:]], axis=-1).reshape(-1, 4)
 
 
-def _piece_changes(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
+def _piece_changes(pieces: _Pieces, lattice: _Lattice, halvings: int) -> tuple[Floats, Ints]:
     """States (2 B, n) on both sides of each change of piece between corners of divided cells, in pairs, and the cells' outlines.
 
     An outline, of shape (D, S), has the number of each corner, then those of the states on the side to the next, which are
@@ -219,7 +222,7 @@ def _piece_changes(pieces: _Pieces, lattice: _Lattice) -> tuple[Floats, Ints]:
     first, second = np.divmod(sides, len(states))
     crossed = np.flatnonzero((key[first] != key[second]).any(axis=1))
     first, second = first[crossed], second[crossed]
-    number, near, far = bisect_changes(pieces, states[first], states[second], key[first], key[second], CHANGES, HALVINGS)
+    number, near, far = bisect_changes(pieces, states[first], states[second], key[first], key[second], CHANGES, halvings)
     order = np.argsort(number, kind="stable")
     number, pairs = crossed[number[order]], np.stack([near[order], far[order]], axis=1).reshape(-1, states.shape[1])
     place = np.arange(len(number)) - np.searchsorted(number, number)

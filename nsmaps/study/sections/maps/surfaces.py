@@ -63,10 +63,16 @@ def mesh_by_surface(result: "StudyResult") -> "Callable[..., Mesh]":
     return lambda surface, part=None: result.mesh(surface.name, part)
 
 
+def areas_by_surface(result: "StudyResult") -> "Callable[..., Mesh]":
+    """The same in the plane of states alone, where surfaces need not be followed."""
+    return lambda surface: result.mesh(surface.name, flat=True)
+
+
 FAMILIES = ("grid", "families")
 SURFACES: "FigurePart[Mapping[str, Surface]]" = FigurePart("return surfaces", FAMILIES, families_on_grid, planar=True)
 PLANES: "FigurePart[Mapping[str, Surface]]" = FigurePart("return surfaces over a plane", FAMILIES, over_plane)
 MESH: "FigurePart[Callable[..., Mesh]]" = FigurePart("triangles", (), mesh_by_surface)
+AREAS: "FigurePart[Callable[..., Mesh]]" = FigurePart("areas", (), areas_by_surface)
 GRID: "FigurePart[Grid]" = FigurePart("return surfaces", FAMILIES, _grid, planar=True)
 
 
@@ -85,7 +91,7 @@ class Spans(Named[Side]):
             "The plane of states coloured by word.",
             "The word or family of the first return from every state of the grid, and the pieces of any composite map. The "
             "blue frame, if any, bounds the states near the diagonals of all coordinates, over all values of a swept parameter.",
-            (PLANES, MESH, optional("diagonal"), optional("composite"), optional("orbits")),
+            (PLANES, AREAS, optional("diagonal"), optional("composite"), optional("orbits")),
         ),
         StudyFigure(
             "returns.surfaces",

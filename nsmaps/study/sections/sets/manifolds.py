@@ -18,7 +18,7 @@ from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import SPEC, Name, Period
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
-from nsmaps.study.sections.maps.surfaces import mesh_by_surface, over_plane
+from nsmaps.study.sections.maps.surfaces import areas_by_surface, over_plane
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -62,7 +62,7 @@ def _below(result: "StudyResult") -> "Callable[[Axes], Axes] | None":
     if not (shown := over_plane(result)):
         return None
     words = import_module("nsmaps.figures.returns.words").words
-    return partial(words, shown, mesh=mesh_by_surface(result), diagonal=result.diagonal)
+    return partial(words, shown, mesh=areas_by_surface(result), diagonal=result.diagonal)
 
 
 MANIFOLDS: "FigurePart[Sequence[Manifold]]" = FigurePart("manifolds of saddles", ("manifolds",), _grown)
