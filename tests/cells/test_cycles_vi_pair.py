@@ -40,6 +40,7 @@ def missed(system, cycles, window, period, depth):
     return int((off.min(axis=0) > 1e-12).sum())
 
 
+@pytest.mark.thorough
 def test_the_search_finds_all_but_one_of_the_cycles_of_up_to_two_returns(pair, cycles):
     """The other saddle of 2 returns, of multiplier 21902, needs smaller cells."""
     assert missed(pair(0.35), cycles, [[0.1, 0.9], [0.2, 3.8]], 2, 1) <= 1

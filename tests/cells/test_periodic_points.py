@@ -16,6 +16,7 @@ from nsmaps.errors import NsmapsError
 WINDOW = [[-2, 2], [-1, 1]]
 
 
+@pytest.mark.thorough
 def test_all_cycles_of_henons_map_up_to_period_eight():
     """On the attractor 1, 1, 0, 1, 0, 2, 4, 7 cycles of least period 1 to 8; one more fixed point beside it."""
     found = find_cycles(Henon(), WINDOW, max_period=8, depth=8)

@@ -300,6 +300,7 @@ class Slow(ReturnMap):
         return replace(made, derivative=slopes[:, :, None]) if derivative else made
 
 
+@pytest.mark.thorough
 def test_cycles_that_attract_slowly_are_found_once():
     """Each orbit repeats within the tolerance while it is far beyond it from the cycle, and from every other orbit."""
     starts = np.random.default_rng(0).uniform(-1.5, 1.5, (30, 1))

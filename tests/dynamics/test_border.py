@@ -97,6 +97,7 @@ def test_a_branch_ends_at_the_border_with_what_is_known_to_happen(case, kind):
     assert doubled == expected.endswith(WITH_DOUBLING)
 
 
+@pytest.mark.thorough
 def test_from_the_other_side_it_is_the_same():
     for case, (left, _, expected) in CASES.items():
         sign = 1.0 if fixed(left, 1.0)[0] < 0 else -1.0
@@ -127,6 +128,7 @@ class Pair(HybridSystem):
         return PoincareSection("B", ("v", "phi"))
 
 
+@pytest.mark.thorough
 def test_saddles_of_the_pair_as_a_system_with_modes():
     """BB and BTB end on one another at d = 0.3053538150, which `test_branch.py` has in 40 digits."""
     for guess in ([0.28177, 2.91844], [0.34325, 2.87685]):

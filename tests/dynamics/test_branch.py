@@ -329,6 +329,7 @@ def test_an_event_at_an_orbit_of_the_branch_is_told_once(step):
     assert only(branch, "period doubling").value == pytest.approx(1, abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_doubled_branch_leads_back_to_where_it_began():
     """Also by its own steps, which meet that place, a = 3 (1 - 0.3)^2/4, as exactly as Newton's method can."""
     within = 0.0, 0.7
@@ -489,6 +490,7 @@ def test_sensitivity_adds_up_and_knows_its_limits(pair):
     assert np.isnan(system.sensitivity([[np.nan, 0.4]], {"d": 1.0})).all()
 
 
+@pytest.mark.thorough
 def test_a_follower_detaches_from_its_cam():
     """Where the least force of the contact over a turn is zero: F = 0 and F' = 0, in 30 digits."""
 
@@ -548,6 +550,7 @@ def test_a_wheel_that_no_longer_passes_its_summit_is_a_homoclinic_orbit():
     assert abs(event.value - slope) < event.precision
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("zeta", [0.05, 0.02])
 def test_an_oscillator_in_resonance_that_leaves_both_its_walls_at_once_is_a_graze(zeta: float):
     """x'' + 2 zeta x' + x = cos t has the amplitude 1/(2 zeta); impacts between the returns graze together with these."""

@@ -84,6 +84,7 @@ def test_the_balance_of_energy_holds_in_the_derivatives_by_every_parameter(name)
     assert work == pytest.approx(loss + damping, abs=1e-12 * max(abs(loss), abs(damping)))
 
 
+@pytest.mark.thorough
 def test_the_work_of_the_forcing_is_the_loss_along_a_branch_with_complete_chatter():
     oscillator = ImpactOscillator(zeta=0.05, w=0.7, A=1.65, wall=-0.5, r=0.6)
     for name, system, losses in (("A", oscillator, ["loss", "damping"]), ("Gamma", BALL.system, ["loss"])):
@@ -142,6 +143,7 @@ def test_the_inelastic_ball_lands_at_its_release(k):
     assert abs(end.value - border) < 2 * end.precision < 1e-11
 
 
+@pytest.mark.thorough
 def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_end_of_its_rest():
     """In air of drag k: released where a (sin - k cos) = 1, if a sqrt(1 + k^2) > 1; a flight of a period leaves no rest."""
     k = 0.3
@@ -166,6 +168,7 @@ def test_a_ball_that_does_not_rebound_is_followed_by_single_returns_to_either_en
     assert abs(above.value - float(mp.findroot(landing, above.value))) < 2 * above.precision < 1e-11
 
 
+@pytest.mark.thorough
 def test_a_ball_that_rests_once_in_three_returns_is_followed_to_either_end_of_its_rest():
     """Two flights from the release take two periods, with no rest; or the first one meets the table with speed zero."""
     k = 0.1
@@ -262,6 +265,7 @@ def measured(return_map, name, orbit, value, bounds, reach, orbits):
     return (ratios[-1] - part * ratios[-2]) / (1 - part), scaling.parameter
 
 
+@pytest.mark.thorough
 def test_orbits_of_the_ball_with_incomplete_chatter_accumulate_by_the_ratio_of_the_theory():
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
     ratio, expected = measured(BALL, "Gamma", orbit, GAMMA, (1.0, 2.0), 2e-6, 3)

@@ -62,6 +62,7 @@ def least_restitution(bound: Any, drive: Any) -> Any:
     return at(mp.findroot(beyond, 0.04))
 
 
+@pytest.mark.thorough
 def test_an_optimum_on_the_bound_of_a_multiplier_has_the_closed_form() -> None:
     """The ball's loss is 2 pi^2 (1 - r)/(1 + r), so that r is as small as the multiplier 0.9 and the drive allow."""
     found = nsmaps.optimize(
@@ -130,6 +131,7 @@ def harvester_of(s: float, beta: float) -> Any:
     return VIPair(s=s, beta=beta, M=0.1245, g=9.8, F=5, omega=5 * pi)
 
 
+@pytest.mark.thorough
 def test_physical_parameters_have_the_same_optimum() -> None:
     found = nsmaps.optimize(
         harvester_of,
@@ -180,6 +182,7 @@ def test_a_flight_that_turns_back_beside_a_wall_ends_the_search(double: tuple[An
     assert not attempt.optimal
 
 
+@pytest.mark.thorough
 def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
     """Beyond d = 0.8 there is no system, and the optimum is beyond: every start ends below, none with an error."""
 
@@ -195,6 +198,7 @@ def test_a_class_that_refuses_some_parameters_shortens_the_steps() -> None:
     assert "existence" in found.active
 
 
+@pytest.mark.thorough
 def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.dynamics.Optimum) -> None:
     """The share is counted again from orbits of the same states."""
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=12), "phi": nsmaps.Axis(low=0, high=6, points=12)})

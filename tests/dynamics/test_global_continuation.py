@@ -181,6 +181,7 @@ def test_attractors_are_matched_through_folds_and_over_refused_values():
             assert made.distance[v, np.isfinite(made.share[v])] == [np.inf]
 
 
+@pytest.mark.thorough
 def test_an_attractor_whose_basin_has_no_start_is_followed():
     values = np.linspace(-0.3, 0.35, 8)
     few = nsmaps.global_continuation(
@@ -235,6 +236,7 @@ def test_a_system_with_modes():
     assert (made.return_time > 1).all()
 
 
+@pytest.mark.thorough
 def test_parts_elsewhere_and_kept_give_the_same_digits(tmp_path):
     def run(parallel):
         return nsmaps.global_continuation(

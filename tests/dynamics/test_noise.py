@@ -106,6 +106,7 @@ def test_the_deterministic_limit_is_the_exact_map(pair):
         assert np.allclose(made.time[0], time, atol=1e-9, equal_nan=True)
 
 
+@pytest.mark.thorough
 def test_finer_steps_of_the_same_path_agree_to_order_three_halves(pair, monkeypatch):
     def at(parts):
         monkeypatch.setattr(orbits, "SUBSTEPS", parts)

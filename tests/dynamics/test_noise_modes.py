@@ -227,6 +227,7 @@ def test_paths_are_those_of_an_integrator_along_the_same_noise(system, monkeypat
     assert max(errors) < 0.1 * max(effects)
 
 
+@pytest.mark.thorough
 def test_strong_errors_have_their_orders(monkeypatch):
     """Of an event 3/2 in the speed and 5/2 in the phase, over the same path: a grid has every second point of a finer one."""
     made = []

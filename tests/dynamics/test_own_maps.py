@@ -275,6 +275,7 @@ def test_the_windows_of_a_map_without_words(count, direction):
         )
 
 
+@pytest.mark.thorough
 def test_a_tongue_in_which_the_cycle_moves_far_between_two_values():
     map_of = Along(Rotor(tau=0.0), "tau")
     made = nsmaps.bifurcation_diagram(map_of, "p", np.linspace(0.0, 0.11, 12), [0.1], n_returns=40, transient=300, direction="up")
@@ -305,6 +306,7 @@ class Cubic(System):
         return Returns.of_map(self.coordinates, states, self.a * states - states**3, slopes)
 
 
+@pytest.mark.thorough
 def test_an_orbit_does_not_stay_on_an_unstable_cycle():
     """The tent map: 0 attracts up to s = 1; beyond there is chaos, which rounding ends at s = 2, where it leads to 0."""
     values = np.linspace(0.55, 2.0, 15)

@@ -246,6 +246,7 @@ def test_labels_do_not_depend_on_chunks() -> None:
         )
 
 
+@pytest.mark.thorough
 @again
 def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
     """Two worker processes, of which one is killed after the second part."""

@@ -72,6 +72,7 @@ def test_a_diagram_of_few_values_has_no_windows(paper):
     assert swept(paper, 0.33, 0.35, 3, [0.83, 0.36], None)[2] == ()
 
 
+@pytest.mark.thorough
 def test_rests_without_restitution_begin_and_end_where_flights_do():
     """A ball without restitution rests until sin(phase) = 1/Gamma, and flies from there; times are those of its parabola."""
     from scipy.optimize import brentq

@@ -37,6 +37,7 @@ class Bistable(HybridSystem):
         return PoincareSection(("high", "low"), ("v",), side="after")
 
 
+@pytest.mark.thorough
 def test_the_boundary_of_a_basin_and_its_spread_are_those_of_the_closed_form() -> None:
     """The record ends on v = 3, at the distance 3 - 4 e of the boundary, whose spread is that of the estimate of e."""
     system, rng = Bistable(e=0.5), np.random.default_rng(0)

@@ -272,6 +272,7 @@ def held(ball, value):
     return not np.isfinite(ball).all() or abs(value - mp.mpf(ball[0])) <= mp.mpf(ball[1])
 
 
+@pytest.mark.thorough
 @settings(deadline=None, max_examples=500)
 @given(NUMBERS, RADII, NUMBERS, RADII, st.floats(-1, 1), st.floats(-1, 1))
 def test_balls_hold_what_they_say(a, ra, b, rb, s, t):

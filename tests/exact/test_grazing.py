@@ -110,6 +110,7 @@ def test_the_sides_and_what_the_image_does(pair, curves, d):
         assert {frozenset(pair) for pair in curve.words} == set(map(frozenset, words))
 
 
+@pytest.mark.thorough
 def test_ends(curves):
     """A curve ends on the box, or where another one passes; its two sides are told along it."""
     for d, name in CASES:

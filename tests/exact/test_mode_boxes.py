@@ -230,6 +230,7 @@ def test_where_states_have_no_image():
     assert len(gone.images) == 0
 
 
+@pytest.mark.thorough
 def test_sliding_and_starts_outside_of_the_domain():
     """Of half of the starts the friction falls: they are at the section, but not at its event, and have no image."""
     rng, made = np.random.default_rng(7), Coulomb()

@@ -142,6 +142,7 @@ def test_the_cycle_of_the_valve_grazes_its_seat_where_30_digits_have_it():
     assert found.orbit.states[0] == pytest.approx(np.array(one["point"], float), rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_cycle_of_the_valve_shrinks_to_its_equilibrium():
     """There a pair of eigenvalues is imaginary: the rule of Routh and Hurwitz for x = lift, p = x + delta, q = x sqrt(p)."""
     parameters = reference("N1")["bifurcations"][1]["other_parameters"]

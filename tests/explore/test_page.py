@@ -474,6 +474,7 @@ def folder_of_map(tmp_path_factory):
     return place / "run"
 
 
+@pytest.mark.thorough
 def test_the_page_of_a_map_has_its_orbits_in_place_of_flights(folder_of_map):
     result = nsmaps.read_result(folder_of_map)
     data = data_of(result)

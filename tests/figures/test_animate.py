@@ -124,6 +124,7 @@ def durations(path):
     return found
 
 
+@pytest.mark.thorough
 def test_late_steps_of_a_cobweb_are_quicker_unless_a_rate_is_named(result, tmp_path, monkeypatch):
     monkeypatch.setattr("nsmaps.study.pictures.animate._EARLY", 2)
     shown = durations(animate(result, "cobweb", tmp_path, frames=5, dpi=30))

@@ -149,6 +149,7 @@ def test_basins_and_noise_of_both_maps(result):
     assert "Motions under noise" in titles
 
 
+@pytest.mark.thorough
 def test_the_bistable_window_ends_at_a_fold_of_both_maps(pair):
     """2:1 motion of the exact map, and of the piece around it as a function of d."""
     system, start = pair(D, r=R, beta=np.pi / 6), np.array(two_to_one()[:2], float)

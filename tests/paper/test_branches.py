@@ -13,6 +13,7 @@ from nsmaps.plugins import study_files
 FIRST = 0.3241885434273126  #: by Newton's method on the implicit equations in 40 digits: tests/dynamics/test_branch.py
 
 
+@pytest.mark.thorough
 def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restitution(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -70,6 +70,7 @@ def in_d():
     )
 
 
+@pytest.mark.thorough
 def test_the_parametric_map_has_the_attractors_of_the_exact_map():
     """Cases FP, PD and CD, and every period but in the windows that the study states; orders in d are the paper's."""
     found = in_d().agreement
@@ -84,6 +85,7 @@ def test_the_parametric_map_has_the_attractors_of_the_exact_map():
         assert tuple(int(each[:, 2].max()) for each in of[:2]) == orders
 
 
+@pytest.mark.thorough
 def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
     """Newton's method and bisection on the polynomials in (v, phi, d) of R1; those of the exact map are of 50 digits."""
     v, phi, d = sp.symbols("v phi d", real=True)
@@ -138,6 +140,7 @@ def test_coefficients_in_d_written_out_lose_few_digits():
         assert 1e-16 < piece.map.monomial_error(name) < 1e-4
 
 
+@pytest.mark.thorough
 def test_pieces_between_attracting_boxes_make_no_cycles_of_their_own(pair):
     """At d = 0.27 a loose piece there had two, and all orbits ended in them."""
     grid = nsmaps.Grid(axes={"v": nsmaps.Axis(low=0.0033, high=1, points=300), "phi": nsmaps.Axis(low=0, high=np.pi, points=300)})

@@ -23,6 +23,7 @@ def test_the_balls_diagram_doubles_where_the_closed_form_says(shipped):
     assert locked.min() == pytest.approx(1.762, abs=0.003)
 
 
+@pytest.mark.thorough
 def test_an_attractor_beside_the_ends_of_the_circle_is_in_one_box():
     """The box lies across phase zero, and orbits of the composite map end where those of the exact one do."""
     result = nsmaps.run_study("impact_oscillator/seam")

@@ -288,6 +288,7 @@ domains:
 """
 
 
+@pytest.mark.thorough
 def test_a_study_with_a_series(tmp_path):
     """It is computed, stored, drawn and exported; what has no closed form is left out with the reason."""
     from nsmaps.study.pictures.draw import draw

@@ -71,6 +71,7 @@ conditions = st.recursive(
 )
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None)
 @given(conditions)
 def test_any_condition_says_the_same_as_in_numpy(text: str) -> None:

@@ -213,6 +213,7 @@ def test_one_tolerance_everywhere_makes_transient_pieces_accurate_too(pair: Call
     assert shares[1] > 0.9
 
 
+@pytest.mark.thorough
 def test_the_log_names_every_region_once_and_tells_what_became_of_it(pair: Callable):
     result = partition(pair(0.3), grid((0.0033, 1), (0, np.pi), 100), Partition(tolerance=1e-3))
     names = [row.name for row in result.log]
@@ -321,6 +322,7 @@ def test_an_attracting_region_may_be_of_any_class():
     assert ((result.attracting_map.piece_of(x) >= 0) == disc.contains(x)).all()
 
 
+@pytest.mark.thorough
 def test_attracting_boxes_can_be_given_by_hand(pair: Callable):
     box = {"v": (0.7, 1.0), "phi": (0.2, 1.14)}
     result = partition(pair(0.35), grid((0.0033, 1), (0, np.pi), 60), Partition(tolerance=1e-2, attracting=(box,)))
@@ -376,6 +378,7 @@ def test_a_grid_where_nothing_returns():
     assert not result.met
 
 
+@pytest.mark.thorough
 def test_a_cycle_through_chatter_is_followed_down_to_the_edge_of_the_grid():
     ball = BouncingBall(a=1.2, r=0.5)  # chatters, rests and is thrown up again, for ever
     result = partition(ball, grid((0.01, 3), (0, TWO_PI), 100), Partition(tolerance=1e-2))

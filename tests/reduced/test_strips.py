@@ -123,6 +123,7 @@ def test_turns_and_times_are_those_of_the_exact_map(wide):
     np.testing.assert_allclose(ours.time, exact.time, atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_circle_has_no_gap_where_it_is_cut(pair):
     """Floats next to the cut on any turn: rounding puts some of them below it, some above a turn from it."""
     made = strip_map(pair(0.30), WIDE, 1e-2)

@@ -168,6 +168,7 @@ def test_doublings_that_are_not_in_the_range_are_said() -> None:
         assert told.text == f"no: {said}; then: the range ends at {end}"
 
 
+@pytest.mark.thorough
 def test_a_start_that_leads_nowhere_is_said_and_the_rest_is_kept() -> None:
     text = BALL.replace(", n_doublings: 2", "") + (
         "  - {name: nowhere, parameter: a, bounds: [0.5, 1.8], start: {v: 1.0, phi: 3}, period: 5}\n"
@@ -375,6 +376,7 @@ def test_a_closed_branch_is_followed_once(monkeypatch: pytest.MonkeyPatch) -> No
     assert [verdict.text for verdict in made.verdicts] == ["yes: up: closed"]
 
 
+@pytest.mark.thorough
 def test_a_stopped_plane_is_resumed_at_its_rows(monkeypatch: pytest.MonkeyPatch, swept: Swept) -> None:
     whole, *_ = swept
 

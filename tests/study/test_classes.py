@@ -248,6 +248,7 @@ partition:
 """
 
 
+@pytest.mark.thorough
 def test_a_partition_of_a_study_takes_classes(folder: Path) -> None:
     """The pieces are affine, each on one side of the given region and of the family's edge."""
     (folder / "lozi.py").write_text(LOZI)

@@ -55,6 +55,7 @@ def test_what_coexists_is_said_wherever_the_run_is_summed_up(both: Path) -> None
     assert json.loads((both / "result.json").read_text())["numbers"]["bifurcation_diagram"]["exact"]["coexisting"] == [row]
 
 
+@pytest.mark.thorough
 def test_all_that_coexists_is_listed_and_what_does_not_is_not() -> None:
     """Up to 46 intervals of chaos beside itself were told; the rattle has two attractors where 1:1/T is beside 2:1/2T and on."""
     Path("s.yaml").write_text(f"""\

@@ -89,6 +89,7 @@ def test_no_word_is_broken_and_none_is_lost(command: str) -> None:
             assert words(whole) - words(lines) == set()
 
 
+@pytest.mark.thorough
 def test_a_terminal_of_a_program_shows_the_same() -> None:
     commands = [COMMANDS[command] for command in ("check", "show run", "run --help", "a wrong study")]
     *lines, end = of_a_program(60, *commands)

@@ -118,6 +118,7 @@ def test_divisions_that_are_not_meant_are_refused(wrong):
         tree_of(GRID, 2, codes, slopes)
 
 
+@pytest.mark.thorough
 def test_an_error_in_the_search_is_found(equation):
     flow = flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
     phases = flow.phases.copy()

@@ -144,6 +144,7 @@ def test_a_closed_set_that_is_not_found(pair, monkeypatch):
         prove(pair, START, around=Around(0, 100, 500), **SHAPES)
 
 
+@pytest.mark.thorough
 def test_all_states_of_the_oscillator_are_proved_to_converge(monkeypatch):
     """From its lowest cells, impact by impact without an end of chatter, orders fall or stay in one cell."""
     for key, value in (("SIZES", (0.03,)), ("SHAPES", ((0.6, (8, 4)),)), ("TURNS", (1,))):

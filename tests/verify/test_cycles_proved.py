@@ -94,6 +94,7 @@ def test_cycles_of_the_pair_hold_their_forty_digits(some: Any) -> None:
     distinct(cycles)
 
 
+@pytest.mark.thorough
 def test_all_cycles_of_the_pair_are_proved(reference: Callable[[str], Any]) -> None:
     """By the certificate that is kept: all 244 hold their 40 digits, are different, and one of them is stable."""
     found = verify(read(Path(__file__).parents[2] / "docs" / "certificates" / "cycles.proof"))

@@ -142,6 +142,7 @@ def test_kept_certificates_of_chaos_are_verified(name: str, returns: int, least:
     assert found.chaos.stated.returns == returns
 
 
+@pytest.mark.thorough
 def test_a_ball_that_bounces_has_a_horseshoe() -> None:
     ball = BouncingBall(Gamma=2.2)
     made = prove_horseshoe(ball, [[0.5, 12], [0, 2 * np.pi]], 4, depth=2)

@@ -191,6 +191,7 @@ def test_the_full_tent_has_the_entropy_of_two_branches(tmp_path: Path) -> None:
     assert 0.15 < chaos.entropy < mp.log(1.99)
 
 
+@pytest.mark.thorough
 def test_a_horseshoe_of_the_lozi_map_and_wrong_ones(lozi: Lozi, tmp_path: Path) -> None:
     near = nsmaps.orbit(lozi, [0.1, 0.1], 200).states[100::6]
     orbits = [orbit for period in (1, 2, 4, 6) for orbit in nsmaps.periodic_orbits(lozi, near, period)]
