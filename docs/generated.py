@@ -27,7 +27,7 @@ EXPLAINED = {
     "observe": "observables.md",
     "observable": "observables.md#formulas",
     "estimate": "../how-to/measured-data.md",
-    "basin_distance": "../how-to/measured-data.md#the-motion-and-its-margin",
+    "basin_distance": "../how-to/measured-motion.md#the-largest-safe-disturbance",
     "optimize": "../how-to/optimum.md",
     "morse_sets": "cells.md",
     "exit_times": "cells.md#exit-times",

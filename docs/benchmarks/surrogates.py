@@ -1,7 +1,7 @@
 """Speed against error of reduced maps: `python docs/benchmarks/surrogates.py [FOLDER]` (some minutes).
 
 Both variants of the general algorithm over the same box, for three values of d, with the exact map as the last row. The figure is
-drawn from the table of docs/explanation/benchmarks.md, by `python docs/gallery/make.py surrogates`.
+drawn from docs/benchmarks/surrogates.txt, by `python docs/gallery/make.py surrogates`.
 """
 
 import sys
@@ -50,7 +50,7 @@ def main(folder: Path) -> None:
         rows.append(f"| {d} | exact | | | | {exact:.0f} | {EXACT} |")
         print("\n".join(rows[-10:]), flush=True)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "surrogates.md").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    (folder / "surrogates.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -39,10 +39,9 @@ from PIL import Image, PngImagePlugin
 CODE = "code.txt"  #: in the folder of a run, the hash of the code that computed it
 HEAD = """# Gallery
 
-Every figure of the paper, drawn by `nsmaps figures` from runs of shipped studies, none by hand. Headings are labels of the
-paper's source. Sentences state where ours differ; [the paper](../explanation/paper.md) compares the numbers, and
-[the method in pictures](../explanation/method.md) has the pictures in order. `python docs/gallery/make.py` redraws them
-from `figures.yaml`.
+Every figure of the paper, drawn by `nsmaps figures` from runs of shipped studies. Headings are labels of the paper's source.
+[The paper](../explanation/paper.md) compares the numbers, and [the method in pictures](../explanation/method.md) has the
+pictures in order. `python docs/gallery/make.py` redraws them from `figures.yaml`.
 """
 
 
