@@ -1,4 +1,4 @@
-"""The pages that are made from the package when the site is built: names, keys, commands, figures, arrays, rooms, thumbnails."""
+"""The pages that are made from the package when the site is built: names, keys, commands, errors, figures, arrays and more."""
 
 import re
 from ast import get_docstring, parse
@@ -39,7 +39,7 @@ EXPLAINED = {
 
 def pages() -> dict[str, str]:
     """The text of every page by its name below `_generated`."""
-    makers = (api, arrays, commands, figures, keys, literature, names, rooms, thumbnails)
+    makers = (api, arrays, commands, errors, figures, keys, literature, names, rooms, thumbnails)
     return {f"{maker.__name__}.md": "\n".join(maker()) for maker in makers}
 
 
@@ -101,6 +101,16 @@ def commands() -> Iterator[str]:
         for option in options:
             yield f"| {', '.join(f'`{each}`' for each in option.opts)} | {option.help} | {_default(option)} |"
         yield from ("", "```sh", *re.findall(r"(?m)^\$ (.*?) *$", command.epilog or ""), "```")
+
+
+def errors() -> Iterator[str]:
+    """The errors, from their docstrings."""
+    from nsmaps import errors
+
+    yield from ("| error | when |", "|---|---|")
+    for name, cls in vars(errors).items():
+        if isinstance(cls, type) and issubclass(cls, errors.NsmapsError) and cls is not errors.NsmapsError:
+            yield f"| `{name}` | {' '.join((cls.__doc__ or '').split()).rstrip('.')} |"
 
 
 def figures() -> Iterator[str]:

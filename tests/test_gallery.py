@@ -247,8 +247,10 @@ def test_what_a_picture_is_drawn_from_is_seen_to_change(monkeypatch, tmp_path):
         patch.setattr(pictures, "loaded", lambda name: other)
         assert pictures.digest(one) != before[one]
     with monkeypatch.context() as patch:
-        patch.setattr(tables, "PAGE", tmp_path / "accuracy.md")
-        tables.PAGE.write_text((ROOT / "docs" / "explanation" / "benchmarks.md").read_text().replace("| 0.0549 |", "| 0.0548 |"))
+        patch.setattr(tables, "MEASURED", tmp_path)
+        (tmp_path / "bench.txt").write_text(
+            (ROOT / "docs" / "benchmarks" / "bench.txt").read_text().replace("| 0.0549 |", "| 0.0548 |")
+        )
         assert pictures.digest(table) != before[table]
     assert replace(one, file=Path("nowhere.png")).is_stale
     assert {each: pictures.digest(each) for each in before} == before

@@ -1,4 +1,4 @@
-"""Pictures drawn from what is kept: measured times from the tables of a page, what is proved from a certificate."""
+"""Pictures drawn from what is kept: measured times from tables, what is proved from a certificate."""
 
 import re
 from hashlib import sha256
@@ -15,9 +15,7 @@ from nsmaps.figures.style import BLUE, GREEN, RED
 from nsmaps.verify.certificate import read
 
 CERTIFICATE = Path(__file__).parents[1] / "certificates" / "fp-coarse.proof"
-PAGE = Path(__file__).parents[1] / "explanation" / "benchmarks.md"
-MEASURED = Path(__file__).parents[1] / "benchmarks" / "surrogates.txt"
-_HEAD = "| program | returns |"  #: with which the table of the page begins
+MEASURED = Path(__file__).parents[1] / "benchmarks"  #: the folder of the tables
 _PROGRAM = re.compile(r"(?P<family>C loop|nsmaps|NumPy)(?: (?P<setting>.*))?|(?P<other>.*?)(?: (?P<tolerance>[\d.]+e[-+]\d+))?")
 _COLOURS = {"accurate": BLUE, "closed form": GREEN, "exact": RED}
 _MARKERS = "os^"  #: of the values of d
@@ -27,10 +25,7 @@ def text_of(table: str) -> str:
     """The lines of a table, or the hash of the certificate."""
     if table == "proved":
         return sha256(CERTIFICATE.read_bytes()).hexdigest()
-    if table == "surrogates":
-        return MEASURED.read_text(encoding="utf-8")
-    head, *rest = PAGE.read_text(encoding="utf-8").partition(_HEAD)[1:]
-    return head + "".join(rest).partition("\n\n")[0]
+    return (MEASURED / f"{table}.txt").read_text(encoding="utf-8")
 
 
 def rows_of(table: str) -> list[list[str]]:

@@ -44,8 +44,7 @@ for words in json.loads(sys.argv[1]):
 @cache
 def table() -> str:
     """The text with a table in Markdown that `nsmaps bench` prints."""
-    page = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text()
-    return page.partition("bench.png)\n\n")[2].partition("## Summary")[0]
+    return (ROOT / "docs" / "benchmarks" / "bench.txt").read_text()
 
 
 def screen(width: int, *arguments: str) -> list[str]:
