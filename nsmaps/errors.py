@@ -30,6 +30,10 @@ class StateError(NsmapsError):
     """States of the wrong shape or kind were passed to a map."""
 
 
+class MissingMethodError(NsmapsError, AttributeError):
+    """A method of impact systems, of a system with modes: states what has its numbers."""
+
+
 class ConditionError(NsmapsError):
     """A condition or number in a study's text that cannot be read safely."""
 

@@ -15,8 +15,9 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arguments import with_arguments
 from nsmaps.coordinates import Coordinates
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, check_class
 from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file, sweep
 from nsmaps.interrupts import Interrupted
@@ -135,11 +136,11 @@ def divides(call: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(call)
     def call_divided(*args: P.args, **kwargs: P.kwargs) -> R:
-        parallel = kwargs.get("parallel") or SERIAL
-        assert isinstance(parallel, Parallel)
+        parallel: Any = kwargs.get("parallel") or SERIAL
+        check_class(parallel, Parallel, "`parallel` has the parts of a call")
         with working(call.__name__, parallel.progress) as work:
             kwargs["parallel"] = replace(parallel, progress=work.reached)
-            return call(*args, **kwargs)
+            return with_arguments(call, *args, **kwargs)
 
     return call_divided
 

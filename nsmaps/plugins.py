@@ -21,6 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
 from nsmaps.exact.systems.files import REFUSED, run_file
 
@@ -125,6 +126,7 @@ def class_of(kind: Kind, name: str) -> type[Any]:
     return _from_module(place, attribute, kind) if place else _imported(entry_of(name, kind), kind)
 
 
+@checked
 def load_system(name: str, **parameters: Any) -> "System":
     """The system of this name with these parameters, validated.
 

@@ -12,6 +12,8 @@ from multiprocessing import parent_process
 from time import monotonic
 from typing import Any, ParamSpec, TextIO, TypeVar
 
+from nsmaps.arguments import with_arguments
+
 Progress = Callable[[float], None]  #: called with the fraction that is done, from 0 to 1; at the end of a call with 1
 
 P = ParamSpec("P")
@@ -171,7 +173,7 @@ def shows(call: Callable[P, R]) -> Callable[P, R]:
     def call_shown(*args: P.args, **kwargs: P.kwargs) -> R:
         progress: Any = kwargs.get("progress")
         with working(call.__name__, progress):
-            return call(*args, **kwargs)
+            return with_arguments(call, *args, **kwargs)
 
     return call_shown
 

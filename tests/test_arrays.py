@@ -22,7 +22,7 @@ def test_help_shows_what_is_like_an_array_by_its_name(name):
 
 def test_the_name_is_seen_where_it_is_meant():
     assert inspect.signature(nsmaps.exact.ReturnMap.first_return).parameters["states"].annotation is ArrayLike
-    assert "start: Union[ArrayLike, " in pydoc.plain(pydoc.render_doc(nsmaps.orbit)).replace("ArrayLike | ", "Union[ArrayLike, ")
+    assert "starts: Union[ArrayLike, " in pydoc.plain(pydoc.render_doc(nsmaps.orbit)).replace("ArrayLike | ", "Union[ArrayLike, ")
 
 
 def test_a_system_is_printed_with_its_class(pair):

@@ -20,6 +20,7 @@ from nsmaps.lazy import stated_names
 ROOT = Path(__file__).parents[1]
 RANK = {
     "errors": 0,
+    "arguments": 0,
     "interrupts": 0,
     "progress": 0,
     "lazy": 0.1,

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.bounds import ESTIMATED, ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
@@ -75,6 +76,7 @@ class AttractingDomain(WithCoordinates, Result):
         return self.boxes[:, :, 1] - self.boxes[:, :, 0]
 
 
+@checked
 def attracting_domain(
     system: AnyMap,
     box: BoxLike,

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Random
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
@@ -78,6 +79,7 @@ def held_out_error(polynomial: PolyMap, truth: AnyMap, box: BoxLike, states: int
     return ErrorBound(np.where(np.isfinite(difference), difference, np.inf).max(axis=0), "held-out")
 
 
+@checked
 def envelopes(system: AnyMap, box: BoxLike, *, n_samples: int = 201, bounds_kind: How | None = None) -> tuple[Envelope, ...]:
     """The auxiliary maps of every coordinate on a box, see `as_box`; `bounds_kind` as in `auxiliary_maps`."""
     return auxiliary_maps(system, bounds_kind, None, n_samples)(as_box(box, system.coordinates)).envelopes()

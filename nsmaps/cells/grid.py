@@ -58,7 +58,7 @@ class Cells(WithCoordinates, Result):
         own, box, n = Coordinates(coordinates), as_box(window, coordinates, whole_turn=True), len(coordinates)
         shape = (cells,) * n if isinstance(cells, int) else tuple(cells)
         if len(shape) != n or min(shape) < 1:
-            raise NsmapsError(f"cells is {cells}; expected: a number from 1 on, or one for each of {', '.join(coordinates)}")
+            raise NsmapsError(f"n_cells is {cells!r}; expected: a number from 1 on, or one for each of {', '.join(coordinates)}")
         return cls(own, box, shape)
 
     @property

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
@@ -165,6 +166,7 @@ def stability(multipliers: ArrayLike) -> bool | None:
     return None if np.isnan(size).any() or not size.size else bool((size < 1).all())
 
 
+@checked
 def periodic_orbit(
     system: ReturnMap, start: StateLike, period: int = 1, *, tolerance: float = 1e-10, scale: ArrayLike | None = None
 ) -> PeriodicOrbit:

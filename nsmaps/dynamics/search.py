@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
@@ -53,6 +54,7 @@ def periodic_orbits(
     return tuple(found)
 
 
+@checked
 def periodic_orbits_by_word(system: PiecewiseMap, max_period: int, tolerance: float = 1e-10) -> tuple[PeriodicOrbit, ...]:
     """All periodic orbits up to a period of a map with affine pieces, in the order of periods and words.
 

@@ -6,6 +6,7 @@ from typing import overload
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.composed import bounds_of
@@ -148,6 +149,7 @@ class FittedBoxes(ReturnMap):
 
 
 @overload
+@checked
 def box_map(system: Fitted) -> FittedBoxes: ...
 @overload
 def box_map(system: Boxed) -> BoxMap: ...

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any, overload
 
+from nsmaps.arguments import checked
 from nsmaps.coordinates import StateLike
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.events import ModeTrack, Track, check_samples
@@ -19,6 +20,7 @@ def track(system: ImpactSystem, start: StateLike, n_events: int, n_samples: int 
 def track(system: HybridSystem, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> ModeTrack: ...
 @overload
 def track(system: System, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = ...) -> Track | ModeTrack: ...
+@checked
 def track(
     system: System, start: StateLike, n_events: int, n_samples: int = 60, chatter: float = SUMMED_SPEED
 ) -> Track | ModeTrack:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
 from nsmaps.exports.closed_forms import (
@@ -56,6 +57,7 @@ def kind_of(result: Exportable) -> str:
     return next(kind for kind, (cls, _, _) in KINDS.items() if isinstance(result, cls))
 
 
+@checked
 def load_map(path: str | os.PathLike[str]) -> Exportable:
     """The map or closed form that `export` wrote as JSON (`.json`) or as a Python module (`.py`), the same to the bit.
 

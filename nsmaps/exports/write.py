@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, check_known
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
@@ -29,6 +30,7 @@ SYSTEMS = "ImpactSystem, HybridSystem, PiecewiseMap"
 ACCEPTED = f"{', '.join(cls.__name__ for cls, _, _ in KINDS.values())}, {SYSTEMS}, the result of a study"
 
 
+@checked
 def export(
     result: Any, language: str, path: str | os.PathLike[str] | None = None, *, name: str | None = None
 ) -> str | dict[str, str]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.proof.formula import balls_of, equation_of
@@ -40,6 +41,7 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
     )
 
 
+@checked
 def certificate_of(system: "ImpactSystem | PiecewiseMap", orbits: Iterable["PeriodicOrbit"]) -> Certificate:
     """A certificate of cycles alone."""
     if isinstance(system, PiecewiseMap):

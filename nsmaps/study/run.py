@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
+from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.storage import missing_of, remove_empty
 from nsmaps.interrupts import Interrupted, heard
@@ -30,6 +31,7 @@ from nsmaps.study.store.run_folder import check_folder, writable
 from nsmaps.study.study import Study
 
 
+@checked
 def run_study(
     study: Study | str | os.PathLike[str],
     out: str | os.PathLike[str] | None = None,

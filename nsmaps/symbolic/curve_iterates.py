@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, overload, runtime_checkable
 
+from nsmaps.arguments import checked
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, check_known, near_match
 from nsmaps.results import Result
@@ -103,6 +104,7 @@ def second_iterate(
 ) -> HeldIterate: ...
 
 
+@checked
 def second_iterate(
     polynomial: "AnyPolynomial",
     phi_min: Held = None,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.errors import check_class
@@ -40,6 +41,7 @@ class TwoCycles(WithCoordinates):
     residual: Floats  #: shape (C,), the largest of `|f(x) - y|` and `|f(y) - x|`
 
 
+@checked
 def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     """All real two-cycles of the curves of a second iterate; with `min_first` xi_L(xi_U(p)) = p, eq. pvqv_modified.
 
@@ -60,6 +62,7 @@ def curve_cycles(iterate: "SecondIterate") -> CurveCycles:
     return CurveCycles(iterate.expr - x, np.array(rows).reshape(-1, 2), np.array(slopes))
 
 
+@checked
 def two_cycles(polynomial: "PolyMap", box: BoxLike | None = None) -> TwoCycles:
     """The two-cycles of a polynomial map that lie in a box, with the polynomial system that they solve.
 

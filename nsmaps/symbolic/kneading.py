@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.systems.piecewise import PiecewiseMap
@@ -48,6 +49,7 @@ class Laps:
         return rows
 
 
+@checked
 def topological_entropy(system: PiecewiseMap) -> float:
     """The topological entropy of a map of one coordinate whose pieces are affine; constant ones as limits of increasing ones.
 

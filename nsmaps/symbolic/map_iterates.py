@@ -6,6 +6,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from nsmaps.arguments import checked
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, check_class, check_known
 
@@ -78,6 +79,7 @@ class ClosedMap(WithCoordinates):
         return [symbol(name) for name in self.coordinates]
 
 
+@checked
 def symbolic_iterate(
     polynomial: "AnyPolynomial", n_iterates: int, *, piece: str | None = None, coordinates: Sequence[str] = ("v", "phi")
 ) -> ClosedMap:
@@ -101,6 +103,7 @@ def symbolic_iterate(
     return _composition([formula(polynomial, piece, coordinates)] * n_iterates)
 
 
+@checked
 def compose_pieces(composite: "CompositeMap | ParametricMap", word: Sequence[str]) -> ClosedMap:
     """The composition of pieces along a word of regions, such as ["R2", "R1", "R1"], the first applied first.
 

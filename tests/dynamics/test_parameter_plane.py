@@ -327,22 +327,22 @@ def test_a_chart_is_a_dataset(made: Any) -> None:
 
 CALL = partial(nsmaps.parameter_plane, PAIR, starts=[0.8, 0.4])
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "one parameter": ({"plane": {"d": [0.3, 0.31]}}, "the plane is of d; expected: two different parameters of d, r, g_bar"),
-    "none": ({"plane": {}}, "the plane is of no parameter"),
-    "unknown": ({"plane": {"d": [0.3], "gbar": [0.1]}}, "no parameter 'gbar', did you mean 'g_bar'"),
-    "infinite": ({"plane": {"d": [0.3, np.inf], "r": [0.5]}}, "the values of 'd' are .*inf.*; expected: finite numbers"),
-    "nan": ({"plane": {"d": [0.3], "r": [np.nan]}}, "the values of 'r' are"),
-    "descending": ({"plane": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
-    "empty": ({"plane": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
-    "returns": ({"plane": PLANE, "n_returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
-    "discard": ({"plane": PLANE, "transient": -1}, "1000 returns after -1"),
-    "tolerance": ({"plane": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
-    "direction": ({"plane": PLANE, "direction": "left"}, "direction is 'left'"),
-    "refine": ({"plane": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
-    "both": ({"plane": PLANE, "refine": 4, "direction": "up"}, "need every pixel"),
-    "observable": ({"plane": PLANE, "observables": ["los"]}, "'los' is not an observable of VIPair"),
-    "formula": ({"plane": PLANE, "observables": [{"name": "x", "formula": "v +* 2"}]}, "v"),
-    "no starts": ({"plane": PLANE, "starts": np.zeros((0, 2))}, "there are no starts"),
+    "one parameter": ({"axes": {"d": [0.3, 0.31]}}, "the plane is of d; expected: two different parameters of d, r, g_bar"),
+    "none": ({"axes": {}}, "the plane is of no parameter"),
+    "unknown": ({"axes": {"d": [0.3], "gbar": [0.1]}}, "no parameter 'gbar', did you mean 'g_bar'"),
+    "infinite": ({"axes": {"d": [0.3, np.inf], "r": [0.5]}}, "the values of 'd' are .*inf.*; expected: finite numbers"),
+    "nan": ({"axes": {"d": [0.3], "r": [np.nan]}}, "the values of 'r' are"),
+    "descending": ({"axes": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
+    "empty": ({"axes": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
+    "returns": ({"axes": PLANE, "n_returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
+    "discard": ({"axes": PLANE, "transient": -1}, "1000 returns after -1"),
+    "tolerance": ({"axes": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
+    "direction": ({"axes": PLANE, "direction": "left"}, "direction is 'left'"),
+    "refine": ({"axes": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
+    "both": ({"axes": PLANE, "refine": 4, "direction": "up"}, "need every pixel"),
+    "observable": ({"axes": PLANE, "observables": ["los"]}, "'los' is not an observable of VIPair"),
+    "formula": ({"axes": PLANE, "observables": [{"name": "x", "formula": "v +* 2"}]}, "v"),
+    "no starts": ({"axes": PLANE, "starts": np.zeros((0, 2))}, "there are no starts"),
 }
 
 

@@ -95,7 +95,7 @@ def test_the_surest_box_is_told() -> None:
     """A bound before an estimate, of the exact map before a fit."""
     result = of_half(of="fitted map R1")
     error = ErrorBound(np.full(1, 1e-3), "held-out")
-    for of, how in (("exact map", {"bounds": "sampled"}), ("exact map, by fitted map R1", {"error": error})):
+    for of, how in (("exact map", {"bounds_kind": "sampled"}), ("exact map, by fitted map R1", {"error": error})):
         result.domains[of] = of_half(of=of, **how).domains["half"]
     assert headline(result).startswith("Fitted map R1: every orbit")
     result.domains["bound"] = of_half(of="exact map").domains["half"]

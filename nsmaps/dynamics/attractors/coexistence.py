@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.attractor import Attractor, kept, may_be_one
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
@@ -61,6 +62,7 @@ class Coexistence(Result):
         return tuple(found)
 
 
+@checked
 def match_attractors(diagrams: Sequence[BifurcationDiagram], *, tolerance: float = 0.03, step: float = 0.1) -> Coexistence:
     """The attractors of bifurcation diagrams over the same values, such as one swept up and one swept down.
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import StateError
@@ -39,6 +40,7 @@ def extents(states: ArrayLike, coordinates: Sequence[str], unit: Floats | None =
     return np.where(extent > 0, extent, 1.0)
 
 
+@checked
 def hausdorff(a: ArrayLike, b: ArrayLike, coordinates: Sequence[str], scale: ArrayLike = 1.0, p: float = 2) -> float:
     """The Hausdorff distance of two sets: the largest distance of a state of either from the nearest state of the other.
 

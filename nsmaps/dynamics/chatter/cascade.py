@@ -14,6 +14,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, BifurcationPoint
@@ -53,6 +54,7 @@ class IncompleteChatter:
     far: Branch  #: away from it, to the first event
 
 
+@checked
 def chatter_scaling(r: float) -> ChatterScaling:
     """How orbits with incomplete chatter scale near the border orbit, at a restitution coefficient r for slow impacts.
 

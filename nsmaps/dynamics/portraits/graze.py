@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
@@ -50,6 +51,7 @@ class Graze(WithCoordinates, Result):
         return f"between {' and '.join(self.words)} at {self.state.tolist()}, coefficients of the square root {roots}"
 
 
+@checked
 def graze(system: ReturnMap, one: StateLike, other: StateLike, *, n_samples: int = 400) -> Graze:
     """The graze between two states of different words: the map along the line through them, and its square root.
 

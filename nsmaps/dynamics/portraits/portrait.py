@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.limit_set import LimitSet
@@ -37,6 +38,7 @@ class PhasePortrait(Result):
         return ", ".join(each.label or "motion without a name" for each in self.attractors)
 
 
+@checked
 def phase_portrait(
     system: ReturnMap, attractors: Sequence[Attractor | LimitSet], *, n_points: int = 100_000, n_returns: int = 20
 ) -> PhasePortrait:

@@ -6,6 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates, StateLike, as_starts
 from nsmaps.dynamics.limits.cycles import SHORT
@@ -36,6 +37,7 @@ class RotationNumber(Result):
         return f"{self.counted}: {self.fraction}, of {self.cycle}"
 
 
+@checked
 def rotation_number(
     system: ReturnMap, start: StateLike, *, n_returns: int = 10_000, transient: int = 1000, counted: str | None = None
 ) -> RotationNumber:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import ReturnFamily, members
@@ -15,6 +16,7 @@ from nsmaps.parallel import SERIAL, Arrays, Parallel, divides
 from nsmaps.results import units_of
 
 
+@checked
 def surfaces(system: System, grid: Grid, families: Sequence[ReturnFamily]) -> dict[str, Surface]:
     """The return surfaces of all families over one grid, from one batch of returns.
 

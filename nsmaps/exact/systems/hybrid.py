@@ -1,12 +1,13 @@
 """A system with modes, written once: rates, guards and resets in sympy; its return map follows from them."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts, as_states
+from nsmaps.errors import MissingMethodError
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.guards import Guard as Guard
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     from nsmaps.exact.modes.definitions.definition import Definition
 
 
+#: methods of impact systems -> what systems with modes have instead
+INSTEAD = {"impacts": "nsmaps.track(system, start, n_events)", "grazing_curves": "nsmaps.dynamics.graze(system, one, other)"}
+
+
 class HybridSystem(FlowSystem):
     """A system whose state follows differential equations that change at events.
 
@@ -28,6 +33,14 @@ class HybridSystem(FlowSystem):
     have kinks, as Abs and Max. Where rates and guards are affine in the states, with harmonics of the forcing, flights are
     series of nsmaps, otherwise heyoka's (the extra `ode`). A state of the return map is a row of the section's coordinates.
     """
+
+    if not TYPE_CHECKING:  # a type checker reports unknown attributes itself
+
+        def __getattr__(self, name: str) -> Any:
+            if name in INSTEAD:
+                text = f"{name!r} of {type(self).__name__}, a system with modes, is not there; expected: {INSTEAD[name]}"
+                raise MissingMethodError(text)
+            return super().__getattr__(name)
 
     @property
     def coordinates(self) -> Coordinates:

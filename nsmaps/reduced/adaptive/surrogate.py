@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, as_box, as_states
 from nsmaps.errors import FitError
@@ -158,6 +159,7 @@ def _put(returns: Returns, rows: Ints, given: Returns) -> None:
             getattr(returns, name)[rows] = getattr(given, name)
 
 
+@checked
 def strip_map(
     system: "System",
     box: BoxLike,

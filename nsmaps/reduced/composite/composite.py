@@ -8,6 +8,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import FitError, NsmapsError, check_known
@@ -196,6 +197,7 @@ class PieceSpec(BaseModel):
         return self
 
 
+@checked
 def build_composite(
     coordinates: Sequence[str], walls: Sequence[str], surfaces: Mapping[str, Surface], pieces: Sequence[PieceLike]
 ) -> CompositeMap:

@@ -7,6 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError, NsmapsError, near_match
@@ -71,12 +72,14 @@ class ParametricMap(WithCoordinates, Result):
         return piece_named(self.pieces, name)
 
 
+@checked
 def chebyshev_nodes(bounds: tuple[float, float], n_nodes: int) -> Floats:
     """The zeros of the Chebyshev polynomial of degree `n_nodes` between two bounds, rising, shape (n_nodes,)."""
     low, high = bounds
     return np.asarray((low + high) / 2 - (high - low) / 2 * np.cos(np.pi * (np.arange(n_nodes) + 0.5) / n_nodes), float)
 
 
+@checked
 def parametric_map(
     composites: Mapping[float, CompositeMap],
     parameter: str,
@@ -99,6 +102,8 @@ def parametric_map(
         FitError: fewer values than the highest order needs, composites of different pieces, or orders of other names.
     """
     low, high = bounds
+    if not composites:
+        raise FitError("there are no composites; expected: a composite map at each of several values")
     composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
     first, *others = composites.values()

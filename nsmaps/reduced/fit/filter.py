@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError
@@ -106,6 +107,7 @@ class Attracting:
         return mask.astype(np.int64)
 
 
+@checked
 def diagonal_region(diagonal: NearDiagonal, sweeps: Sequence[tuple[float, Surface]]) -> DiagonalRegion:
     """The states that pass the filter on one of the surfaces, one for each value of a parameter; eq. r1uniond.
 

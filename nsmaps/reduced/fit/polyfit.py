@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from nsmaps.arguments import checked
 from nsmaps.arrays import Bools, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, is_angle, nearest_turn
 from nsmaps.errors import ConditionError, FitError, check_known
@@ -179,6 +180,7 @@ class SeparableFit(PolyFit):
         return rows
 
 
+@checked
 def compare_orders(surface: Surface, fits: Mapping[str, PolyFit]) -> list[tuple[str, FitReport]]:
     """The reports of several fits to one surface, by name, as in table TableDeltaErr. FitError names the fit."""
     return [(name, formulas.report) for name, formulas in fit_orders(surface, fits).items() if formulas.report]

@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 from ruamel.yaml.comments import CommentedMap
 
+from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError, near_match
 from nsmaps.plugins import ANALYSIS, class_names, is_file, is_installed, study_files, study_names, system_names
 from nsmaps.study.prepare import prepare
@@ -18,6 +19,7 @@ from nsmaps.study.reading.parsing import parsed, plain
 from nsmaps.study.study import Study, analysis_of, name_of, study_with
 
 
+@checked
 def load_study(
     name: str | os.PathLike[str], parameters: Mapping[str, Any] | None = None, *, installed_only: bool = False
 ) -> Study:

@@ -23,6 +23,7 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
+from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError
 from nsmaps.files.npz import packed
 from nsmaps.files.reading import json_of, text_of
@@ -122,6 +123,7 @@ def _record(result: StudyResult) -> dict[str, Any]:
     }
 
 
+@checked
 def read_result(folder: str | os.PathLike[str], *, installed_only: bool = False) -> StudyResult:
     """The result of a run from its folder; its second iterate is recomputed from the stored coefficients.
 
