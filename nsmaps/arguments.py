@@ -142,12 +142,9 @@ def _resolved(annotation: Any, call: Callable[..., Any]) -> Any:
 
 def _is_first(kind: Any) -> bool:
     """Whether an annotation is made of numbers, texts and choices only."""
-    if get_origin(kind) in (Union, UnionType, tuple, *_MAPPINGS):
+    if get_origin(kind) in (Union, UnionType, tuple):
         return all(_is_first(part) for part in get_args(kind))
     return kind in WORDS or kind is ... or get_origin(kind) is Literal
-
-
-_MAPPINGS = (Mapping, dict)
 
 
 def _given(call: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> Iterator[tuple[Argument, Any]]:
@@ -177,7 +174,7 @@ def described(kind: Any) -> str:
         return " or ".join(map(repr, parts))
     if origin is tuple:
         return "a pair of numbers" if parts == (float, float) else "a row of values"
-    if origin in _MAPPINGS or (isinstance(origin, type) and issubclass(origin, Mapping)):
+    if isinstance(origin, type) and issubclass(origin, Mapping):
         return f"by name: {described(parts[1])}"
     if isinstance(origin, type) and issubclass(origin, Collection):
         return "a list"

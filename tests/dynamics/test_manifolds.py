@@ -210,7 +210,7 @@ def test_what_has_no_manifold_is_refused(pair):
     with pytest.raises(NsmapsError, match="the orbit has the multipliers "):
         nsmaps.manifold(system, fixed)
     saddle = nsmaps.periodic_orbit(system, [0.34, 2.87])
-    with pytest.raises(NsmapsError, match="the manifold is 'both'"):
+    with pytest.raises(NsmapsError, match="which is 'both'; expected: 'unstable' or 'stable', as in manifold"):
         nsmaps.manifold(system, saddle, "both")
     with pytest.raises(NsmapsError, match=r"length 0, gap 0.02, .* expected: positive lengths"):
         nsmaps.manifold(system, saddle, length=0)

@@ -335,7 +335,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "descending": ({"axes": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
     "empty": ({"axes": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
     "returns": ({"axes": PLANE, "n_returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
-    "discard": ({"axes": PLANE, "transient": -1}, "1000 returns after -1"),
+    "discard": ({"axes": PLANE, "transient": -1}, "transient is -1; expected: a whole number of at least 0"),
     "tolerance": ({"axes": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
     "direction": ({"axes": PLANE, "direction": "left"}, "direction is 'left'"),
     "refine": ({"axes": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),

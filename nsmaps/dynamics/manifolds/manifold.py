@@ -184,8 +184,6 @@ def _check(return_map: ReturnMap, orbit: PeriodicOrbit, which: str, length: floa
     n = len(ReturnMap.require(return_map, "a manifold").coordinates)
     if n != 2:
         raise NsmapsError(f"the map has {n} coordinates; expected: two, in which a manifold of a saddle is a curve")
-    if which not in ("unstable", "stable"):
-        raise NsmapsError(f"the manifold is {which!r}; expected: 'unstable' or 'stable'")
     if not (0 < gap < np.inf and 0 < length < np.inf and max_points >= 2):
         raise NsmapsError(f"length {length:g}, gap {gap:g}, {max_points} states; expected: positive lengths, two states or more")
     values = orbit.multipliers
