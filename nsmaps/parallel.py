@@ -15,9 +15,9 @@ from typing import Any, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arguments import with_arguments
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, check_class
+from nsmaps.errors.arguments import with_arguments
 from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file, sweep
 from nsmaps.interrupts import Interrupted

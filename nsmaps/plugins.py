@@ -21,8 +21,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, SystemDefinitionError, UnknownSystemError, near_match
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.systems.files import REFUSED, run_file
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from multiprocessing import parent_process
 from time import monotonic
 from typing import Any, ParamSpec, TextIO, TypeVar
 
-from nsmaps.arguments import with_arguments
+from nsmaps.errors.arguments import with_arguments
 
 Progress = Callable[[float], None]  #: called with the fraction that is done, from 0 to 1; at the end of a call with 1
 

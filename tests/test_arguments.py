@@ -9,7 +9,7 @@ import pytest
 from nsmaps_soft_impact import SoftImpact
 
 import nsmaps
-from nsmaps.arguments import checked
+from nsmaps.errors.arguments import checked
 
 
 class Parabola(nsmaps.PiecewiseMap):

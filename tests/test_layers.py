@@ -19,8 +19,7 @@ from nsmaps.lazy import stated_names
 
 ROOT = Path(__file__).parents[1]
 RANK = {
-    "errors": -0.2,
-    "arguments": -0.1,
+    "errors": -0.1,
     "interrupts": 0,
     "progress": 0,
     "lazy": 0.1,

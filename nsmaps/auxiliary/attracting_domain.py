@@ -7,7 +7,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.auxiliary.bounds import ESTIMATED, ErrorBound, How, Maker, auxiliary_maps
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps
@@ -18,6 +17,7 @@ from nsmaps.auxiliary.worst_case_limits import ROUNDED, TwoCycle, two_cycles
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.enclosures.box_images import name_of
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.progress import Progress, Work, beat, working
 from nsmaps.results import Result, array, array_property, units_of
 

@@ -7,7 +7,6 @@ from typing import Literal
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Random
 from nsmaps.auxiliary.bounded import Enclosed, of_polynomials
 from nsmaps.auxiliary.envelope import AnyMap, AuxiliaryMaps, Envelope, image_function
@@ -15,6 +14,7 @@ from nsmaps.auxiliary.sampled import Sampled
 from nsmaps.coordinates import BoxLike, as_box
 from nsmaps.enclosures.box_images import box_map
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.enclosure.images import BoxMap
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap

@@ -6,13 +6,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
 from nsmaps.dynamics.motion import joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import ExactMap, ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.results import Result, array, array_property

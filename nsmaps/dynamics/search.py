@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.progress import shows

@@ -6,7 +6,6 @@ from typing import overload
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Bools, Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.enclosures.composed import bounds_of
@@ -14,6 +13,7 @@ from nsmaps.enclosures.first_match import Winners, turns_of
 from nsmaps.enclosures.intervals import ROUNDING
 from nsmaps.enclosures.sides import first_sides
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.enclosure.images import BoxImages, BoxMap, as_boxes
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Any, overload
 
-from nsmaps.arguments import checked
 from nsmaps.coordinates import StateLike
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.events import ModeTrack, Track, check_samples
 from nsmaps.exact.systems.flow import FlowSystem

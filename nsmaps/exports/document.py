@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exports.closed_forms import (
     closed_document,
     closed_of_document,

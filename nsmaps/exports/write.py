@@ -6,8 +6,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, check_known
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.proof.formula import balls_of, equation_of
 from nsmaps.proof.maps.prove import certificate_of_map

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.errors.arguments import checked
 from nsmaps.files.storage import missing_of, remove_empty
 from nsmaps.interrupts import Interrupted, heard
 from nsmaps.parallel import Parallel

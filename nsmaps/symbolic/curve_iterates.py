@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self, overload, runtime_checkable
 
-from nsmaps.arguments import checked
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import NsmapsError, check_known, near_match
+from nsmaps.errors.arguments import checked
 from nsmaps.results import Result
 
 if TYPE_CHECKING:

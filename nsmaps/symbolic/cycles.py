@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, WithCoordinates, as_box
 from nsmaps.errors import check_class
+from nsmaps.errors.arguments import checked
 
 if TYPE_CHECKING:
     from nsmaps.reduced.fit.polymap import PolyMap

@@ -13,9 +13,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 
 TERMS = 400  #: of the series

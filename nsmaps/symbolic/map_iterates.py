@@ -6,9 +6,9 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.arguments import checked
 from nsmaps.coordinates import BoxLike, Coordinates, WithCoordinates
 from nsmaps.errors import NsmapsError, check_class, check_known
+from nsmaps.errors.arguments import checked
 
 if TYPE_CHECKING:
     from nsmaps.reduced.composite.composite import CompositeMap

@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.attractor import Attractor, kept, may_be_one
 from nsmaps.dynamics.attractors.distance import extents, hausdorff
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.results import NONE, Result, array
 
 

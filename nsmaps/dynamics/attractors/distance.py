@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import TWO_PI, Coordinates, as_states
 from nsmaps.errors import StateError
+from nsmaps.errors.arguments import checked
 
 if TYPE_CHECKING:
     from scipy.spatial import KDTree

@@ -14,7 +14,6 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.dynamics.chatter.complete import CompleteChatter
 from nsmaps.dynamics.continuation.branch import Branch
 from nsmaps.dynamics.continuation.events import CHATTER_ENDS, TESTS, BifurcationPoint
@@ -22,6 +21,7 @@ from nsmaps.dynamics.continuation.follow import continue_branch
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import map_along, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import single_returns
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.progress import shows

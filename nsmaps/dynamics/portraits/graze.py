@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.continuation.bisection import bisect_change
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.continuation.events import BifurcationPoint
 from nsmaps.dynamics.portraits.portrait import motion_over
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System

@@ -6,12 +6,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.attractors.attractor import Attractor
 from nsmaps.dynamics.attractors.limit_set import LimitSet
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.events import ModeTrack, Track
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.flow import FlowSystem

@@ -6,7 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import TWO_PI, Coordinates, StateLike, as_starts
 from nsmaps.dynamics.limits.cycles import SHORT
@@ -16,6 +15,7 @@ from nsmaps.dynamics.orbit import Orbit, orbit
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import ReturnMap, letters_of
 from nsmaps.results import Result
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import ReturnFamily, members
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats, Ints, brief
 from nsmaps.coordinates import TWO_PI, BoxLike, Coordinates, as_box, as_states
 from nsmaps.errors import FitError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.progress import Progress, Work, working

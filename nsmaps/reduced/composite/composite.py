@@ -8,10 +8,10 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import ArrayLike, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, as_states
 from nsmaps.errors import FitError, NsmapsError, check_known
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.surface import Grid, Surface

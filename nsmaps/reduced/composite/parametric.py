@@ -7,10 +7,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError, NsmapsError, near_match
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.reduced.composite.composite import CompositeMap, Piece, piece_named
 from nsmaps.reduced.fit.lifts import unwrapped

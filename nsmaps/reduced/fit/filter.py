@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.errors import FitError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.family import members
 from nsmaps.exact.surfaces.surface import Surface

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from nsmaps.arguments import checked
 from nsmaps.arrays import Bools, Floats, Ints, finite_rows
 from nsmaps.coordinates import Coordinates, is_angle, nearest_turn
 from nsmaps.errors import ConditionError, FitError, check_known
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.surfaces.surface import Surface
 from nsmaps.exact.systems.files import Transferable
 from nsmaps.reduced.conditions.condition import Number

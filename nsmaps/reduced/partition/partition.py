@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.exact.surfaces.surface import Grid, check_axes
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, working

@@ -8,8 +8,8 @@ from typing import Any
 from pydantic import ValidationError
 from ruamel.yaml.comments import CommentedMap
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError, near_match
+from nsmaps.errors.arguments import checked
 from nsmaps.plugins import ANALYSIS, class_names, is_file, is_installed, study_files, study_names, system_names
 from nsmaps.study.prepare import prepare
 from nsmaps.study.reading.classes import functions, instances

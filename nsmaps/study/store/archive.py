@@ -23,8 +23,8 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap
 
-from nsmaps.arguments import checked
 from nsmaps.errors import NsmapsError, StudyError
+from nsmaps.errors.arguments import checked
 from nsmaps.files.npz import packed
 from nsmaps.files.reading import json_of, text_of
 from nsmaps.files.storage import replace_file

@@ -11,8 +11,6 @@ from numbers import Integral
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, Union, get_args, get_origin
 
-import numpy as np
-
 from nsmaps.errors import NsmapsError
 
 P = ParamSpec("P")
@@ -85,13 +83,13 @@ def fits(value: Any, kind: Any) -> bool:
 def _is_list(value: Any, origin: type[Collection[Any]], part: Any) -> bool:
     """Whether a value has parts of a kind; a text is one of texts."""
     if isinstance(value, str) or not isinstance(value, origin):
-        return isinstance(value, np.ndarray) or (isinstance(value, str) and part is str)
+        return hasattr(value, "__array__") or (isinstance(value, str) and part is str)
     return all(fits(each, part) for each in value)
 
 
 def _is_row(value: Any, parts: tuple[Any, ...]) -> bool:
     """Whether a value is a list of parts of these kinds."""
-    if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str):
+    if isinstance(value, str) or not (isinstance(value, Sequence) or bool(getattr(value, "ndim", 0))):
         return False
     several = parts[1:] == (...,)
     return (several or len(value) == len(parts)) and all(
@@ -106,9 +104,9 @@ def _is_plain(value: Any, kind: Any) -> bool:
     if kind is int:
         return isinstance(value, Integral) and not isinstance(value, bool)
     if kind is float:
-        return hasattr(value, "__float__") and np.ndim(value) == 0 and float(value) == float(value)
+        return hasattr(value, "__float__") and not getattr(value, "ndim", 0) and float(value) == float(value)
     if kind is bool:
-        return isinstance(value, bool | np.bool_)
+        return type(value).__name__ in ("bool", "bool_")
     if getattr(kind, "_is_protocol", False):
         return all(hasattr(value, name) for name in vars(kind) if name[0] != "_" or name == "__call__")
     return kind is Any or not isinstance(kind, type) or isinstance(value, kind)
@@ -116,6 +114,8 @@ def _is_plain(value: Any, kind: Any) -> bool:
 
 def _is_array(value: Any) -> bool:
     """Whether a value is an array of one axis or more of numbers."""
+    import numpy as np  # which programs load after they have set its threads
+
     try:
         return not isinstance(value, str) and None is not value and np.asarray(value, float).ndim > 0
     except (TypeError, ValueError):
