@@ -10,12 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+SAMPLE, DENSE = 4096, 0.8  #: numbers of an array that are tried, and the share of their bytes beyond which all stay as they are
+
 
 def packed(arrays: Mapping[str, NDArray[Any]], method: int = zipfile.ZIP_STORED) -> bytes:
-    """Arrays as the content of an npz file, without Python objects; compressed at the least level, as floats gain no more."""
+    """Arrays as the content of an npz file, without Python objects; compressed at the least level, as floats gain no more.
+
+    Arrays of floats that hardly shrink, as images, are stored as they are.
+    """
     stream = BytesIO()
     with zipfile.ZipFile(stream, "w", method, compresslevel=1) as archive:
         for name, array in arrays.items():
+            part = np.asanyarray(array).ravel()[:SAMPLE].tobytes()
+            archive.compression = method if len(zlib.compress(part, 1)) < DENSE * len(part) else zipfile.ZIP_STORED
             with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
                 np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)
     return stream.getvalue()

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,13 +20,15 @@ from nsmaps.exact.engine.observers import Rows, Track, sample_flight, sensitivit
 from nsmaps.exact.engine.returns import PHASE, SPEED, Impact
 from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
 from nsmaps.exact.kernel import CHUNK, STEPS, MotionKernel, ReturnRows, in_chunks
-from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returns import Impacts, Itineraries
 from nsmaps.exact.systems.walls import ImpactFormulas
 from nsmaps.exact.words import CHATTER, REST
 from nsmaps.interrupts import check_stop
+
+if TYPE_CHECKING:
+    from nsmaps.exact.modes.kernel import ModeKernel
 
 BY_PLACE, BY_VELOCITY = 1, 2  #: of the derivatives of the acceleration at the start of a flight, behind its table's AT_START
 
@@ -51,8 +53,10 @@ class SpectralKernel(MotionKernel):
         return f"{type(self.system).__qualname__}-{sha256(text.encode()).hexdigest()[:20]}"
 
     @cached_property
-    def modes(self) -> ModeKernel:
+    def modes(self) -> "ModeKernel":
         """The kernel of the definition with modes, in which motions start anywhere."""
+        from nsmaps.exact.modes.kernel import ModeKernel
+
         return ModeKernel.of(self.system)
 
     def closed_form(self, what: str, refusal: type[NsmapsError] = NsmapsError) -> "SpectralKernel":
