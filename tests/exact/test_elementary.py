@@ -19,7 +19,7 @@ from nsmaps.exact.engine.flight import remainders
 
 NEAREST = Fraction(7853982, 10**7)  #: more than pi/4, and than any |y| that `wave` comes to, as is checked below
 ORDER = 30  #: of Taylor polynomials in the place of functions; what they leave out is added
-REDUCTION = 2.001 * 2.0**-53  #: what the y of `wave` is off by at most, relative; derived in docs/explanation/numerics.md
+REDUCTION = 2.001 * 2.0**-53  #: what the y of `wave` is off by at most, relative; derived in the module `remainders`
 
 
 def taylor(signs, first, order=ORDER):

@@ -1,7 +1,20 @@
 """The remainders of cos, sin and exp without their first terms, computed without cancellation.
 
-Only sums, products and scaling by powers of two are used, each rounded separately; `docs/explanation/numerics.md` derives
-bounds on the errors of the results. Arguments are numbers without units, angles in radians.
+Only sums, products and scaling by powers of two are used, each rounded separately. Arguments are numbers without units, angles
+in radians. Bounds on the errors, with u = 2**-53:
+
+Reduction: with q the integer nearest to 2 x/pi, y = ((x - q P) - q P') - q P'' with parts P, P', P'' of pi/2 (Cody and Waite). P
+and P' have 33 bits, so up to q = 2**20 their multiples are floats, and the first difference is exact (Sterbenz). The second is
+exact too, or not below q P'/2, next to which q P'' is 1e-10. Two roundings of relative size u remain, and the parts omit 1.1e-37
+of pi/2: |dy| <= 2.001 u |y| + 1e-36 |x|, and for |x| <= 1e6 |y| < pi/4 + 1e-9. For exp, x - n log(2) in two parts has one
+rounding: |dy| <= 1.001 u |y| + 1e-22, |y| <= log(2)/2 + 1e-12.
+
+Truncation: in rational arithmetic the polynomials with their float coefficients differ from (sin(y) - y)/y**3 by less than
+3.3e-17, from (cos(y) - 1)/y**4 by less than 2.5e-18 (|y| <= 0.7853982), and from (exp(x) - 1 - x)/x**2 by less than 1.1e-16
+(|x| <= 1/2).
+
+Rounding: in a running error analysis the code is executed on numbers that carry an interval and an error bound, over pieces that
+cover [1e-6, pi/4] and its mirror image. Below 1e-6 the terms after the first are less than 1e-13 of it.
 """
 
 import math
