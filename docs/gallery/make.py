@@ -151,13 +151,16 @@ def page() -> Iterator[str]:
     from nsmaps.study.study import CATALOGUE
 
     entries = listed()
+    shown: set[str] = set()  # figures of which the page has one
     yield HEAD
     for label, group in groupby(entries["figures"], key=lambda entry: entry["label"]):
         yield f"## `{label}`\n"
         for entry in group:
             links = ", ".join(f"[{kind.upper()}]({entry['file']}.{kind})" for kind in FORMATS)
             yield f"{entry['says']}\n"
-            yield f"![{CATALOGUE[entry['figure']].alt}]({entry['file']}.png)\n"
+            alt = f"The same of {entry['study']}." if entry["figure"] in shown else CATALOGUE[entry["figure"]].alt
+            shown.add(entry["figure"])
+            yield f"![{alt}]({entry['file']}.png)\n"
             yield f"`{entry['figure']}` of `{entry['study']}`: {links}.\n"
     yield "## Animations\n"
     for entry in entries["animations"]:
