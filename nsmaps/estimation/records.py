@@ -215,6 +215,8 @@ def _numbers(label: str, what: str, values: ArrayLike) -> Floats:
 def _column(label: str, what: str, values: Any, count: int | None) -> Floats:
     """Numbers, shape (count,), empty texts as NaN."""
     raw = np.asarray(values)
+    if raw.dtype.kind in "Mm":
+        raise DataError(f"{label}: {what} are of type {raw.dtype}; expected: numbers, as (t - t[0]) / np.timedelta64(1, 's')")
     try:
         if raw.dtype.kind in "US":
             raw = np.where(np.char.strip(raw) == "", "nan", raw)

@@ -9,6 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError, ParameterError
 from nsmaps.estimation.result import Estimate
+from nsmaps.estimation.space import declared_bounds
 from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat, shows
 from nsmaps.results import NONE, Result, array
@@ -83,6 +84,8 @@ def uncertainty(
         )
     system.direction(dict.fromkeys(names, 1.0))
     laws = [law_of(parameters, name) for name in names]
+    for name, law in zip(names, laws, strict=True):
+        _check_support(system, name, law)
     if isinstance(parameters, Estimate):
         draws = parameters.draws(n_draws, random)
     else:
@@ -94,6 +97,8 @@ def uncertainty(
 
         found = sobol_indices(func=lambda x: values_at(system, names, functions, x.T).T, n=n_draws, dists=laws, rng=random)
         first, total = np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)
+    if not np.isfinite(values).any(axis=0).all():
+        raise NsmapsError(f"{', '.join(functions)}: no value at any of {n_draws} draws; expected: values at some of them")
     statistics = np.nanmean(values, axis=0), np.nanstd(values, axis=0), np.nanquantile(values, QUANTILES, axis=0)
     return Uncertainty(names, tuple(functions), draws, values, *statistics, first, total)
 
@@ -116,6 +121,16 @@ def law_of(parameters: Estimate | Mapping[str, Any], name: str) -> Any:
     if not low < high:
         raise ParameterError(f"the distribution of {name} is {given!r}; expected: bounds (low, high), or one of scipy.stats")
     return uniform(low, high - low)
+
+
+def _check_support(system: System, name: str, law: Any) -> None:
+    """ParameterError for a distribution of which all or, if it is bounded, some values are beyond what the class declares."""
+    (low, high), (least, greatest) = getattr(law, "support", lambda: (-np.inf, np.inf))(), declared_bounds(system, name)
+    beyond = (np.isfinite(low) and low < least) or (np.isfinite(high) and high > greatest)
+    if beyond or high < least or low > greatest:
+        raise ParameterError(
+            f"the distribution of {name} is from {low:g} to {high:g}; expected: within {least:g} to {greatest:g}"
+        )
 
 
 def values_at(system: System, names: tuple[str, ...], functions: Mapping[str, Callable[[Any], float]], draws: Floats) -> Floats:

@@ -74,6 +74,11 @@ def test_quantities_without_a_value_are_counted_and_wrong_distributions_refused(
     assert "without a value" in str(spread)
     with pytest.raises(ParameterError, match=r"the distribution of e is \(1, 0\)"):
         nsmaps.uncertainty(Drop(g=1.0, e=0.5), {"e": (1, 0)}, quantity)
+    for law in ((0.5, 2.5), stats.uniform(-0.1, 0.2)):
+        with pytest.raises(ParameterError, match=r"the distribution of r is from .* to .*; expected: within 0 to 1$"):
+            nsmaps.uncertainty(VIPair(d=0.35, r=0.5, g_bar=0.2), {"r": law}, lambda one: 0.0)
+    with pytest.raises(nsmaps.NsmapsError, match="quantity: no value at any of 2 draws"):
+        nsmaps.uncertainty(Drop(g=1.0, e=0.9), {"e": (0.8, 1.0)}, quantity, n_draws=2)
     with pytest.raises(ParameterError, match="unknown parameter 'q'"):
         nsmaps.uncertainty(VIPair(d=0.35, r=0.5, g_bar=0.2), {"q": (0.0, 1.0)}, lambda one: 0.0)
     for given, laws in ({"n_draws": 0}, {"e": (0, 1)}), ({"n_draws": 10, "sobol": True}, {"e": (0, 1)}), ({}, {}):

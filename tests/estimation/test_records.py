@@ -27,6 +27,10 @@ from nsmaps.estimation.records import records_of
         ({"times": [1.0], "time_unit": "s"}, "time_unit is 's'; expected: the system's unit"),
         ({"times": [1.0], "phase": np.nan}, "phase is nan; expected: radians at time zero, or None"),
         ({"times": ["1", "a"]}, "number 2 of times is 'a'; expected: numbers, with a decimal point"),
+        (
+            {"times": np.array(["2026-01-01"], "M8[ns]")},
+            r"times are of type datetime64\[ns\]; expected: numbers, as \(t - t\[0\]\)",
+        ),
         ({"sample_times": [1.0]}, "sample_times without samples"),
         ({"times": [1.0], "name": "run 7", "length_unit": -1}, "record 'run 7': length_unit is -1"),
     ],

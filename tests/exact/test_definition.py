@@ -15,10 +15,11 @@ from typing import Literal
 import numpy as np
 import pytest
 import sympy as sp
+from nsmaps_soft_impact import SoftImpact
 from pydantic import Field, PrivateAttr
 from systems import Oscillator, Table
 
-from nsmaps.errors import ParameterError, SystemDefinitionError
+from nsmaps.errors import NsmapsError, ParameterError, SystemDefinitionError
 from nsmaps.exact.compiling import compiled, kept
 from nsmaps.exact.flows import exponentials
 from nsmaps.exact.systems.system import ImpactSystem
@@ -178,11 +179,21 @@ def test_a_formula_that_is_inherited_is_told_with_its_base():
         heir(h=1).first_return([[1.0, 0.0]])
 
 
-def test_a_period_is_positive():
-    base = made(falls)
-    odd = types.new_class("Odd", (base,), exec_body=lambda space: space.update(period=lambda self: 0, __module__=__name__))
-    with pytest.raises(SystemDefinitionError, match=r"Odd.period is 0"):
-        odd(h=1).first_return([[1.0, 0.0]])
+@pytest.mark.parametrize("period", [0, -1, -2.5, -sp.pi])
+def test_a_period_is_positive(period):
+    """By one message, of flights in closed form and of modes, which would otherwise be divided by it."""
+    for base, given in ((made(falls), {"h": 1}), (SoftImpact, {"xi": 0.05, "e": 0.3, "a": 0.7, "beta": 29, "w": 0.8})):
+        space = {"period": lambda self: period, "__module__": __name__}
+        odd = types.new_class("Odd", (base,), exec_body=lambda body, space=space: body.update(space))
+        with pytest.raises(NsmapsError, match=rf"^Odd.period is {float(period):g}( at .*)?; expected: a positive number \("):
+            odd(**given).first_return([[1.0, 0.0]])
+
+
+def test_a_formula_that_is_no_method_is_named_with_its_arguments():
+    with pytest.raises(
+        SystemDefinitionError, match=r"Made.displacement is None; expected: a method displacement\(self, t, hit\)"
+    ):
+        made(None)(h=1).first_return([[1.0, 0.0]])
 
 
 @pytest.mark.parametrize(
@@ -388,7 +399,7 @@ class Paced(Table):
 @pytest.mark.parametrize("speed", [-1.0, -0.5])
 def test_a_period_that_parameters_make_negative_is_refused(speed: float):
     with pytest.raises(
-        ParameterError, match=f"Paced: the period is {math.pi / speed:g} at .*, speed={speed:g}; expected: a positive"
+        ParameterError, match=f"Paced.period is {math.pi / speed:g} at .*, speed = {speed:g}; expected: a positive"
     ):
         Paced(height=1.0, speed=speed).first_return([[1.0, 1.0]])
     assert Paced(height=1.0).first_return([[1.0, 1.0]]).valid.all()

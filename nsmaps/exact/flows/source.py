@@ -100,6 +100,9 @@ def _number(value: Any, what: str) -> sp.Expr:
 def _call(system: ImpactFormulas, formula: str, *given: Any) -> Any:
     """The result of a formula. Every error is reported with the system's class and the place where the formula is written."""
     name, function = f"{type(system).__name__}.{formula}", getattr(system, formula)
+    if not callable(function):
+        method = f"a method {formula}(self{GIVEN[formula]})"
+        raise SystemDefinitionError(f"{name} is {function!r:.60}; expected: {method}{place_of(type(system), formula)}")
     try:
         arguments = signature(function)
         arguments.bind(*given)

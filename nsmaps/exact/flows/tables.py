@@ -30,7 +30,7 @@ from nsmaps.exact.flows.formulas import (
 from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.rates import table_of_flight
 from nsmaps.exact.flows.source import period_of, periods_of, walls_of
-from nsmaps.exact.systems.files import place_of
+from nsmaps.exact.systems.files import check_period, place_of
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exact.systems.walls import ImpactFormulas
 
@@ -182,8 +182,7 @@ KNOWN: dict[Any, Formulas] = {}  #: by class, its fields that are not numbers, a
 def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     symbolic, symbols = in_symbols(cls, fixed)
     period = period_of(symbolic)
-    if period.is_number and not period.is_positive:
-        raise SystemDefinitionError(f"{cls.__name__}.period is {period}; expected: a positive number{place_of(cls, 'period')}")
+    check_period(cls, period)
     given, acceleration, sides = sp.S.Zero, None, [wall.side for wall in walls_of(symbolic).values()]
     try:
         if cls.flight() == "acceleration":

@@ -4,13 +4,14 @@ import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from inspect import getsourcefile, getsourcelines
+from numbers import Real
 from operator import attrgetter
 from pickle import PicklingError
 from traceback import walk_stack
 from types import ModuleType
 from typing import Any
 
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import ParameterError, SystemDefinitionError
 
 REFUSED: dict[str, dict[type, SystemDefinitionError]] = {}  #: by module that is a file: its classes that cannot be systems
 
@@ -36,6 +37,14 @@ def defined_at(module: str) -> str:
     """The file and line in a module at which a class is being defined."""
     lines = (f"{frame.f_code.co_filename}:{line}" for frame, line in walk_stack(None) if frame.f_globals["__name__"] == module)
     return next(lines, module)
+
+
+def check_period(cls: type, period: Any, at: str = "") -> None:
+    """Refuse a period that is a number and not positive: by SystemDefinitionError, or by ParameterError `at` parameters."""
+    if getattr(period, "is_nonpositive", False) or (isinstance(period, Real) and not float(period) > 0):
+        place = place_of(cls, "period")
+        kind = ParameterError if at else SystemDefinitionError
+        raise kind(f"{cls.__name__}.period is {float(period):g}{at}; expected: a positive number{place}")
 
 
 def place_of(cls: type, formula: str) -> str:

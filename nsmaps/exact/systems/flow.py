@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import StateLike, as_states
-from nsmaps.errors import ParameterError
 from nsmaps.exact.batches import divided_returns
 from nsmaps.exact.chatter import SUMMED_SPEED, check_chatter
 from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.exact.kernel import MotionKernel
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Itineraries, Returns
+from nsmaps.exact.systems.files import check_period
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.parallel import SERIAL, Parallel
 
@@ -32,10 +32,8 @@ class FlowSystem(HybridFormulas):
         def _kernel(self) -> MotionKernel: ...
 
     def _compile(self) -> MotionKernel:
-        period = self.period()
-        if getattr(period, "is_nonpositive", False) or (isinstance(period, float) and period <= 0):
-            name, values = type(self).__name__, ", ".join(f"{key}={value:g}" for key, value in self.parameters.items())
-            raise ParameterError(f"{name}: the period is {float(period):g} at {values}; expected: a positive number")
+        values = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
+        check_period(type(self), self.period(), f" at {values}")
         return _kernel(self.definition_key(), repr(vars(self)), _Unkeyed(self))
 
     @property

@@ -19,6 +19,7 @@ from nsmaps.exact.modes.definitions.formulas import CLOCK, Reader, check_names, 
 from nsmaps.exact.modes.definitions.nonlinear import with_derived_states
 from nsmaps.exact.modes.definitions.rows import Row, affine_row
 from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coordinates_of, starts_of
+from nsmaps.exact.systems.files import check_period
 from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.parameters import choices_of
 
@@ -34,6 +35,7 @@ def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
         raise SystemDefinitionError(f"{cls.__name__}.states is {cls.states!r}; expected: names of states, such as ('x', 'v')")
     symbolic, symbols = in_symbols(cls, choices_of(system))
     period = symbolic.period()
+    check_period(cls, period)
     t = CLOCK if period is None else PHI * sp.sympify(period) / (2 * sp.pi)
     rate = sp.S.Zero if period is None else 2 * sp.pi / sp.sympify(period)
     variables = {name: sp.Symbol(f"_y_{name}", real=True) for name in cls.states}
